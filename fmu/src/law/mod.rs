@@ -3,6 +3,8 @@
 //! Invariant: nothing here logs, allocates or reads time; memory of the law is explicit
 //! [`Memory`], passed in and handed back.
 
+pub mod elementary;
+
 /// Parameters of the contact law, plain SI. [`Parameters::default`] holds a purely elastic
 /// element with every further mechanism neutral.
 #[derive(Clone, Copy, Debug, PartialEq)]
