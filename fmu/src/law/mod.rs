@@ -1,52 +1,356 @@
 //! The contact law: pure physics, no I/O, no allocation, no clock.
 //!
-//! Invariant: nothing here logs, allocates or reads time; memory of the law is explicit
+//! Invariant: nothing here logs, allocates or reads time; the memory of the law is explicit
 //! [`Memory`], passed in and handed back.
+//!
+//! F = max(0, branch(x) + mu_d x^(p+o) v + c v + k2 (x - d2)^r + Maxwell forces) - adhesion, at x > 0;
+//! branch(x) is k x^p, or the plastic unloading curve. Below the permanent set nothing touches, so neither
+//! damping acts there. Maxwell forces vanish where the body leaves the nominal surface (x <= 0).
 
 pub mod elementary;
+mod energy;
+pub mod impact;
+mod parameters;
+pub mod restitution;
+pub mod stiffness;
+#[cfg(test)]
+mod tests;
 
-/// Parameters of the contact law, plain SI. [`Parameters::default`] holds a purely elastic
-/// element with every further mechanism neutral.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameters {
-    /// Stiffness k of F = k x^p, N/m^p, > 0.
-    pub stiffness: f64,
-    /// Exponent p, 1..=4.
-    pub exponent: f64,
-    /// Hysteresis damping mu_d of mu_d x^(p+o) v, N s/m^(p+o+1), >= 0 (Lankarani and Nikravesh 1990).
-    pub hysteresis_damping: f64,
-    /// Offset o of the damping's power of x from p: 0 Hunt and Crossley 1975; -1 Kuwabara and Kono 1987; -p/2-ish Tsuji 1992.
-    pub damping_exponent_offset: f64,
-    /// Kelvin-Voigt damping c, N s/m (Ahn and Ryu 2005, eq. 1).
-    pub viscous_damping: f64,
-    /// Depth over which the viscous damping ramps in linearly, m; 0: from first touch.
-    pub viscous_ramp: f64,
-    /// Plastic indentation: penetration at first yield, m; 0 or infinite: never.
-    pub yield_penetration: f64,
-    /// Permanent set per metre of deepest penetration beyond yield, 0..1; 0: neutral. The unloading
-    /// curve is steeper so that it meets the loading curve at the deepest point.
-    pub plastic_ratio: f64,
-    /// Pull-off force of adhesion, N, >= 0.
-    pub adhesion_force: f64,
-    /// Range of the adhesive pull, m.
-    pub adhesion_range: f64,
-    /// Stiffness of the Maxwell branch, N/m^p, >= 0.
-    pub relaxation_stiffness: f64,
-    /// Relaxation time of the Maxwell branch, s.
-    pub relaxation_time: f64,
-    /// Stiffness of the second layer, N/m^p2, >= 0.
-    pub secondary_stiffness: f64,
-    /// Depth from which the second layer acts, m.
-    pub secondary_depth: f64,
-    /// Exponent of the second layer.
-    pub secondary_exponent: f64,
-}
+use elementary::{exp, pow};
+pub use parameters::{AdhesionForm, ParameterError, Parameters, PlasticForm};
 
-/// Memory of the law.
+/// Number of Maxwell branches.
+pub const BRANCHES: usize = 3;
+
+/// Memory of the law. The default is a contact never touched.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Memory {
     /// Deepest penetration so far, m.
     pub deepest: f64,
-    /// Force held by the Maxwell branch, N.
-    pub relaxation_force: f64,
+    /// How much less deep than `deepest` the contact has been since the adhesive neck last broke, m.
+    pub released: f64,
+    /// Forces held by the Maxwell branches, N.
+    pub relaxation: [f64; BRANCHES],
+    /// Work done on the contact so far, J.
+    pub work: f64,
+    /// Energy that the contact could still give back, J; below 0 inside a reversible adhesion's reach.
+    pub stored: f64,
+}
+
+impl Memory {
+    /// Energy turned into heat and lasting deformation so far, J: work less what is stored.
+    pub fn dissipated(&self) -> f64 {
+        self.work - self.stored
+    }
+}
+
+/// A plastically unloading branch.
+#[derive(Clone, Copy)]
+struct Unloading {
+    /// Permanent set, m.
+    set: f64,
+    /// Deepest point, m.
+    deepest: f64,
+    /// Force there, N.
+    top: f64,
+    /// Power.
+    power: f64,
+}
+
+impl Unloading {
+    /// Force, N, at x > set.
+    #[inline]
+    fn force(&self, x: f64) -> f64 {
+        self.top * pow((x - self.set) / (self.deepest - self.set), self.power)
+    }
+}
+
+impl Parameters {
+    #[inline]
+    fn yields(&self) -> bool {
+        self.plastic_ratio > 0.0
+    }
+
+    /// (force N, slope N/m) of the virgin loading curve at `x` > 0.
+    #[inline]
+    fn loading(&self, x: f64) -> (f64, f64) {
+        let (k, p, y) = (self.stiffness, self.exponent, self.yield_penetration);
+        if self.plastic_form == PlasticForm::Thornton as i32 && self.yields() && x > y {
+            let f = k * pow(y, p);
+            let slope = p * f / y;
+            return (f + slope * (x - y), slope);
+        }
+        let f = k * pow(x, p);
+        (f, p * f / x)
+    }
+
+    /// The unloading branch after a deepest penetration `d`; None while nothing has yielded.
+    #[inline]
+    fn unloading(&self, d: f64) -> Option<Unloading> {
+        if !(self.yields() && d > self.yield_penetration) {
+            return None;
+        }
+        let top = self.loading(d).0;
+        let linear = self.plastic_ratio * (d - self.yield_penetration);
+        let (set, power) = if self.plastic_form == PlasticForm::Thornton as i32 {
+            (
+                (d - pow(top / self.stiffness, 1.0 / self.exponent)).max(0.0),
+                self.exponent,
+            )
+        } else if self.plastic_form == PlasticForm::WaltonBraun as i32 {
+            (linear, 1.0)
+        } else if self.plastic_unloading_exponent > 0.0 {
+            (linear, self.plastic_unloading_exponent)
+        } else {
+            (linear, self.exponent)
+        };
+        Some(Unloading {
+            set,
+            deepest: d,
+            top,
+            power,
+        })
+    }
+
+    /// Permanent set after a deepest penetration `d`, m.
+    #[inline]
+    pub fn permanent_set(&self, d: f64) -> f64 {
+        self.unloading(d).map_or(0.0, |u| u.set)
+    }
+
+    /// (force, slope) of the branch at `x` > 0 with deepest `d` >= x; None below the permanent set.
+    #[inline]
+    fn branch(&self, x: f64, d: f64) -> Option<(f64, f64)> {
+        if x < d {
+            if let Some(u) = self.unloading(d) {
+                if x <= u.set {
+                    return None;
+                }
+                let f = u.force(x);
+                return Some((f, u.power * f / (x - u.set)));
+            }
+        }
+        Some(self.loading(x))
+    }
+
+    /// (force, slope) of the second layer.
+    #[inline]
+    fn second_layer(&self, x: f64) -> (f64, f64) {
+        if self.secondary_stiffness > 0.0 && x > self.secondary_depth {
+            let z = x - self.secondary_depth;
+            let s = self.secondary_stiffness * pow(z, self.secondary_exponent);
+            (s, self.secondary_exponent * s / z)
+        } else {
+            (0.0, 0.0)
+        }
+    }
+
+    /// ((force, slope) that has a potential, (force, d/dx, d/dv) that has none) of everything but adhesion,
+    /// not clamped, at `x` > 0.
+    #[inline]
+    fn push(&self, m: &Memory, x: f64, v: f64, d: f64) -> ((f64, f64), (f64, f64, f64)) {
+        let branch = self.branch(x, d);
+        let (mut g, mut gx, mut gv) = (0.0, 0.0, 0.0);
+        if let Some((b, bx)) = branch {
+            if self.hysteresis_damping > 0.0 {
+                let (p, o, mu) = (
+                    self.exponent,
+                    self.damping_exponent_offset,
+                    self.hysteresis_damping,
+                );
+                let on_branch = self.plastic_damping_form == 1 && self.yields();
+                let (c, cx) = if on_branch {
+                    let w = mu / self.stiffness * pow(x, o);
+                    (w * b, w * (bx + o * b / x))
+                } else if o == 0.0 && !self.yields() {
+                    let c = mu * (b / self.stiffness);
+                    (c, p * c / x)
+                } else {
+                    let c = mu * pow(x, p + o);
+                    (c, (p + o) * c / x)
+                };
+                g += c * v;
+                gx += cx * v;
+                gv += c;
+            }
+            if self.viscous_damping > 0.0 {
+                let mut c = self.viscous_damping;
+                if x < self.viscous_ramp {
+                    c *= x / self.viscous_ramp;
+                    gx += self.viscous_damping / self.viscous_ramp * v;
+                }
+                g += c * v;
+                gv += c;
+            }
+        }
+        if self.relaxation_stiffness > 0.0 {
+            g += m.relaxation[0] + m.relaxation[1] + m.relaxation[2];
+        }
+        let (b, bx) = branch.unwrap_or((0.0, 0.0));
+        let (s, sx) = self.second_layer(x);
+        ((b + s, bx + sx), (g, gx, gv))
+    }
+
+    /// (pull >= 0, its d/dx) of adhesion.
+    #[inline]
+    fn pull(&self, m: &Memory, x: f64) -> (f64, f64) {
+        let (fa, r) = (self.adhesion_force, self.adhesion_range);
+        if self.adhesion_form == AdhesionForm::Neck as i32 {
+            let anchor = m.deepest - m.released;
+            if anchor <= 0.0 || x >= anchor || x <= -r {
+                return (0.0, 0.0);
+            }
+            let e = exp(-(anchor - x) / r);
+            let (f, fx) = (fa * (1.0 - e), -fa * e / r);
+            if x >= 0.0 {
+                (f, fx)
+            } else {
+                let w = 1.0 + x / r;
+                (f * w, fx * w + f / r)
+            }
+        } else if self.adhesion_form == AdhesionForm::Reach as i32 {
+            if x >= 0.0 {
+                (fa, 0.0)
+            } else if x > -r {
+                (fa * (1.0 + x / r), fa / r)
+            } else {
+                (0.0, 0.0)
+            }
+        } else if x > 0.0 {
+            let e = exp(-x / r);
+            (fa * (1.0 - e), fa * e / r)
+        } else {
+            (0.0, 0.0)
+        }
+    }
+
+    /// Contact force, N, at penetration `x` m and speed `v` m/s with the memory as of before this point:
+    /// never tensile without adhesion.
+    #[inline]
+    pub fn force(&self, m: &Memory, x: f64, v: f64) -> f64 {
+        let mut f = 0.0;
+        if x > 0.0 {
+            let (a, b) = self.push(m, x, v, if x > m.deepest { x } else { m.deepest });
+            f = a.0 + b.0;
+            if f < 0.0 {
+                f = 0.0;
+            }
+        }
+        if self.adhesion_force > 0.0 {
+            f -= self.pull(m, x).0;
+        }
+        f
+    }
+
+    /// (dF/dx N/m, dF/dv N s/m) with the memory held; zero where the force is clamped.
+    #[inline]
+    pub fn derivatives(&self, m: &Memory, x: f64, v: f64) -> (f64, f64) {
+        let (mut fx, mut fv) = (0.0, 0.0);
+        if x > 0.0 {
+            let (a, b) = self.push(m, x, v, if x > m.deepest { x } else { m.deepest });
+            if a.0 + b.0 > 0.0 {
+                fx = a.1 + b.1;
+                fv = b.2;
+            }
+        }
+        if self.adhesion_force > 0.0 {
+            fx -= self.pull(m, x).1;
+        }
+        (fx, fv)
+    }
+
+    /// Power of x that the Maxwell branches hang on.
+    #[inline]
+    fn branch_power(&self) -> f64 {
+        if self.relaxation_exponent > 0.0 {
+            self.relaxation_exponent
+        } else {
+            self.exponent
+        }
+    }
+
+    /// Relaxation times of the branches, s.
+    #[inline]
+    pub fn relaxation_times(&self) -> [f64; BRANCHES] {
+        if self.relaxation_spread > 0.0 {
+            let q = pow(10.0, self.relaxation_spread);
+            [
+                self.relaxation_time / q,
+                self.relaxation_time,
+                self.relaxation_time * q,
+            ]
+        } else {
+            [self.relaxation_time; BRANCHES]
+        }
+    }
+
+    /// Rates of the branch forces, N/s, for a host that carries them as states: f' = (kr/3) d(x^q)/dt - f/tau.
+    #[inline]
+    pub fn relaxation_rates(&self, m: &Memory, x: f64, v: f64) -> [f64; BRANCHES] {
+        let q = self.branch_power();
+        let g = if x > 0.0 {
+            self.relaxation_stiffness / BRANCHES as f64 * q * pow(x, q - 1.0) * v
+        } else {
+            0.0
+        };
+        let t = self.relaxation_times();
+        let mut r = [0.0; BRANCHES];
+        for b in 0..BRANCHES {
+            r[b] = g - m.relaxation[b] / t[b];
+        }
+        r
+    }
+
+    /// The memory after moving from (`x0`, `v0`) to (`x1`, `v1`) in `dt` seconds, x m and v m/s along straight
+    /// lines. Branch forces follow the exact exponential of a drive that rises evenly from touch to the end of
+    /// the step. Work counts the force along the way; see [`Parameters::stored_energy`] for what is stored.
+    pub fn advance(&self, m: &Memory, x0: f64, v0: f64, x1: f64, v1: f64, dt: f64) -> Memory {
+        let mut o = *m;
+        if x1 > o.deepest {
+            o.deepest = x1;
+        }
+        if self.relaxation_stiffness > 0.0 {
+            self.relax(m, &mut o, x0, x1, dt);
+        }
+        if self.adhesion_force > 0.0 {
+            let mut anchor = m.deepest - m.released;
+            if x1 <= -self.adhesion_range {
+                anchor = 0.0;
+            } else if x1 > anchor {
+                anchor = x1;
+            }
+            o.released = o.deepest - anchor;
+        }
+        o.work += self.work_of_step(m, &o, (x0, v0), (x1, v1));
+        o.stored = self.stored_energy(&o, x1);
+        o
+    }
+
+    /// Updates the branch forces over a step.
+    fn relax(&self, m: &Memory, o: &mut Memory, x0: f64, x1: f64, dt: f64) {
+        if x1 <= 0.0 {
+            o.relaxation = [0.0; BRANCHES];
+            return;
+        }
+        let q = self.branch_power();
+        // in contact only from where the surface is crossed
+        let (z0, t, held) = if x0 > 0.0 {
+            (pow(x0, q), dt, m.relaxation)
+        } else {
+            (0.0, dt * x1 / (x1 - x0), [0.0; 3])
+        };
+        let df = self.relaxation_stiffness / BRANCHES as f64 * (pow(x1, q) - z0);
+        let times = self.relaxation_times();
+        for b in 0..BRANCHES {
+            let z = if t > 0.0 { t / times[b] } else { 0.0 };
+            let a = exp(-z);
+            // mean of the exponential over the step; its series where 1 - a cancels
+            let mean = if z > 1e-3 {
+                (1.0 - a) / z
+            } else {
+                1.0 - z * (0.5 - z * (1.0 / 6.0 - z / 24.0))
+            };
+            o.relaxation[b] = held[b] * a + df * mean;
+        }
+    }
 }
