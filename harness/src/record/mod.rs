@@ -1,5 +1,7 @@
 //! Campaigns in the format `recordings/1`: read, checked, converted to SI.
 
+mod load;
+pub use load::{load, RecordError};
 use std::path::PathBuf;
 
 /// What was done with the body.

@@ -1,0 +1,370 @@
+//! From fits to a decision: what is missing, what cannot be told apart, what stays unexplained.
+
+use super::mechanism::{Acts, Origin};
+use super::search::{MakeUp, Search, Term};
+use crate::model::estimate::{Fit, Model, Options, Point, Problem};
+use crate::model::simulate::{simulate, Local, Setup, Trace};
+use crate::record::{Channel, Kind};
+use rayon::prelude::*;
+
+/// Gain in chi^2, beyond one parameter and over the wander of the residual, from which a misfit counts as detected.
+/// Held to under 1 % false alarms with the maximum over all candidates.
+pub const DETECT: f64 = 30.0;
+/// The same for a gain beyond a calibration's tolerance, where the prior sets the scale and nothing else inflates it.
+pub const DETECT_TOLERANCE: f64 = 15.0;
+/// A second effect has to bring this share of what the first brought.
+pub const SECOND_SHARE: f64 = 0.02;
+/// Penalty of one more parameter, in chi^2.
+pub const PENALTY: f64 = 4.0;
+/// What stands in for unknown physics has to leave this share less misfit than the best name.
+pub const UNKNOWN_SHARE: f64 = 0.06;
+/// Samples over which the residual's wander is judged.
+const BLOCK: usize = 24;
+
+/// A candidate with its fit.
+#[derive(Clone)]
+pub struct Candidate {
+    pub make_up: MakeUp,
+    pub fit: Fit,
+}
+
+impl Candidate {
+    /// Names in the make-up.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.make_up.terms.iter().map(|t| t.mechanism.name).collect()
+    }
+    fn parameters(&self) -> f64 {
+        self.make_up.terms.iter().map(|t| t.form.parameters.len() as f64).sum()
+    }
+    /// chi^2 with its penalty.
+    pub fn cost(&self) -> f64 {
+        self.fit.point.chi2 + PENALTY * self.parameters()
+    }
+}
+
+/// The decision on a campaign.
+pub struct Decision {
+    pub base: Candidate,
+    pub chosen: Candidate,
+    /// Single candidates, best form each, best first.
+    pub singles: Vec<Candidate>,
+    pub detected: bool,
+    pub false_alarm_probability: f64,
+    /// Names that fit as well as the chosen one, by term.
+    pub ties: Vec<Vec<&'static str>>,
+    pub unexplained: bool,
+    /// Wander of the base's and the chosen model's residual.
+    pub wander: (f64, f64),
+}
+
+/// How much the whitened residual wanders over blocks, relative to white noise.
+pub fn wander(problem: &Problem<'_>, point: &Point) -> f64 {
+    let Some(l) = problem.linearise(point) else { return 1.0 };
+    let (mut sum, mut n) = (0.0, 0.0);
+    for (r, b) in l.blocks.iter().enumerate() {
+        let len = problem.data.records[r].setup.time.len();
+        for ch in b.residual.chunks(len) {
+            for w in ch.chunks_exact(BLOCK) {
+                let m: f64 = w.iter().sum();
+                // a single wild block shall not decide
+                sum += (m * m / BLOCK as f64).min(30.0);
+                n += 1.0;
+            }
+        }
+    }
+    if n < 10.0 { 1.0 } else { sum / n }
+}
+
+impl Search<'_> {
+    fn wander_of(&self, c: &Candidate) -> f64 {
+        let m = self.model(&c.make_up, 1.0, 1.0, 0.0);
+        wander(&Problem::new(self.data, &m), &c.fit.point)
+    }
+
+    /// Best form of each mechanism, refined where it stands a chance.
+    fn expand(&self, from: &Candidate, quick: &Options, starts: usize, keep: usize) -> Vec<Candidate> {
+        let list = self.candidates();
+        let first = self.screen(&from.make_up, &from.fit, &list, starts, quick);
+        let mut best: Vec<(Term, Fit)> = Vec::new();
+        for (t, f) in first {
+            let cost = |t: &Term, f: &Fit| f.point.chi2 + PENALTY * t.form.parameters.len() as f64;
+            match best.iter_mut().find(|b| b.0.mechanism.name == t.mechanism.name) {
+                Some(b) if cost(&b.0, &b.1) <= cost(&t, &f) => {}
+                Some(b) => *b = (t, f),
+                None => best.push((t, f)),
+            }
+        }
+        best.sort_by(|a, b| a.1.point.chi2.total_cmp(&b.1.point.chi2));
+        let top = best.first().map_or(0.0, |b| from.fit.point.chi2 - b.1.point.chi2);
+        if top < 0.5 * DETECT_TOLERANCE {
+            return best.into_iter().map(|(t, f)| self.candidate(from, t, f)).collect();
+        }
+        // refine: what is among the best, and what is hard to fit and so may have been missed
+        let hard = ["base_compliance", "loose_part", "sensor_resonance", "cyclic_softening", "secondary_stiffening", "return_spring"];
+        let mut rank = 0;
+        let refine: Vec<(usize, usize)> = best
+            .iter()
+            .enumerate()
+            .filter_map(|(i, (t, f))| {
+                let gain = from.fit.point.chi2 - f.point.chi2;
+                let is_hard = hard.contains(&t.mechanism.name);
+                if rank < keep || (is_hard && gain > 0.05 * top && keep > 3) {
+                    rank += 1;
+                    Some((i, if is_hard { 3 } else { 1 }))
+                } else {
+                    None
+                }
+            })
+            .collect();
+        let slow = Options { iterations: 30, ..Options::default() };
+        let refined: Vec<(usize, Term, Fit)> = refine
+            .into_par_iter()
+            .filter_map(|(i, starts)| {
+                let (t, f) = &best[i];
+                // go on from where the quick fit stopped
+                let mut next = from.make_up.clone();
+                next.terms.push(t.clone());
+                let m = self.model(&next, 1.0, 1.0, 0.0);
+                let p = Problem::new(self.data, &m);
+                let mut out = p.fit(f.point.clone(), &slow);
+                if starts > 1 {
+                    if let Some(g) = self.add(&from.make_up, &from.fit.point, t, starts + 1, &Options { iterations: 18, ..Options::default() }) {
+                        if g.point.chi2 < out.point.chi2 {
+                            out = p.fit(g.point, &slow);
+                        }
+                    }
+                }
+                Some((i, t.clone(), out))
+            })
+            .collect();
+        for (i, t, f) in refined {
+            if f.point.chi2 <= best[i].1.point.chi2 {
+                best[i] = (t, f);
+            }
+        }
+        let mut v: Vec<Candidate> = best.into_iter().map(|(t, f)| self.candidate(from, t, f)).collect();
+        v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+        v
+    }
+
+    fn candidate(&self, from: &Candidate, t: Term, fit: Fit) -> Candidate {
+        let mut make_up = from.make_up.clone();
+        make_up.terms.push(t);
+        Candidate { make_up, fit }
+    }
+
+    /// A better base: nothing added, started from where a candidate had led the base's parameters.
+    fn polish(&self, base: &mut Candidate, singles: &[Candidate]) {
+        let m = self.model(&base.make_up, 1.0, 1.0, 0.0);
+        let p = Problem::new(self.data, &m);
+        let g = m.parameters.len();
+        for c in singles.iter().take(3) {
+            let start = p.evaluate(c.fit.point.theta[..g].to_vec(), c.fit.point.locals.clone());
+            let f = p.fit(start, &Options::default());
+            if f.point.chi2 < base.fit.point.chi2 - 1.0 {
+                base.fit = f;
+            }
+        }
+    }
+
+    /// Decides.
+    pub fn decide(&self, base: Fit) -> Decision {
+        let mut base = Candidate { make_up: MakeUp::default(), fit: base };
+        let quick = Options { iterations: 9, hopeless: 2.0, ..Options::default() };
+        let mut singles = self.expand(&base, &quick, 2, 6);
+        self.polish(&mut base, &singles);
+        singles.retain(|c| c.fit.point.chi2 <= base.fit.point.chi2 + 1.0);
+        let base_wander = self.wander_of(&base);
+        let gain_of = |c: &Candidate, from: &Candidate| {
+            from.fit.point.chi2 - c.fit.point.chi2 - (c.parameters() - from.parameters() - 1.0).max(0.0) * PENALTY
+        };
+        let significant = |c: &Candidate, from: &Candidate, lambda: f64| -> f64 {
+            let gain = gain_of(c, from);
+            let name = c.make_up.terms.last().map_or("", |t| t.mechanism.name);
+            if name == "force_gain" {
+                gain / DETECT_TOLERANCE
+            } else {
+                gain / lambda.max(1.0) / DETECT
+            }
+        };
+        let nothing = |base: Candidate, singles, lambda, p| Decision {
+            chosen: base.clone(),
+            base,
+            singles,
+            detected: false,
+            false_alarm_probability: p,
+            ties: Vec::new(),
+            unexplained: false,
+            wander: (lambda, lambda),
+        };
+        let named: Vec<&Candidate> = singles.iter().filter(|c| c.make_up.terms[0].mechanism.named).collect();
+        let Some(best) = named.first().map(|c| (*c).clone()) else {
+            return nothing(base, singles, base_wander, 1.0);
+        };
+        let lambda = self.wander_of(&best);
+        // the most significant of the best few
+        let mut first = best.clone();
+        if significant(&first, &base, lambda) < 1.0 {
+            if let Some(g) = named.iter().find(|c| c.names() == ["force_gain"] && significant(c, &base, lambda) >= 1.0) {
+                if g.cost() < first.cost() + 12.0 || significant(&first, &base, lambda) < 1.0 {
+                    first = (*g).clone();
+                }
+            }
+        }
+        let strength = significant(&first, &base, lambda);
+        let stand_in = singles.iter().find(|c| !c.make_up.terms[0].mechanism.named).cloned();
+        let stand_in_strength = stand_in.as_ref().map_or(0.0, |c| gain_of(c, &base) / lambda.max(1.0) / DETECT);
+        let probability = |s: f64| (40.0 * (-0.5 * s * DETECT).exp()).min(1.0);
+        if strength < 1.0 && stand_in_strength < 2.0 {
+            return nothing(base, singles, lambda, probability(strength.max(stand_in_strength)));
+        }
+        let total = gain_of(&first, &base).max(1.0);
+        // a second effect, tried beside the few best first ones
+        let mut chosen = first.clone();
+        let lambda_first = self.wander_of(&first);
+        if lambda_first > 1.12 || total < 3000.0 {
+            let beam: Vec<Candidate> = named.iter().take(3).filter(|c| gain_of(c, &base) > 0.5 * total).map(|c| (*c).clone()).collect();
+            let mut pairs: Vec<Candidate> = Vec::new();
+            for c in beam {
+                let v = self.expand(&c, &Options { iterations: 7, hopeless: 3.0, ..Options::default() }, 1, 3);
+                pairs.extend(v.into_iter().filter(|p| p.make_up.terms.iter().all(|t| t.mechanism.named)).take(3));
+            }
+            pairs.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+            if let Some(pair) = pairs.first() {
+                let l2 = self.wander_of(pair);
+                let s2 = significant(pair, &first, l2);
+                if s2 >= 1.0 && gain_of(pair, &first) > SECOND_SHARE * total {
+                    chosen = pair.clone();
+                }
+            }
+        }
+        let final_wander = self.wander_of(&chosen);
+        // does physics nobody has named do better?
+        let mut unexplained = false;
+        if let Some(u) = &stand_in {
+            let margin = chosen.fit.point.chi2 - u.fit.point.chi2 - PENALTY * (u.parameters() - chosen.parameters()).max(0.0);
+            let share = if u.names() == ["latent_force"] { 3.0 * UNKNOWN_SHARE } else { UNKNOWN_SHARE };
+            let gain = gain_of(u, &base);
+            if margin > 2.0 * DETECT * final_wander.clamp(1.0, 3.0) && margin > share * gain {
+                unexplained = true;
+                chosen = u.clone();
+            }
+        }
+        if !unexplained {
+            let left = (final_wander - 1.0) / (base_wander - 1.0).max(0.05);
+            if final_wander > 1.6 && left > 0.35 {
+                unexplained = true;
+            }
+        }
+        // names that do as well as the chosen ones
+        let ties = self.ties(&chosen, &singles, final_wander);
+        Decision {
+            base,
+            singles,
+            detected: true,
+            false_alarm_probability: probability(strength.max(stand_in_strength)),
+            ties,
+            unexplained,
+            wander: (base_wander, final_wander),
+            chosen,
+        }
+    }
+
+    fn ties(&self, chosen: &Candidate, singles: &[Candidate], lambda: f64) -> Vec<Vec<&'static str>> {
+        let known = [("lowpass_lag", "channel_skew"), ("gravity", "return_spring")];
+        chosen
+            .make_up
+            .terms
+            .iter()
+            .map(|t| {
+                let name = t.mechanism.name;
+                let mut v: Vec<&'static str> = Vec::new();
+                if chosen.make_up.terms.len() == 1 {
+                    for s in singles.iter().filter(|s| s.make_up.terms[0].mechanism.named) {
+                        if s.names()[0] != name && s.cost() - chosen.cost() < 6.0 * lambda.max(1.0) {
+                            v.push(s.names()[0]);
+                        }
+                    }
+                }
+                for (a, b) in known {
+                    for (x, y) in [(a, b), (b, a)] {
+                        if name == x && !v.contains(&y) && self.candidates().iter().any(|c| c.mechanism.name == y) {
+                            v.push(y);
+                        }
+                    }
+                }
+                v
+            })
+            .collect()
+    }
+
+    /// Share of a term's own action in approach, loading, unloading and after, over all recordings.
+    pub fn acts(&self, chosen: &Candidate, term: usize) -> [f64; 4] {
+        let model: Model<'_> = self.model(&chosen.make_up, 1.0, 1.0, 0.0);
+        let problem = Problem::new(self.data, &model);
+        let mut without = chosen.make_up.clone();
+        let t = without.terms.remove(term);
+        let start: usize = self.first_term(&model, &chosen.make_up)
+            + chosen.make_up.terms[..term].iter().map(|t| t.form.parameters.len()).sum::<usize>();
+        let mut theta = chosen.fit.point.theta.clone();
+        theta.drain(start..start + t.form.parameters.len());
+        let base_model = self.model(&without, 1.0, 1.0, 0.0);
+        let base_problem = Problem::new(self.data, &base_model);
+        let (with, bare) = (problem.physics(&chosen.fit.point.theta), base_problem.physics(&theta));
+        let mut share = [0.0; 4];
+        for (r, rec) in self.data.records.iter().enumerate() {
+            let local = &chosen.fit.point.locals[r];
+            let (trace, y) = problem.predict(&chosen.fit.point.theta, r, local);
+            if !trace.ok {
+                continue;
+            }
+            let n = trace.force.len();
+            let strength: Vec<f64> = match t.mechanism.acts {
+                Acts::Force(f) => (0..n).map(|i| f(trace.position[i], trace.velocity[i], &with).abs()).collect(),
+                Acts::Push => trace.force.iter().map(|f| f.abs()).collect(),
+                Acts::Reading if t.mechanism.origin == Origin::Chain => {
+                    let c = if self.data.has(Channel::Force) { Channel::Force } else { Channel::Acceleration };
+                    let z = crate::model::chain::readings(&bare, &trace, &rec.setup.time);
+                    y[c.index()].iter().zip(&z[c.index()]).map(|(a, b)| (a - b).abs()).collect()
+                }
+                Acts::Reading => {
+                    // both laws along the same path
+                    let imposed = Setup {
+                        kind: Kind::Indentation,
+                        imposed: trace.position.clone(),
+                        imposed_rate: trace.velocity.clone(),
+                        ..rec.setup.clone()
+                    };
+                    let l = Local { start: 0.0, speed: 0.0, stiffness: 0.0, offset: 0.0 };
+                    let (a, b) = (simulate(&with, &imposed, &l), simulate(&bare, &imposed, &l));
+                    a.force.iter().zip(&b.force).map(|(a, b)| (a - b).abs()).collect()
+                }
+            };
+            for (i, s) in strength.iter().enumerate() {
+                share[phase(&trace, rec.setup.time[i])] += s;
+            }
+        }
+        // the loose part acts from its strike on; the reading cannot tell, the gap can
+        let sum: f64 = share.iter().sum();
+        if sum > 0.0 {
+            share.iter_mut().for_each(|s| *s /= sum);
+        }
+        share
+    }
+}
+
+/// Index of the phase an instant lies in: approach, loading, unloading, after.
+pub fn phase(t: &Trace, time: f64) -> usize {
+    if time < t.touch {
+        0
+    } else if time < t.deepest {
+        1
+    } else if time < t.leave {
+        2
+    } else {
+        3
+    }
+}
+
+/// Words for the phases.
+pub const PHASES: [&str; 4] = ["approach", "loading", "unloading", "after"];

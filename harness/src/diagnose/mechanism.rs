@@ -1,0 +1,101 @@
+//! What a mechanism is: one name of the vocabulary (or beyond it), its forms, and how each enters the physics.
+
+use crate::model::estimate::{Parameter, Scales};
+use crate::model::physics::Physics;
+use crate::record::Kind;
+
+/// The part of the system a mechanism sits in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Origin {
+    Contact,
+    Motion,
+    Chain,
+}
+
+impl Origin {
+    /// The word the verdict uses.
+    pub fn name(self) -> &'static str {
+        match self {
+            Origin::Contact => "contact",
+            Origin::Motion => "motion",
+            Origin::Chain => "chain",
+        }
+    }
+}
+
+/// What a mechanism may ask of the campaign before it offers forms.
+#[derive(Clone, Debug)]
+pub struct Context {
+    pub kind: Kind,
+    /// Which channels are recorded: force, acceleration, penetration.
+    pub has: [bool; 3],
+    pub scales: Scales,
+    /// Terms the simulation holds already.
+    pub terms: Vec<String>,
+    /// Largest magnitude read on each channel, SI.
+    pub top: [f64; 3],
+}
+
+/// Applies a form's parameters (dimensionless, in the order of `Form::parameters`) to the physics.
+pub type Apply = fn(&[f64], &Context, &mut Physics);
+
+/// (name, value, unit) of a form's parameters in SI.
+pub type Describe = fn(&[f64], &Context) -> Vec<(&'static str, f64, &'static str)>;
+
+/// One form of a mechanism.
+#[derive(Clone)]
+pub struct Form {
+    pub label: &'static str,
+    pub parameters: Vec<Parameter>,
+    /// Where a search starts; several where the effect is not convex.
+    pub starts: Vec<Vec<f64>>,
+    /// Whether the first parameter is an amplitude in which the effect is linear while small.
+    pub linear: bool,
+    pub apply: Apply,
+    pub describe: Describe,
+}
+
+/// A mechanism.
+#[derive(Clone, Copy)]
+pub struct Mechanism {
+    pub name: &'static str,
+    pub origin: Origin,
+    /// False for what stands in for physics nobody has named: it makes a verdict "unexplained".
+    pub named: bool,
+    pub equation: &'static str,
+    pub source: &'static str,
+    pub sentence: &'static str,
+    /// What to do about it where the element itself is right, or what the element now holds.
+    pub cure: &'static str,
+    pub forms: fn(&Context) -> Vec<Form>,
+    /// Relative strength with which the effect acts at a point: (depth m, speed m/s, force N, time since touch s, physics).
+    pub acts: Acts,
+}
+
+/// How the strength of an effect is spread over the phases.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Acts {
+    /// By the difference it makes to the contact force or the reading.
+    Reading,
+    /// By a force on the body that acts at all times: weight of each sample from depth, speed and physics.
+    Force(fn(f64, f64, &Physics) -> f64),
+    /// While the stop is pushed: proportional to the contact force.
+    Push,
+}
+
+/// A parameter of a form; dynamic unless `chain`.
+pub fn parameter(name: &str, lower: f64, upper: f64, step: f64) -> Parameter {
+    Parameter { name: name.to_string(), start: 0.0, lower, upper, step, prior: None, dynamic: true }
+}
+
+/// A parameter that changes the chain alone.
+pub fn chain_parameter(name: &str, lower: f64, upper: f64, step: f64) -> Parameter {
+    Parameter { dynamic: false, ..parameter(name, lower, upper, step) }
+}
+
+/// All combinations of the values given for each parameter.
+pub fn grid(values: &[&[f64]]) -> Vec<Vec<f64>> {
+    values.iter().fold(vec![Vec::new()], |acc, v| {
+        acc.iter().flat_map(|a| v.iter().map(move |x| [a.as_slice(), &[*x]].concat())).collect()
+    })
+}

@@ -1,0 +1,37 @@
+//! adhesion: the faces pull on each other, above all while leaving
+
+use crate::diagnose::mechanism::*;
+
+/// a pull of at most F_a over a range (Johnson, Kendall and Roberts 1971; Derjaguin, Muller and Toporov 1975).
+pub const MECHANISM: Mechanism = Mechanism {
+    name: "adhesion",
+    origin: Origin::Contact,
+    named: true,
+    equation: "a pull of at most F_a over a range",
+    source: "Johnson, Kendall and Roberts 1971; Derjaguin, Muller and Toporov 1975",
+    sentence: "the faces pull on each other, above all while leaving",
+    cure: "The element now holds it: import the FMU written beside this report.",
+    forms,
+    acts: Acts::Reading,
+};
+
+fn pull(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, form: i32) {
+    p.law.adhesion_force = t[0] * c.scales.force;
+    p.law.adhesion_range = c.scales.depth * t[1].exp();
+    p.law.adhesion_form = form;
+}
+
+fn forms(c: &Context) -> Vec<Form> {
+    let form = |label, apply: Apply| Form {
+        label,
+        parameters: vec![parameter("force", 0.0, 3.0, 1e-3), parameter("ln range", -6.0, 1.5, 1e-2)],
+        starts: grid(&[&[0.02], &[-4.0, -2.3, -0.7]]),
+        linear: true,
+        apply,
+        describe: |t, c| vec![("adhesion_force", t[0] * c.scales.force, "N"), ("adhesion_range", c.scales.depth * t[1].exp(), "m")],
+    };
+    vec![
+        form("reversible, in contact", |t, c, p| pull(t, c, p, 0)),
+        form("neck, while leaving", |t, c, p| pull(t, c, p, 1)),
+    ]
+}

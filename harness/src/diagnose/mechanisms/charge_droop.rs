@@ -1,0 +1,43 @@
+//! charge_droop: the force transducer is AC-coupled: its reading droops and undershoots
+
+use crate::diagnose::mechanism::*;
+use crate::record::Channel;
+
+/// y = u - w, w' = (u - w)/tau (charge amplifier, first-order AC coupling).
+pub const MECHANISM: Mechanism = Mechanism {
+    name: "charge_droop",
+    origin: Origin::Chain,
+    named: true,
+    equation: "y = u - w, w' = (u - w)/tau",
+    source: "charge amplifier, first-order AC coupling",
+    sentence: "the force transducer is AC-coupled: its reading droops and undershoots",
+    cure: "The contact element is right; correct the measuring chain.",
+    forms,
+    acts: Acts::Reading,
+};
+
+fn droop(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, channel: Channel, double: bool) {
+    p.droop = t[0] / c.scales.duration;
+    p.droop_double = double;
+    p.droop_channel = channel;
+}
+
+fn forms(c: &Context) -> Vec<Form> {
+    let channel = if c.has[0] { Channel::Force } else if c.has[1] { Channel::Acceleration } else { return Vec::new() };
+    let form = |label, apply: Apply| Form {
+        label,
+        parameters: vec![chain_parameter("rate", 0.0, 5.0, 2e-4)],
+        starts: vec![vec![0.01]],
+        linear: true,
+        apply,
+        describe: |t, c| vec![("droop_rate", t[0] / c.scales.duration, "1/s")],
+    };
+    if channel == Channel::Force {
+        vec![
+            form("first order", |t, c, p| droop(t, c, p, Channel::Force, false)),
+            form("second order", |t, c, p| droop(t, c, p, Channel::Force, true)),
+        ]
+    } else {
+        vec![form("first order", |t, c, p| droop(t, c, p, Channel::Acceleration, false))]
+    }
+}

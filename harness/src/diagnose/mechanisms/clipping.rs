@@ -1,0 +1,44 @@
+//! clipping: the chain reads no more beyond a level
+
+use crate::diagnose::mechanism::*;
+use crate::record::Channel;
+
+/// y = min(u, c) (range of the amplifier).
+pub const MECHANISM: Mechanism = Mechanism {
+    name: "clipping",
+    origin: Origin::Chain,
+    named: true,
+    equation: "y = min(u, c)",
+    source: "range of the amplifier",
+    sentence: "the chain reads no more beyond a level",
+    cure: "The contact element is right; correct the measuring chain.",
+    forms,
+    acts: Acts::Reading,
+};
+
+fn clip(level: f64, channel: Channel, soft: bool, p: &mut crate::model::physics::Physics) {
+    p.clip = level;
+    p.clip_channel = channel;
+    p.clip_soft = soft;
+}
+
+fn forms(c: &Context) -> Vec<Form> {
+    let hard = |label, apply: Apply| Form {
+        label,
+        parameters: vec![chain_parameter("level", 0.3, 1.2, 1e-3)],
+        starts: vec![vec![0.995], vec![0.95]],
+        linear: false,
+        apply,
+        describe: |t, c| vec![("clip_level", t[0] * if c.has[0] { c.top[0] } else { c.top[1] }, if c.has[0] { "N" } else { "m/s^2" })],
+    };
+    if c.has[0] {
+        vec![
+            hard("force, hard", |t, c, p| clip(t[0] * c.top[0], Channel::Force, false, p)),
+            hard("force, soft", |t, c, p| clip(1.1 * t[0] * c.top[0], Channel::Force, true, p)),
+        ]
+    } else if c.has[1] {
+        vec![hard("acceleration, hard", |t, c, p| clip(t[0] * c.top[1], Channel::Acceleration, false, p))]
+    } else {
+        Vec::new()
+    }
+}

@@ -1,0 +1,31 @@
+//! fluid_drag: the surrounding fluid drags on the body with the square of its speed
+
+use crate::diagnose::mechanism::*;
+use crate::record::Kind;
+
+/// F = -c v |v| (Newton 1687; Rayleigh 1876).
+pub const MECHANISM: Mechanism = Mechanism {
+    name: "fluid_drag",
+    origin: Origin::Motion,
+    named: true,
+    equation: "F = -c v |v|",
+    source: "Newton 1687; Rayleigh 1876",
+    sentence: "the surrounding fluid drags on the body with the square of its speed",
+    cure: "The contact element is right; add this to the rig's model.",
+    forms,
+    acts: Acts::Force(|_, v, p| p.drag * v * v),
+};
+
+fn forms(c: &Context) -> Vec<Form> {
+    if c.kind == Kind::Indentation {
+        return Vec::new();
+    }
+    vec![Form {
+        label: "quadratic",
+        parameters: vec![parameter("drag", 0.0, 5.0, 2e-4)],
+        starts: vec![vec![0.01]],
+        linear: true,
+        apply: |t, c, p| p.drag = t[0] * c.scales.force / (c.scales.speed * c.scales.speed),
+        describe: |t, c| vec![("drag", t[0] * c.scales.force / (c.scales.speed * c.scales.speed), "N s^2/m^2")],
+    }]
+}

@@ -1,0 +1,31 @@
+//! force_gain: the force transducer reads too much or too little, beyond its tolerance
+
+use crate::diagnose::mechanism::*;
+use crate::record::Kind;
+
+/// y = g u (calibration of the transducer).
+pub const MECHANISM: Mechanism = Mechanism {
+    name: "force_gain",
+    origin: Origin::Chain,
+    named: true,
+    equation: "y = g u",
+    source: "calibration of the transducer",
+    sentence: "the force transducer reads too much or too little, beyond its tolerance",
+    cure: "The contact element is right; correct the measuring chain.",
+    forms,
+    acts: Acts::Reading,
+};
+
+fn forms(c: &Context) -> Vec<Form> {
+    if !c.has[0] || c.kind == Kind::Indentation {
+        return Vec::new();
+    }
+    vec![Form {
+        label: "gain",
+        parameters: vec![chain_parameter("ln gain", -0.8, 0.8, 1e-3)],
+        starts: vec![vec![0.01]],
+        linear: true,
+        apply: |t, _, p| p.gain[0] *= t[0].exp(),
+        describe: |t, _| vec![("gain", t[0].exp(), "1")],
+    }]
+}

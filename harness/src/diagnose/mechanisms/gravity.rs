@@ -1,0 +1,31 @@
+//! gravity: the simulation leaves out the weight of the body
+
+use crate::diagnose::mechanism::*;
+use crate::record::Kind;
+
+/// F = m g (Newton 1687).
+pub const MECHANISM: Mechanism = Mechanism {
+    name: "gravity",
+    origin: Origin::Motion,
+    named: true,
+    equation: "F = m g",
+    source: "Newton 1687",
+    sentence: "the simulation leaves out the weight of the body",
+    cure: "The contact element is right; add this to the rig's model.",
+    forms,
+    acts: Acts::Force(|_, _, p| p.mass * p.gravity),
+};
+
+fn forms(c: &Context) -> Vec<Form> {
+    if c.kind != Kind::DropTest || c.terms.iter().any(|t| t == "gravity") {
+        return Vec::new();
+    }
+    vec![Form {
+        label: "weight",
+        parameters: vec![parameter("g", 9.7, 9.92, 0.05)],
+        starts: vec![vec![9.81]],
+        linear: false,
+        apply: |t, _, p| p.gravity = t[0],
+        describe: |t, _| vec![("gravity", t[0], "m/s^2")],
+    }]
+}

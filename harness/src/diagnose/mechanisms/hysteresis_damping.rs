@@ -1,0 +1,41 @@
+//! hysteresis_damping: the contact loses energy in proportion to a power of depth times speed
+
+use crate::diagnose::mechanism::*;
+
+/// F = mu_d x^(p+o) v (Hunt and Crossley 1975; Lankarani and Nikravesh 1990; Kuwabara and Kono 1987 (o = -1)).
+pub const MECHANISM: Mechanism = Mechanism {
+    name: "hysteresis_damping",
+    origin: Origin::Contact,
+    named: true,
+    equation: "F = mu_d x^(p+o) v",
+    source: "Hunt and Crossley 1975; Lankarani and Nikravesh 1990; Kuwabara and Kono 1987 (o = -1)",
+    sentence: "the contact loses energy in proportion to a power of depth times speed",
+    cure: "The element now holds it: import the FMU written beside this report.",
+    forms,
+    acts: Acts::Reading,
+};
+
+/// mu_d such that the damping at the reference depth and speed is `ratio` of the elastic force.
+fn damp(ratio: f64, offset: f64, c: &Context, p: &mut crate::model::physics::Physics) {
+    p.law.damping_exponent_offset = offset;
+    p.law.hysteresis_damping = ratio * p.law.stiffness * c.scales.x_ref.powf(-offset) / c.scales.v_ref;
+}
+
+fn forms(c: &Context) -> Vec<Form> {
+    if c.terms.iter().any(|t| t == "hysteresis_damping") {
+        return Vec::new();
+    }
+    let form = |label, apply: Apply| Form {
+        label,
+        parameters: vec![parameter("ratio", 0.0, 20.0, 1e-3)],
+        starts: vec![vec![0.05]],
+        linear: true,
+        apply,
+        describe: |t, c| vec![("damping_ratio", t[0], "1"), ("reference_speed", c.scales.v_ref, "m/s")],
+    };
+    vec![
+        form("Hunt-Crossley", |t, c, p| damp(t[0], 0.0, c, p)),
+        form("Kuwabara-Kono", |t, c, p| damp(t[0], -1.0, c, p)),
+        form("half power", |t, c, p| damp(t[0], -0.5, c, p)),
+    ]
+}

@@ -1,0 +1,41 @@
+//! loose_part: a part loose inside the body strikes late
+
+use crate::diagnose::mechanism::*;
+use crate::record::Kind;
+
+/// a mass m_l strikes inside the body after a gap (Lieber and Jensen 1945 (acceleration damper)).
+pub const MECHANISM: Mechanism = Mechanism {
+    name: "loose_part",
+    origin: Origin::Motion,
+    named: true,
+    equation: "a mass m_l strikes inside the body after a gap",
+    source: "Lieber and Jensen 1945 (acceleration damper)",
+    sentence: "a part loose inside the body strikes late",
+    cure: "The contact element is right; add this to the rig's model.",
+    forms,
+    acts: Acts::Reading,
+};
+
+fn forms(c: &Context) -> Vec<Form> {
+    if c.kind == Kind::Indentation {
+        return Vec::new();
+    }
+    vec![Form {
+        label: "linear inner contact",
+        parameters: vec![
+            parameter("ln mass", -5.5, -0.7, 2e-2),
+            parameter("gap", 0.0, 6.0, 3e-3),
+            parameter("ln stiffness", -5.0, 5.0, 3e-2),
+            parameter("ln damping", -6.0, 0.5, 5e-2),
+        ],
+        starts: grid(&[&[-3.3, -1.8], &[0.02, 0.3, 0.8, 1.8], &[-2.5, -0.5, 1.5], &[-2.0]]),
+        linear: false,
+        apply: |t, c, p| {
+            p.loose_mass = c.scales.mass * t[0].exp();
+            p.loose_gap = c.scales.depth * t[1];
+            p.loose_stiffness = c.scales.force / c.scales.depth * t[2].exp();
+            p.loose_damping = 2.0 * t[3].exp() * (p.loose_stiffness * p.loose_mass).sqrt();
+        },
+        describe: |t, c| vec![("loose_mass", c.scales.mass * t[0].exp(), "kg"), ("loose_gap", c.scales.depth * t[1], "m"), ("loose_stiffness", c.scales.force / c.scales.depth * t[2].exp(), "N/m")],
+    }]
+}

@@ -1,0 +1,44 @@
+//! return_spring: a spring pulls the body back
+
+use crate::diagnose::mechanism::*;
+use crate::record::Kind;
+
+/// F = -(P + r x) (Hooke 1678).
+pub const MECHANISM: Mechanism = Mechanism {
+    name: "return_spring",
+    origin: Origin::Motion,
+    named: true,
+    equation: "F = -(P + r x)",
+    source: "Hooke 1678",
+    sentence: "a spring pulls the body back",
+    cure: "The contact element is right; add this to the rig's model.",
+    forms,
+    acts: Acts::Force(|x, _, p| (p.spring_preload + p.spring_rate * x).abs()),
+};
+
+fn forms(c: &Context) -> Vec<Form> {
+    if c.kind != Kind::DropTest {
+        return Vec::new();
+    }
+    vec![
+        Form {
+            label: "preload",
+            parameters: vec![parameter("preload", 0.0, 2.0, 2e-4)],
+            starts: vec![vec![0.01]],
+            linear: true,
+            apply: |t, c, p| p.spring_preload = t[0] * c.scales.force,
+            describe: |t, c| vec![("spring_preload", t[0] * c.scales.force, "N")],
+        },
+        Form {
+            label: "preload and rate",
+            parameters: vec![parameter("preload", 0.0, 2.0, 2e-4), parameter("rate", 0.0, 1.0, 2e-4)],
+            starts: vec![vec![0.01, 0.005]],
+            linear: false,
+            apply: |t, c, p| {
+                p.spring_preload = t[0] * c.scales.force;
+                p.spring_rate = t[1] * c.scales.force / c.scales.depth;
+            },
+            describe: |t, c| vec![("spring_preload", t[0] * c.scales.force, "N"), ("spring_rate", t[1] * c.scales.force / c.scales.depth, "N/m")],
+        },
+    ]
+}

@@ -1,0 +1,34 @@
+//! secondary_stiffening: a second stop or layer takes part from some depth on
+
+use crate::diagnose::mechanism::*;
+
+/// F = k2 (x - d)^q beyond d (two springs in series of onset; Goldsmith 1960).
+pub const MECHANISM: Mechanism = Mechanism {
+    name: "secondary_stiffening",
+    origin: Origin::Contact,
+    named: true,
+    equation: "F = k2 (x - d)^q beyond d",
+    source: "two springs in series of onset; Goldsmith 1960",
+    sentence: "a second stop or layer takes part from some depth on",
+    cure: "The element now holds it: import the FMU written beside this report.",
+    forms,
+    acts: Acts::Reading,
+};
+
+fn layer(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, power: f64) {
+    p.law.secondary_stiffness = t[0] * c.scales.force / c.scales.depth.powf(power);
+    p.law.secondary_depth = t[1] * c.scales.depth;
+    p.law.secondary_exponent = power;
+}
+
+fn forms(c: &Context) -> Vec<Form> {
+    let form = |label, apply: Apply| Form {
+        label,
+        parameters: vec![parameter("force", 0.0, 30.0, 2e-3), parameter("depth", 0.02, 3.0, 3e-3)],
+        starts: grid(&[&[0.05], &[0.15, 0.4, 0.7, 1.0, 1.4]]),
+        linear: true,
+        apply,
+        describe: |t, c| vec![("secondary_force_at_depth", t[0] * c.scales.force, "N"), ("secondary_depth", t[1] * c.scales.depth, "m")],
+    };
+    vec![form("power 1.5", |t, c, p| layer(t, c, p, 1.5)), form("power 1", |t, c, p| layer(t, c, p, 1.0)), form("power 2.5", |t, c, p| layer(t, c, p, 2.5))]
+}

@@ -1,0 +1,39 @@
+//! sensor_resonance: the transducer and its tip ring at their own frequency
+
+use crate::diagnose::mechanism::*;
+use crate::record::Kind;
+
+/// tip mass m_t before a transducer of stiffness k_t (Ahn and Ryu 2005, eqs. 3 to 5).
+pub const MECHANISM: Mechanism = Mechanism {
+    name: "sensor_resonance",
+    origin: Origin::Chain,
+    named: true,
+    equation: "tip mass m_t before a transducer of stiffness k_t",
+    source: "Ahn and Ryu 2005, eqs. 3 to 5",
+    sentence: "the transducer and its tip ring at their own frequency",
+    cure: "The contact element is right; correct the measuring chain.",
+    forms,
+    acts: Acts::Push,
+};
+
+fn forms(c: &Context) -> Vec<Form> {
+    if c.kind == Kind::Indentation || !c.has[0] {
+        return Vec::new();
+    }
+    vec![Form {
+        label: "tip mass on the transducer's spring",
+        parameters: vec![parameter("ln mass", -6.0, -0.7, 2e-2), parameter("ln frequency", 1.2, 6.0, 1e-2), parameter("ln damping", -6.0, 0.0, 5e-2)],
+        starts: grid(&[&[-4.0, -2.7], &[1.8, 2.2, 2.6, 3.0, 3.4, 3.9, 4.5], &[-3.5, -1.5]]),
+        linear: false,
+        apply: |t, c, p| {
+            let w = t[1].exp() / c.scales.duration;
+            p.tip_mass = c.scales.mass * t[0].exp();
+            p.tip_stiffness = p.tip_mass * w * w;
+            p.tip_damping = 2.0 * t[2].exp() * p.tip_mass * w;
+        },
+        describe: |t, c| {
+            let (w, m) = (t[1].exp() / c.scales.duration, c.scales.mass * t[0].exp());
+            vec![("tip_mass", m, "kg"), ("transducer_stiffness", m * w * w, "N/m"), ("transducer_damping", 2.0 * t[2].exp() * m * w, "N s/m")]
+        },
+    }]
+}

@@ -1,0 +1,38 @@
+//! squeeze_film: a cushion of fluid builds up as the gap closes
+
+use crate::diagnose::mechanism::*;
+use crate::record::Kind;
+
+/// F = -c v (g/(gap + g))^n (Reynolds 1886; Stefan 1874).
+pub const MECHANISM: Mechanism = Mechanism {
+    name: "squeeze_film",
+    origin: Origin::Motion,
+    named: true,
+    equation: "F = -c v (g/(gap + g))^n",
+    source: "Reynolds 1886; Stefan 1874",
+    sentence: "a cushion of fluid builds up as the gap closes",
+    cure: "The contact element is right; add this to the rig's model.",
+    forms,
+    acts: Acts::Force(|x, v, p| (p.squeeze * v * (p.squeeze_gap / ((-x).max(0.0) + p.squeeze_gap)).powf(p.squeeze_power)).abs()),
+};
+
+fn film(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, power: f64) {
+    p.squeeze = t[0] * c.scales.force / c.scales.speed;
+    p.squeeze_gap = c.scales.depth * t[1].exp();
+    p.squeeze_power = power;
+}
+
+fn forms(c: &Context) -> Vec<Form> {
+    if c.kind == Kind::Indentation {
+        return Vec::new();
+    }
+    let form = |label, apply: Apply| Form {
+        label,
+        parameters: vec![parameter("c", 0.0, 5.0, 5e-4), parameter("ln gap", -3.5, 3.0, 2e-2)],
+        starts: grid(&[&[0.02], &[-1.5, 0.0, 1.2]]),
+        linear: true,
+        apply,
+        describe: |t, c| vec![("squeeze_film", t[0] * c.scales.force / c.scales.speed, "N s/m"), ("squeeze_gap", c.scales.depth * t[1].exp(), "m")],
+    };
+    vec![form("first power", |t, c, p| film(t, c, p, 1.0)), form("second power", |t, c, p| film(t, c, p, 2.0)), form("third power", |t, c, p| film(t, c, p, 3.0))]
+}

@@ -1,0 +1,9 @@
+//! Diagnosis: where the simulation misses the recordings, which physics is missing, and how much better it fits.
+
+pub mod decide;
+pub mod heldout;
+pub mod mechanism;
+pub mod mechanisms;
+pub mod prepare;
+pub mod run;
+pub mod search;

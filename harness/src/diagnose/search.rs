@@ -1,0 +1,318 @@
+//! Names the missing physics: base fit, every mechanism fitted jointly with it, forward selection with swaps.
+
+use super::mechanism::{Context, Form, Mechanism};
+use super::mechanisms::ALL;
+use super::prepare::Guess;
+use crate::model::estimate::{Data, Fit, Model, Options, Parameter, Point, Problem};
+use crate::model::physics::{Physics, GRAVITY};
+use crate::record::{Campaign, Channel, Kind};
+use rayon::prelude::*;
+
+/// A mechanism in one of its forms.
+#[derive(Clone)]
+pub struct Term {
+    pub mechanism: &'static Mechanism,
+    pub form: Form,
+}
+
+/// A model's make-up: the base and the terms added to it.
+#[derive(Clone, Default)]
+pub struct MakeUp {
+    pub terms: Vec<Term>,
+}
+
+/// Everything the search holds fixed.
+pub struct Search<'a> {
+    pub data: &'a Data,
+    pub context: Context,
+    pub gravity: bool,
+    pub hysteresis: bool,
+    /// Mechanisms the simulation holds already, beyond gravity and hysteresis damping.
+    pub given: Vec<Term>,
+}
+
+/// Number of law parameters of the base: ln F_ref, p, damping ratio where it has one.
+impl<'a> Search<'a> {
+    /// Of a campaign and its prepared data.
+    pub fn new(campaign: &Campaign, data: &'a Data) -> Search<'a> {
+        let terms = campaign.simulation.terms.clone();
+        let mut top = [0.0f64; 3];
+        for r in &data.records {
+            for (t, y) in top.iter_mut().zip(&r.y) {
+                if let Some(y) = y {
+                    *t = y.iter().fold(*t, |m, v| m.max(v.abs()));
+                }
+            }
+        }
+        let mut context = Context {
+            kind: data.kind,
+            has: [data.has(Channel::Force), data.has(Channel::Acceleration), data.has(Channel::Penetration)],
+            scales: data.scales,
+            terms: Vec::new(),
+            top,
+        };
+        let given = ALL
+            .iter()
+            .filter(|m| {
+                terms.iter().any(|t| t == m.name)
+                    && m.name != "gravity"
+                    && m.name != "hysteresis_damping"
+                    && !(m.name == "return_spring" && data.kind == Kind::ContactorOpening)
+            })
+            .filter_map(|m| (m.forms)(&context).into_iter().next().map(|form| Term { mechanism: m, form }))
+            .collect();
+        context.terms = terms.clone();
+        Search {
+            data,
+            context,
+            gravity: terms.iter().any(|t| t == "gravity") && data.kind == Kind::DropTest,
+            hysteresis: terms.iter().any(|t| t == "hysteresis_damping"),
+            given,
+        }
+    }
+
+    /// The model of a make-up, started from the campaign's own law or a guess.
+    pub fn model(&self, make_up: &MakeUp, k: f64, p: f64, mu: f64) -> Model<'_> {
+        let s = self.data.scales;
+        let base = |name: &str, start, lower, upper, step| Parameter {
+            name: name.into(),
+            start,
+            lower,
+            upper,
+            step,
+            prior: None,
+            dynamic: true,
+        };
+        let mut ps = vec![
+            base("ln F_ref", (k * s.x_ref.powf(p)).ln(), -60.0, 60.0, 2e-3),
+            base("p", p, 0.8, 4.5, 1e-3),
+        ];
+        let hysteresis = self.hysteresis;
+        if hysteresis {
+            ps.push(base("damping ratio", mu * s.v_ref / k, 0.0, 20.0, 1e-3));
+        }
+        let gravity = self.gravity;
+        let mass = self.data.mass;
+        let tolerance = |name: &str, sd: f64, dynamic: bool| Parameter {
+            name: name.into(),
+            start: 0.0,
+            lower: -20.0 * sd,
+            upper: 20.0 * sd,
+            step: 1e-3,
+            prior: Some((0.0, sd)),
+            dynamic,
+        };
+        let mut gains = Vec::new();
+        let with_mass = self.data.kind != Kind::Indentation;
+        if with_mass {
+            for (c, sd) in [(Channel::Force, 0.007), (Channel::Acceleration, 0.007), (Channel::Penetration, 0.003)] {
+                if self.data.has(c) {
+                    gains.push((ps.len(), c.index()));
+                    ps.push(tolerance(&format!("ln gain {}", c.name()), sd, false));
+                }
+            }
+        }
+        let at_mass = ps.len();
+        if with_mass {
+            ps.push(tolerance("ln mass", 0.002, true));
+        }
+        let mut spans = Vec::new();
+        let all: Vec<Term> = self.given.iter().chain(&make_up.terms).cloned().collect();
+        for t in &all {
+            spans.push(ps.len());
+            for (i, q) in t.form.parameters.iter().enumerate() {
+                let mut q = q.clone();
+                q.start = t.form.starts[0][i];
+                q.name = format!("{}: {}", t.mechanism.name, q.name);
+                ps.push(q);
+            }
+        }
+        let context = &self.context;
+        Model {
+            parameters: ps,
+            apply: Box::new(move |th: &[f64], p: &mut Physics| {
+                p.law.exponent = th[1];
+                p.law.stiffness = (th[0] - th[1] * s.x_ref.ln()).exp();
+                p.law.hysteresis_damping = if hysteresis { th[2] * p.law.stiffness / s.v_ref } else { 0.0 };
+                p.mass = if with_mass { mass * th[at_mass].exp() } else { mass };
+                p.gravity = if gravity { GRAVITY } else { 0.0 };
+                for (i, c) in &gains {
+                    p.gain[*c] = th[*i].exp();
+                }
+                for (t, at) in all.iter().zip(&spans) {
+                    (t.form.apply)(&th[*at..*at + t.form.parameters.len()], context, p);
+                }
+            }),
+        }
+    }
+
+    /// Fits the base from the campaign's law and from the guess; the better one.
+    pub fn base(&self, campaign: &Campaign, guess: &Guess) -> Fit {
+        let s = &campaign.simulation;
+        let mut starts = Vec::new();
+        if let (Some(k), Some(p)) = (s.k, s.p) {
+            starts.push((k, p, s.mu_d.unwrap_or(0.0)));
+        }
+        let v = self.data.scales.v_ref;
+        starts.push((guess.k, guess.p, 0.15 * guess.k / v));
+        if s.k.is_none() {
+            // the same force at 0.6 depth with other powers
+            for p in [1.0, 1.5, 2.2, 3.0] {
+                let k = guess.k * self.data.scales.x_ref.powf(guess.p - p);
+                starts.push((k, p, 0.3 * k / v));
+            }
+        }
+        let fits: Vec<Fit> = starts
+            .into_par_iter()
+            .map(|(k, p, mu)| {
+                let m = self.model(&MakeUp::default(), k, p, mu);
+                let pr = Problem::new(self.data, &m);
+                let start = pr.start();
+                pr.fit(start, &Options { iterations: 40, ..Options::default() })
+            })
+            .collect();
+        fits.into_iter().min_by(|a, b| a.point.chi2.total_cmp(&b.point.chi2)).expect("there is a start")
+    }
+
+    /// Weights of an imposed penetration: where the force rises steeply the scatter of the penetration
+    /// counts as well (effective variance: Orear 1982).
+    pub fn effective_weights(&self, point: &Point) -> Vec<Vec<f64>> {
+        let model = self.model(&MakeUp::default(), 1.0, 1.0, 0.0);
+        let problem = Problem::new(self.data, &model);
+        let sx = self.data.noise[2].marginal();
+        let sf = self.data.noise[0].marginal();
+        (0..self.data.records.len())
+            .map(|r| {
+                let (t, _) = problem.predict(&point.theta, r, &point.locals[r]);
+                let n = t.force.len();
+                (0..n)
+                    .map(|i| {
+                        let (a, b) = (i.saturating_sub(6), (i + 6).min(n - 1));
+                        let dx = (t.position[b] - t.position[a]).abs();
+                        let slope = if dx > 2.0 * sx { (t.force[b] - t.force[a]).abs() / dx } else { 0.0 };
+                        let own = if t.position[i] > 0.0 {
+                            point.theta[1] * t.force[i].max(0.0) / t.position[i].max(3.0 * sx)
+                        } else {
+                            0.0
+                        };
+                        sf / (sf * sf + (slope.max(own) * sx).powi(2)).sqrt()
+                    })
+                    .collect()
+            })
+            .collect()
+    }
+
+    /// Samples that stand alone far outside the noise, by recording and channel: (recording, channel, sample).
+    pub fn spikes(&self, point: &Point) -> Vec<(usize, usize, usize)> {
+        let model = self.model(&MakeUp::default(), 1.0, 1.0, 0.0);
+        let problem = Problem::new(self.data, &model);
+        let mut out = Vec::new();
+        for (r, rec) in self.data.records.iter().enumerate() {
+            let (_, y) = problem.predict(&point.theta, r, &point.locals[r]);
+            for c in self.data.compared(r) {
+                let i = c.index();
+                let Some(read) = &rec.y[i] else { continue };
+                let e: Vec<f64> = read.iter().zip(&y[i]).zip(&rec.weight[i]).map(|((a, b), w)| (a - b) * w).collect();
+                let s = self.data.noise[i].marginal();
+                for k in 0..e.len() {
+                    let mut near: Vec<f64> =
+                        (k.saturating_sub(4)..(k + 5).min(e.len())).filter(|j| j.abs_diff(k) > 1).map(|j| e[j]).collect();
+                    near.sort_by(f64::total_cmp);
+                    let middle = near[near.len() / 2];
+                    let spread = near[near.len() - 1] - near[0];
+                    if (e[k] - middle).abs() > 5.0 * s && (e[k] - middle).abs() > 1.5 * spread {
+                        out.push((r, i, k));
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    /// Index of the first parameter of the make-up's terms.
+    pub fn first_term(&self, model: &Model<'_>, make_up: &MakeUp) -> usize {
+        model.parameters.len() - make_up.terms.iter().map(|t| t.form.parameters.len()).sum::<usize>()
+    }
+
+    /// Fits `make_up` plus `term` from `from` (a fit of `make_up`), from its best starts by score.
+    pub fn add(&self, make_up: &MakeUp, from: &Point, term: &Term, most_starts: usize, options: &Options) -> Option<Fit> {
+        let base_model = self.model(make_up, 1.0, 1.0, 0.0);
+        let problem = Problem::new(self.data, &base_model);
+        let linear = problem.linearise(from)?;
+        self.add_from(make_up, from, &problem, &linear, term, most_starts, options)
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn add_from(
+        &self,
+        make_up: &MakeUp,
+        from: &Point,
+        problem: &Problem<'_>,
+        linear: &crate::model::estimate::Linear,
+        term: &Term,
+        most_starts: usize,
+        options: &Options,
+    ) -> Option<Fit> {
+        // score every start; the linear estimate of the amplitude with it
+        let mut scored: Vec<(f64, Vec<f64>)> = Vec::new();
+        for s in &term.form.starts {
+            let c = &self.context;
+            let Some(sig) = problem.signature(from, &|p| (term.form.apply)(s, c, p), 1.0) else { continue };
+            let (sr, ss) = linear.score(&sig);
+            let mut start = s.clone();
+            let q = &term.form.parameters[0];
+            let z2;
+            if term.form.linear {
+                let a = (sr / ss * s[0]).clamp(q.lower.max(-10.0 * s[0].abs()), q.upper.min(10.0 * s[0].abs()));
+                z2 = if a * s[0] > 0.0 || q.lower < 0.0 { sr * sr / ss } else { 0.0 };
+                start[0] = if a == 0.0 { 0.1 * s[0] } else { a };
+            } else {
+                // gain of taking the whole step
+                z2 = (2.0 * sr - ss).max(0.1 * if sr > 0.0 { sr * sr / ss } else { 0.0 });
+            }
+            scored.push((z2, start));
+        }
+        scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut next = make_up.clone();
+        next.terms.push(term.clone());
+        let model = self.model(&next, 1.0, 1.0, 0.0);
+        let pr = Problem::new(self.data, &model);
+        let mut best: Option<Fit> = None;
+        for (_, start) in scored.into_iter().take(most_starts) {
+            let mut theta = from.theta.clone();
+            theta.extend(&start);
+            let point = pr.evaluate(theta, from.locals.clone());
+            if !point.chi2.is_finite() {
+                continue;
+            }
+            let f = pr.fit(point, options);
+            if best.as_ref().is_none_or(|b| f.point.chi2 < b.point.chi2) {
+                best = Some(f);
+            }
+        }
+        best
+    }
+
+    /// All terms that could be added.
+    pub fn candidates(&self) -> Vec<Term> {
+        let have: Vec<&str> = self.given.iter().map(|t| t.mechanism.name).collect();
+        ALL.iter()
+            .filter(|m| !have.contains(&m.name))
+            .flat_map(|m| (m.forms)(&self.context).into_iter().map(move |form| Term { mechanism: m, form }))
+            .collect()
+    }
+
+    /// Fits every candidate beside `make_up`; best first.
+    pub fn screen(&self, make_up: &MakeUp, from: &Fit, candidates: &[Term], starts: usize, options: &Options) -> Vec<(Term, Fit)> {
+        let base_model = self.model(make_up, 1.0, 1.0, 0.0);
+        let problem = Problem::new(self.data, &base_model);
+        let Some(linear) = problem.linearise(&from.point) else { return Vec::new() };
+        let mut v: Vec<(Term, Fit)> = candidates
+            .par_iter()
+            .filter(|t| !make_up.terms.iter().any(|u| u.mechanism.name == t.mechanism.name))
+            .filter_map(|t| self.add_from(make_up, &from.point, &problem, &linear, t, starts, options).map(|f| (t.clone(), f)))
+            .collect();
+        v.sort_by(|a, b| a.1.point.chi2.total_cmp(&b.1.point.chi2));
+        v
+    }
+}

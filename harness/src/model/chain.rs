@@ -1,0 +1,169 @@
+//! The measuring chain: what the instruments make of the true signals, in the order low-pass,
+//! AC coupling, skew, gain, clipping.
+
+use super::physics::{LowPass, Physics};
+use super::simulate::Trace;
+
+/// One pole y' = w (u - y) with u linear between samples, exactly; in place.
+fn pole(u: &mut [f64], w: f64, dt: f64) {
+    let a = (-w * dt).exp();
+    let q = w * dt;
+    // response to a ramp over one step: y1 = a y0 + b0 u0 + b1 u1
+    let b1 = if q > 1e-4 { 1.0 - (1.0 - a) / q } else { 0.5 * q };
+    let b0 = 1.0 - a - b1;
+    let (mut y, mut last) = (u[0], u[0]);
+    for v in u.iter_mut() {
+        y = a * y + b0 * last + b1 * *v;
+        last = *v;
+        *v = y;
+    }
+}
+
+/// Two poles of natural frequency w and damping ratio zeta, u linear between samples, by sub-stepped
+/// exact exponentials of the two-state system.
+fn pole_pair(u: &mut [f64], w: f64, zeta: f64, dt: f64) {
+    // state (y, y'/w); s' = w [[0,1],[-1,-2 zeta]] s + w [0, u]
+    let sub = ((w * dt).ceil() as usize).clamp(1, 64);
+    let h = w * dt / sub as f64;
+    let (mut y, mut z) = (u[0], 0.0);
+    let mut last = u[0];
+    for v in u.iter_mut() {
+        for k in 0..sub {
+            let u0 = last + (*v - last) * k as f64 / sub as f64;
+            let u1 = last + (*v - last) * (k + 1) as f64 / sub as f64;
+            // classical fourth-order step; h <= 1
+            let f = |y: f64, z: f64, u: f64| (z, u - y - 2.0 * zeta * z);
+            let um = 0.5 * (u0 + u1);
+            let (a1, b1) = f(y, z, u0);
+            let (a2, b2) = f(y + 0.5 * h * a1, z + 0.5 * h * b1, um);
+            let (a3, b3) = f(y + 0.5 * h * a2, z + 0.5 * h * b2, um);
+            let (a4, b4) = f(y + h * a3, z + h * b3, u1);
+            y += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+            z += h / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4);
+        }
+        last = *v;
+        *v = y;
+    }
+}
+
+fn low_pass(u: &mut [f64], l: &LowPass, dt: f64) {
+    match l.form {
+        1 => pole(u, l.corner, dt),
+        2 => pole_pair(u, l.corner, std::f64::consts::FRAC_1_SQRT_2, dt),
+        3 => {
+            pole(u, l.corner, dt);
+            pole(u, l.corner, dt);
+        }
+        // Bessel of fourth order, corner of -3 dB (Thomson 1949)
+        _ => {
+            pole_pair(u, 1.4302 * l.corner, 0.9580, dt);
+            pole_pair(u, 1.6033 * l.corner, 0.6207, dt);
+        }
+    }
+}
+
+/// u <- u(t - late) by cubic interpolation on the grid.
+fn shift(u: &mut [f64], late: f64, dt: f64) {
+    let n = u.len() as isize;
+    let src = u.to_vec();
+    let at = |i: isize| src[i.clamp(0, n - 1) as usize];
+    for (i, v) in u.iter_mut().enumerate() {
+        let s = i as f64 - late / dt;
+        let k = s.floor();
+        let w = s - k;
+        let k = if k.abs() < 1e9 { k as isize } else { 0 };
+        let (a, b, c, d) = (at(k - 1), at(k), at(k + 1), at(k + 2));
+        *v = b + 0.5 * w * (c - a + w * (2.0 * a - 5.0 * b + 4.0 * c - d + w * (3.0 * (b - c) + d - a)));
+    }
+}
+
+/// The readings a chain gives of a trace: force, acceleration, penetration, without zeros' offsets.
+pub fn readings(p: &Physics, trace: &Trace, time: &[f64]) -> [Vec<f64>; 3] {
+    let dt = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+    let mut y = [trace.force.clone(), trace.acceleration.clone(), trace.position.clone()];
+    if let Some(l) = &p.low_pass {
+        if l.corner.is_finite() {
+            low_pass(&mut y[l.channel.index()], l, dt);
+        }
+    }
+    if p.droop > 0.0 {
+        let u = &mut y[p.droop_channel.index()];
+        for _ in 0..if p.droop_double { 2 } else { 1 } {
+            let mut low = u.clone();
+            low[0] = 0.0;
+            let first = u[0];
+            u[0] = 0.0;
+            let mut l2 = low.clone();
+            pole(&mut l2, p.droop, dt);
+            u[0] = first;
+            for (a, b) in u.iter_mut().zip(&l2) {
+                *a -= b;
+            }
+        }
+    }
+    if p.skew != 0.0 {
+        shift(&mut y[p.skew_channel.index()], p.skew, dt);
+    }
+    if p.scale_bend != 0.0 {
+        for x in &mut y[p.scale_channel.index()] {
+            *x *= 1.0 + p.scale_bend * *x / p.scale_span;
+        }
+    }
+    for (c, u) in y.iter_mut().enumerate() {
+        if p.gain[c] != 1.0 {
+            u.iter_mut().for_each(|v| *v *= p.gain[c]);
+        }
+    }
+    if p.clip.is_finite() {
+        let c = p.clip;
+        for v in &mut y[p.clip_channel.index()] {
+            if p.clip_soft {
+                // linear to 0.8 c, then bent smoothly towards c
+                let a = v.abs();
+                let k = 0.8 * c;
+                if a > k {
+                    *v = v.signum() * (k + (c - k) * ((a - k) / (c - k)).tanh());
+                }
+            } else {
+                *v = v.clamp(-c, c);
+            }
+        }
+    }
+    y
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pole_answers_a_step_as_the_exponential_says() {
+        let mut u = vec![1.0; 100];
+        u[0] = 0.0;
+        pole(&mut u, 200.0, 1e-3);
+        // from the ramp's end on the distance to 1 falls by exp(-0.2) a sample
+        for i in 2..60 {
+            assert!(((1.0 - u[i]) / (1.0 - u[i - 1]) - (-0.2f64).exp()).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_pole_pair_settles_at_the_input_and_overshoots_as_butterworth_does() {
+        let mut u = vec![1.0; 4000];
+        u[0] = 0.0;
+        pole_pair(&mut u, 100.0, std::f64::consts::FRAC_1_SQRT_2, 1e-4);
+        let peak = u.iter().cloned().fold(0.0, f64::max);
+        assert!((peak - 1.0432).abs() < 1e-3, "{peak}");
+        assert!((u[3999] - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_shift_by_whole_samples_is_exact() {
+        let mut u: Vec<f64> = (0..20).map(|i| (i as f64 * 0.3).sin()).collect();
+        let v = u.clone();
+        shift(&mut u, 2e-3, 1e-3);
+        for i in 2..20 {
+            assert!((u[i] - v[i - 2]).abs() < 1e-12);
+        }
+    }
+}

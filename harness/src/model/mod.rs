@@ -1,0 +1,11 @@
+//! The forward model of a campaign: rig, contact law and measuring chain, and its estimation.
+//!
+//! `physics` says what there is, `integrate` and `simulate` what it does, `chain` what the
+//! instruments make of it, `noise` how they scatter, `estimate` which parameters fit.
+
+pub mod chain;
+pub mod estimate;
+pub mod integrate;
+pub mod noise;
+pub mod physics;
+pub mod simulate;

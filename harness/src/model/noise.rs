@@ -1,0 +1,146 @@
+//! Noise of a channel: standard deviation and autoregression, pooled over recordings.
+
+/// Highest order of the autoregression; shorter where there are few samples to learn it from.
+pub const ORDER: usize = 16;
+
+/// Autoregressive noise e_t = sum a_k e_(t-k) + w_t, with the shorter predictors that start it up
+/// (Levinson 1946, Durbin 1960).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Standard deviation of w for the predictor of order 0 (the noise itself) to `ORDER`.
+    sigma: [f64; ORDER + 1],
+    /// `a[m][k]`: coefficient of lag k + 1 in the predictor of order m.
+    a: [[f64; ORDER]; ORDER + 1],
+}
+
+impl Noise {
+    /// White noise of standard deviation `sigma`.
+    pub fn white(sigma: f64) -> Noise {
+        Noise { sigma: [sigma; ORDER + 1], a: [[0.0; ORDER]; ORDER + 1] }
+    }
+
+    /// Standard deviation of the noise itself.
+    pub fn marginal(&self) -> f64 {
+        self.sigma[0]
+    }
+
+    /// Standard deviation of what the autoregression leaves.
+    pub fn innovation(&self) -> f64 {
+        self.sigma[ORDER]
+    }
+
+    /// The white standard deviation that has the same power at low frequency.
+    pub fn low_frequency(&self) -> f64 {
+        self.sigma[ORDER] / (1.0 - self.a[ORDER].iter().sum::<f64>()).max(0.05)
+    }
+
+    /// The same colour with `ratio` times the variance.
+    pub fn widened(mut self, ratio: f64) -> Noise {
+        self.sigma.iter_mut().for_each(|s| *s *= ratio.sqrt());
+        self
+    }
+
+    /// Whitens `e` (divided by the innovation's standard deviation) into `out`.
+    pub fn whiten(&self, e: &[f64], out: &mut [f64]) {
+        let n = e.len();
+        for i in 0..ORDER.min(n) {
+            let mut v = e[i];
+            for k in 0..i {
+                v -= self.a[i][k] * e[i - 1 - k];
+            }
+            out[i] = v / self.sigma[i];
+        }
+        let a = &self.a[ORDER];
+        let s = 1.0 / self.sigma[ORDER];
+        for i in ORDER..n {
+            let mut v = e[i];
+            for k in 0..ORDER {
+                v -= a[k] * e[i - 1 - k];
+            }
+            out[i] = v * s;
+        }
+    }
+
+    /// Draws noise of this kind from unit normal `w`, in place.
+    pub fn colour(&self, w: &mut [f64]) {
+        for i in 0..w.len() {
+            let m = i.min(ORDER);
+            let mut v = w[i] * self.sigma[m];
+            for k in 0..m {
+                v += self.a[m][k] * w[i - 1 - k];
+            }
+            w[i] = v;
+        }
+    }
+
+    /// Yule-Walker estimate from several stretches of residuals, trends already taken out of them
+    /// (`lost` degrees of freedom in all). `floor` is the least sigma believed. None with too few samples.
+    pub fn estimate(stretches: &[Vec<f64>], lost: usize, floor: f64) -> Option<Noise> {
+        let mut c = [0.0; ORDER + 1];
+        let mut n = 0;
+        for e in stretches {
+            n += e.len();
+            for (k, c) in c.iter_mut().enumerate() {
+                if e.len() > k {
+                    // biased by length, so that the sequence stays positive definite
+                    *c += e[k..].iter().zip(e).map(|(a, b)| a * b).sum::<f64>();
+                }
+            }
+        }
+        if n < 4 * ORDER || c[0] <= 0.0 {
+            return None;
+        }
+        let free = n.saturating_sub(lost).max(n / 3) as f64;
+        let r: Vec<f64> = c.iter().map(|v| v / c[0]).collect();
+        let mut out = Noise::white((c[0] / free).sqrt().max(floor));
+        let mut var = 1.0;
+        let order = (n / 100).clamp(2, ORDER);
+        for m in 1..=ORDER {
+            if m > order {
+                out.a[m] = out.a[order];
+                out.sigma[m] = out.sigma[order];
+                continue;
+            }
+            let prev = out.a[m - 1];
+            let mut acc = r[m];
+            for k in 0..m - 1 {
+                acc -= prev[k] * r[m - 1 - k];
+            }
+            let reflect = (acc / var).clamp(-0.97, 0.97);
+            let mut next = prev;
+            next[m - 1] = reflect;
+            for k in 0..m - 1 {
+                next[k] = prev[k] - reflect * prev[m - 2 - k];
+            }
+            var *= 1.0 - reflect * reflect;
+            out.a[m] = next;
+            out.sigma[m] = out.sigma[0] * f64::sqrt(var);
+        }
+        Some(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{Rng, SeedableRng};
+
+    #[test]
+    fn estimate_recovers_an_autoregression_and_whitening_undoes_colouring() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let mut e = vec![0.0; 20_000];
+        for i in 2..e.len() {
+            let w: f64 = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+            e[i] = 0.5 * e[i - 1] - 0.2 * e[i - 2] + 0.3 * w;
+        }
+        let n = Noise::estimate(&[e.clone()], 0, 0.0).unwrap();
+        assert!((n.a[ORDER][0] - 0.5).abs() < 0.03 && (n.a[ORDER][1] + 0.2).abs() < 0.04, "{n:?}");
+        assert!((n.innovation() - 0.3).abs() < 0.01);
+        let mut w = vec![0.0; e.len()];
+        n.whiten(&e, &mut w);
+        let var = w.iter().map(|x| x * x).sum::<f64>() / w.len() as f64;
+        assert!((var - 1.0).abs() < 0.03);
+        n.colour(&mut w);
+        assert!(w.iter().zip(&e).all(|(a, b)| (a - b).abs() < 1e-9));
+    }
+}

@@ -1,0 +1,201 @@
+//! Everything a rig, a contact and a measuring chain can hold, each neutral by default.
+
+use crate::record::Channel;
+use hysteresis_contact::law::Parameters;
+
+/// Standard gravity used by every simulation here, m/s^2.
+pub const GRAVITY: f64 = 9.81;
+
+/// A low-pass behaviour of one channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LowPass {
+    /// Corner, rad/s; infinite: none.
+    pub corner: f64,
+    /// 1: one pole; 2: Butterworth; 3: two equal poles; 4: Bessel of fourth order.
+    pub form: u8,
+    pub channel: Channel,
+}
+
+/// The whole forward model of one recording, plain SI; `Physics::default()` is a body of one kilogram
+/// without any force on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Physics {
+    pub law: Parameters,
+    /// Moving mass, kg.
+    pub mass: f64,
+    /// Gravity along +x, m/s^2.
+    pub gravity: f64,
+    /// Coulomb friction of the guide, N.
+    pub friction: f64,
+    /// Static excess over the Coulomb level (Stribeck 1902), as a ratio of it, and the speed it fades over, m/s.
+    pub stribeck_excess: f64,
+    pub stribeck_speed: f64,
+    /// Viscous friction of the guide, N s/m.
+    pub friction_viscous: f64,
+    /// Quadratic drag, N s^2/m^2.
+    pub drag: f64,
+    /// Squeeze film: c v (g/(gap+g))^n; N s/m, m, 1.
+    pub squeeze: f64,
+    pub squeeze_gap: f64,
+    pub squeeze_power: f64,
+    /// Stop on a spring: mass kg (0: rigid), stiffness N/m, damping N s/m.
+    pub base_mass: f64,
+    pub base_stiffness: f64,
+    pub base_damping: f64,
+    /// Part loose inside the body: mass kg (0: none; taken out of the moving mass), gap m, stiffness N/m, damping N s/m.
+    pub loose_mass: f64,
+    pub loose_gap: f64,
+    pub loose_stiffness: f64,
+    pub loose_damping: f64,
+    /// Return spring beyond the one the rig declares: preload at the nominal surface N, rate N/m, against +x.
+    pub spring_preload: f64,
+    pub spring_rate: f64,
+    /// Residual magnetism: force N at closed gap and release, gap m over which and time s in which it fades, power of the gap law.
+    pub magnet_force: f64,
+    pub magnet_gap: f64,
+    pub magnet_time: f64,
+    /// Tip mass kg before a transducer of stiffness N/m and damping N s/m (0: rigid).
+    pub tip_mass: f64,
+    pub tip_stiffness: f64,
+    pub tip_damping: f64,
+    /// Stiffness lost with the order of recordings: share, and orders it takes (0: linear per order, negative: logarithmic).
+    pub softening: f64,
+    pub softening_orders: f64,
+    /// Load at which a crack opens, N, and the share of stiffness lost then.
+    pub fracture_load: f64,
+    pub fracture_drop: f64,
+    /// Latent force of position alone, N, knots evenly over 0..span of depth; conservative or against the motion.
+    pub latent: [f64; LATENT],
+    pub latent_span: f64,
+    pub latent_dissipative: bool,
+    /// Bump of resistance against the motion: N, centre m, width m.
+    pub jam_force: f64,
+    pub jam_position: f64,
+    pub jam_width: f64,
+    /// Periodic force over depth: amplitude N, wave length m, phase rad.
+    pub ripple_force: f64,
+    pub ripple_length: f64,
+    pub ripple_phase: f64,
+    /// Measuring chain. Gains: reading over true.
+    pub gain: [f64; 3],
+    /// Curvature of a scale: reading = u (1 + b u / span).
+    pub scale_bend: f64,
+    pub scale_span: f64,
+    pub scale_channel: Channel,
+    pub low_pass: Option<LowPass>,
+    /// AC coupling of the force channel, 1/s; second-order when `droop_double`.
+    pub droop: f64,
+    pub droop_double: bool,
+    pub droop_channel: Channel,
+    /// Time by which the channel's samples come late, s.
+    pub skew: f64,
+    pub skew_channel: Channel,
+    /// Level beyond which a channel reads no more (N or m/s^2, of magnitude); `clip_soft` saturates as tanh-like.
+    pub clip: f64,
+    pub clip_soft: bool,
+    pub clip_channel: Channel,
+}
+
+/// Number of knots of the latent force.
+pub const LATENT: usize = 8;
+
+impl Default for Physics {
+    fn default() -> Self {
+        Physics {
+            law: Parameters::default(),
+            mass: 1.0,
+            gravity: 0.0,
+            friction: 0.0,
+            stribeck_excess: 0.0,
+            stribeck_speed: 0.05,
+            friction_viscous: 0.0,
+            drag: 0.0,
+            squeeze: 0.0,
+            squeeze_gap: 1.0,
+            squeeze_power: 1.0,
+            base_mass: 0.0,
+            base_stiffness: 0.0,
+            base_damping: 0.0,
+            loose_mass: 0.0,
+            loose_gap: 0.0,
+            loose_stiffness: 0.0,
+            loose_damping: 0.0,
+            spring_preload: 0.0,
+            spring_rate: 0.0,
+            magnet_force: 0.0,
+            magnet_gap: 1.0,
+            magnet_time: f64::INFINITY,
+            tip_mass: 0.0,
+            tip_stiffness: 0.0,
+            tip_damping: 0.0,
+            softening: 0.0,
+            softening_orders: 1.0,
+            fracture_load: f64::INFINITY,
+            fracture_drop: 0.0,
+            latent: [0.0; LATENT],
+            latent_span: 1.0,
+            latent_dissipative: false,
+            jam_force: 0.0,
+            jam_position: 0.0,
+            jam_width: 1.0,
+            ripple_force: 0.0,
+            ripple_length: 1.0,
+            ripple_phase: 0.0,
+            gain: [1.0; 3],
+            scale_bend: 0.0,
+            scale_span: 1.0,
+            scale_channel: Channel::Penetration,
+            low_pass: None,
+            droop: 0.0,
+            droop_double: false,
+            droop_channel: Channel::Force,
+            skew: 0.0,
+            skew_channel: Channel::Force,
+            clip: f64::INFINITY,
+            clip_soft: false,
+            clip_channel: Channel::Force,
+        }
+    }
+}
+
+impl Physics {
+    /// The factor on all stiffness of the contact at the `order`-th recording.
+    pub fn softening_factor(&self, order: f64) -> f64 {
+        let n = (order - 1.0).max(0.0);
+        let lost = if self.softening_orders > 0.0 {
+            1.0 - (-n / self.softening_orders).exp()
+        } else if self.softening_orders == 0.0 {
+            n / 10.0
+        } else {
+            (1.0 + n).ln() / 10f64.ln()
+        };
+        (1.0 - self.softening * lost).max(0.05)
+    }
+
+    /// Position-dependent latent forces against the motion into the stop, N, at depth `x` m and speed `v` m/s.
+    #[inline]
+    pub fn latent_force(&self, x: f64, v: f64) -> f64 {
+        let mut f = 0.0;
+        let along = v / 0.005;
+        let sign = if along > 1.0 { 1.0 } else if along < -1.0 { -1.0 } else { along };
+        if self.jam_force != 0.0 {
+            let z = (x - self.jam_position) / self.jam_width;
+            f += self.jam_force * sign * (-0.5 * z * z).exp();
+        }
+        if x <= 0.0 {
+            return f;
+        }
+        if self.ripple_force != 0.0 {
+            f += self.ripple_force * ((std::f64::consts::TAU * x / self.ripple_length + self.ripple_phase).sin() - self.ripple_phase.sin());
+        }
+        if self.latent_span > 0.0 && self.latent.iter().any(|a| *a != 0.0) {
+            let s = (x / self.latent_span * LATENT as f64).min(LATENT as f64);
+            let i = s.floor() as usize;
+            let at = |i: usize| if i == 0 { 0.0 } else { self.latent[(i - 1).min(LATENT - 1)] };
+            let u = s - i as f64;
+            let l = at(i) * (1.0 - u) + at(i + 1) * u;
+            f += if self.latent_dissipative { l * sign } else { l };
+        }
+        f
+    }
+}
