@@ -1,7 +1,7 @@
 //! From fits to a decision: what is missing, what cannot be told apart, what stays unexplained.
 
 use super::mechanism::{Acts, Origin};
-use super::search::{MakeUp, Search, Term};
+use super::search::{MakeUp, Search, Term, HARD};
 use crate::model::estimate::{Fit, Model, Options, Point, Problem};
 use crate::model::simulate::{simulate, Local, Setup, Trace};
 use crate::record::{Channel, Kind};
@@ -9,11 +9,11 @@ use rayon::prelude::*;
 
 /// Gain in chi^2, beyond one parameter and over the wander of the residual, from which a misfit counts as detected.
 /// Held to under 1 % false alarms with the maximum over all candidates.
-pub const DETECT: f64 = 30.0;
+pub const DETECT: f64 = 45.0;
 /// The same for a gain beyond a calibration's tolerance, where the prior sets the scale and nothing else inflates it.
 pub const DETECT_TOLERANCE: f64 = 15.0;
 /// A second effect has to bring this share of what the first brought.
-pub const SECOND_SHARE: f64 = 0.02;
+pub const SECOND_SHARE: f64 = 0.03;
 /// Penalty of one more parameter, in chi^2.
 pub const PENALTY: f64 = 4.0;
 /// What stands in for unknown physics has to leave this share less misfit than the best name.
@@ -60,19 +60,22 @@ pub struct Decision {
 /// How much the whitened residual wanders over blocks, relative to white noise.
 pub fn wander(problem: &Problem<'_>, point: &Point) -> f64 {
     let Some(l) = problem.linearise(point) else { return 1.0 };
-    let (mut sum, mut n) = (0.0, 0.0);
-    for (r, b) in l.blocks.iter().enumerate() {
-        let len = problem.data.records[r].setup.time.len();
-        for ch in b.residual.chunks(len) {
-            for w in ch.chunks_exact(BLOCK) {
-                let m: f64 = w.iter().sum();
-                // a single wild block shall not decide
-                sum += (m * m / BLOCK as f64).min(30.0);
-                n += 1.0;
+    let over = |block: usize| {
+        let (mut sum, mut n) = (0.0, 0.0);
+        for (r, b) in l.blocks.iter().enumerate() {
+            let len = problem.data.records[r].setup.time.len();
+            for ch in b.residual.chunks(len) {
+                for w in ch.chunks_exact(block) {
+                    let m: f64 = w.iter().sum();
+                    // a single wild block shall not decide
+                    sum += (m * m / block as f64).min(30.0);
+                    n += 1.0;
+                }
             }
         }
-    }
-    if n < 10.0 { 1.0 } else { sum / n }
+        if n < 10.0 { 1.0 } else { sum / n }
+    };
+    over(BLOCK).max(over(3 * BLOCK))
 }
 
 impl Search<'_> {
@@ -100,14 +103,13 @@ impl Search<'_> {
             return best.into_iter().map(|(t, f)| self.candidate(from, t, f)).collect();
         }
         // refine: what is among the best, and what is hard to fit and so may have been missed
-        let hard = ["base_compliance", "loose_part", "sensor_resonance", "cyclic_softening", "secondary_stiffening", "return_spring"];
         let mut rank = 0;
         let refine: Vec<(usize, usize)> = best
             .iter()
             .enumerate()
             .filter_map(|(i, (t, f))| {
                 let gain = from.fit.point.chi2 - f.point.chi2;
-                let is_hard = hard.contains(&t.mechanism.name);
+                let is_hard = HARD.contains(&t.mechanism.name);
                 if rank < keep || (is_hard && gain > 0.05 * top && keep > 3) {
                     rank += 1;
                     Some((i, if is_hard { 3 } else { 1 }))
@@ -223,7 +225,7 @@ impl Search<'_> {
         let mut chosen = first.clone();
         let lambda_first = self.wander_of(&first);
         if lambda_first > 1.12 || total < 3000.0 {
-            let beam: Vec<Candidate> = named.iter().take(3).filter(|c| gain_of(c, &base) > 0.5 * total).map(|c| (*c).clone()).collect();
+            let beam: Vec<Candidate> = named.iter().take(2).filter(|c| gain_of(c, &base) > 0.8 * total).map(|c| (*c).clone()).collect();
             let mut pairs: Vec<Candidate> = Vec::new();
             for c in beam {
                 let v = self.expand(&c, &Options { iterations: 7, hopeless: 3.0, ..Options::default() }, 1, 3);
@@ -239,13 +241,19 @@ impl Search<'_> {
             }
         }
         let final_wander = self.wander_of(&chosen);
-        // does physics nobody has named do better?
+        // does physics nobody has named do better than one name, and as well as two?
         let mut unexplained = false;
         if let Some(u) = &stand_in {
-            let margin = chosen.fit.point.chi2 - u.fit.point.chi2 - PENALTY * (u.parameters() - chosen.parameters()).max(0.0);
+            let extra = |c: &Candidate| PENALTY * (u.parameters() - c.parameters()).max(0.0);
             let share = if u.names() == ["latent_force"] { 3.0 * UNKNOWN_SHARE } else { UNKNOWN_SHARE };
             let gain = gain_of(u, &base);
-            if margin > 2.0 * DETECT * final_wander.clamp(1.0, 3.0) && margin > share * gain {
+            let l = final_wander.clamp(1.0, 3.0);
+            let beats = |c: &Candidate, m: f64, s: f64| {
+                let margin = c.fit.point.chi2 - u.fit.point.chi2 - extra(c);
+                margin > m * DETECT * l && margin > s * gain
+            };
+            let against_pair = chosen.make_up.terms.len() < 2 || beats(&chosen, -2.0, -0.02);
+            if beats(&first, 2.0, share) && against_pair {
                 unexplained = true;
                 chosen = u.clone();
             }

@@ -3,7 +3,7 @@
 use super::mechanism::{Context, Form, Mechanism};
 use super::mechanisms::ALL;
 use super::prepare::Guess;
-use crate::model::estimate::{Data, Fit, Model, Options, Parameter, Point, Problem};
+use crate::model::estimate::{Data, Fit, Linear, Model, Options, Parameter, Point, Problem};
 use crate::model::physics::{Physics, GRAVITY};
 use crate::record::{Campaign, Channel, Kind};
 use rayon::prelude::*;
@@ -20,6 +20,10 @@ pub struct Term {
 pub struct MakeUp {
     pub terms: Vec<Term>,
 }
+
+/// Mechanisms whose effect is far from linear in their parameters, so that a score may miss them.
+pub const HARD: [&str; 6] =
+    ["base_compliance", "loose_part", "sensor_resonance", "cyclic_softening", "secondary_stiffening", "return_spring"];
 
 /// Everything the search holds fixed.
 pub struct Search<'a> {
@@ -239,21 +243,13 @@ impl<'a> Search<'a> {
         let base_model = self.model(make_up, 1.0, 1.0, 0.0);
         let problem = Problem::new(self.data, &base_model);
         let linear = problem.linearise(from)?;
-        self.add_from(make_up, from, &problem, &linear, term, most_starts, options)
+        let mut starts = self.score(from, &problem, &linear, term);
+        starts.truncate(most_starts);
+        self.fit_from(make_up, from, term, &starts, options)
     }
 
-    #[allow(clippy::too_many_arguments)]
-    fn add_from(
-        &self,
-        make_up: &MakeUp,
-        from: &Point,
-        problem: &Problem<'_>,
-        linear: &crate::model::estimate::Linear,
-        term: &Term,
-        most_starts: usize,
-        options: &Options,
-    ) -> Option<Fit> {
-        // score every start; the linear estimate of the amplitude with it
+    /// Starts of a term by their expected gain in chi^2, best first; amplitudes set to the linear estimate.
+    fn score(&self, from: &Point, problem: &Problem<'_>, linear: &Linear, term: &Term) -> Vec<(f64, Vec<f64>)> {
         let mut scored: Vec<(f64, Vec<f64>)> = Vec::new();
         for s in &term.form.starts {
             let c = &self.context;
@@ -267,20 +263,24 @@ impl<'a> Search<'a> {
                 z2 = if a * s[0] > 0.0 || q.lower < 0.0 { sr * sr / ss } else { 0.0 };
                 start[0] = if a == 0.0 { 0.1 * s[0] } else { a };
             } else {
-                // gain of taking the whole step
-                z2 = (2.0 * sr - ss).max(0.1 * if sr > 0.0 { sr * sr / ss } else { 0.0 });
+                // gain of taking the whole step, or of a part of it where the step can be shortened
+                z2 = (2.0 * sr - ss).max(0.5 * if sr > 0.0 { sr * sr / ss } else { 0.0 });
             }
             scored.push((z2, start));
         }
         scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+        scored
+    }
+
+    fn fit_from(&self, make_up: &MakeUp, from: &Point, term: &Term, starts: &[(f64, Vec<f64>)], options: &Options) -> Option<Fit> {
         let mut next = make_up.clone();
         next.terms.push(term.clone());
         let model = self.model(&next, 1.0, 1.0, 0.0);
         let pr = Problem::new(self.data, &model);
         let mut best: Option<Fit> = None;
-        for (_, start) in scored.into_iter().take(most_starts) {
+        for (_, start) in starts {
             let mut theta = from.theta.clone();
-            theta.extend(&start);
+            theta.extend(start);
             let point = pr.evaluate(theta, from.locals.clone());
             if !point.chi2.is_finite() {
                 continue;
@@ -302,15 +302,30 @@ impl<'a> Search<'a> {
             .collect()
     }
 
-    /// Fits every candidate beside `make_up`; best first.
+    /// Scores every candidate beside `make_up` and fits those that stand a chance; best first.
     pub fn screen(&self, make_up: &MakeUp, from: &Fit, candidates: &[Term], starts: usize, options: &Options) -> Vec<(Term, Fit)> {
         let base_model = self.model(make_up, 1.0, 1.0, 0.0);
         let problem = Problem::new(self.data, &base_model);
         let Some(linear) = problem.linearise(&from.point) else { return Vec::new() };
-        let mut v: Vec<(Term, Fit)> = candidates
+        let scored: Vec<(&Term, Vec<(f64, Vec<f64>)>)> = candidates
             .par_iter()
             .filter(|t| !make_up.terms.iter().any(|u| u.mechanism.name == t.mechanism.name))
-            .filter_map(|t| self.add_from(make_up, &from.point, &problem, &linear, t, starts, options).map(|f| (t.clone(), f)))
+            .map(|t| (t, self.score(&from.point, &problem, &linear, t)))
+            .collect();
+        let top = scored.iter().filter_map(|(_, s)| s.first().map(|s| s.0)).fold(0.0, f64::max);
+        let options = Options { hopeless: options.hopeless.max(0.01 * top), ..*options };
+        let mut v: Vec<(Term, Fit)> = scored
+            .into_par_iter()
+            .filter_map(|(t, mut s)| {
+                // the score says little of what is not linear in its parameters
+                let hard = HARD.contains(&t.mechanism.name) && starts > 1;
+                let least = if t.form.linear { 0.03 * top } else { 0.003 * top };
+                if !hard && s.first().is_none_or(|s| s.0 < least.max(1.0)) && !(t.form.linear && t.form.parameters.len() == 1 && top < 100.0) && top > 20.0 {
+                    return None;
+                }
+                s.truncate(if t.form.linear { 1 } else { starts });
+                self.fit_from(make_up, &from.point, t, &s, &options).map(|f| (t.clone(), f))
+            })
             .collect();
         v.sort_by(|a, b| a.1.point.chi2.total_cmp(&b.1.point.chi2));
         v

@@ -101,7 +101,7 @@ impl<'a> Rig<'a> {
             }
             n += BRANCHES;
         }
-        let body_mass = p.mass - p.loose_mass - p.tip_mass;
+        let body_mass = p.mass - p.tip_mass - p.loose_mass;
         Rig {
             p,
             memory: Memory::default(),
@@ -197,11 +197,14 @@ impl<'a> Rig<'a> {
 
     #[inline]
     fn loose_force(&self, y: &State) -> f64 {
-        let z = y[self.loose] - y[0] - self.p.loose_gap;
-        if z <= 0.0 {
-            return 0.0;
+        let z = y[self.loose] - y[0];
+        let w = y[self.loose + 1] - y[1];
+        let (k, c) = (self.p.loose_stiffness, self.p.loose_damping);
+        if z > self.p.loose_gap {
+            (k * (z - self.p.loose_gap) + c * w).max(0.0)
+        } else {
+            0.0
         }
-        (self.p.loose_stiffness * z + self.p.loose_damping * (y[self.loose + 1] - y[1])).max(0.0)
     }
 }
 

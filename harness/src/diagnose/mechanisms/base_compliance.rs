@@ -16,23 +16,32 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Push,
 };
 
+/// (stiffness N/m, mass kg, damping N s/m) from their logarithms' parameters.
+fn base(t: &[f64], c: &Context) -> (f64, f64, f64) {
+    let k = c.scales.force / c.scales.depth * t[0].exp();
+    let w = t[1].exp() / c.scales.duration;
+    let m = k / (w * w);
+    (k, m, 2.0 * t[2].exp() * m * w)
+}
+
 fn forms(c: &Context) -> Vec<Form> {
     if c.kind == Kind::Indentation {
         return Vec::new();
     }
     vec![Form {
         label: "mass on a spring",
-        parameters: vec![parameter("ln stiffness", -0.5, 8.5, 2e-2), parameter("ln mass", -3.0, 3.0, 2e-2), parameter("ln damping", -6.0, 0.0, 5e-2)],
-        starts: grid(&[&[0.7, 2.0, 3.3, 4.6], &[-1.5, -0.3, 1.0], &[-4.0, -2.0]]),
+        parameters: vec![parameter("ln stiffness", -0.7, 8.5, 2e-2), parameter("ln frequency", 0.0, 6.0, 2e-2), parameter("ln damping", -6.0, 0.5, 5e-2)],
+        starts: grid(&[&[0.7, 2.0, 3.3, 4.6], &[1.1, 1.7, 2.2, 2.7, 3.4], &[-3.5, -1.5]]),
         linear: false,
         apply: |t, c, p| {
-            p.base_stiffness = c.scales.force / c.scales.depth * t[0].exp();
-            p.base_mass = c.scales.mass * t[1].exp();
-            p.base_damping = 2.0 * t[2].exp() * (p.base_stiffness * p.base_mass).sqrt();
+            let (k, m, d) = base(t, c);
+            p.base_stiffness = k;
+            p.base_mass = m;
+            p.base_damping = d;
         },
         describe: |t, c| {
-            let (k, m) = (c.scales.force / c.scales.depth * t[0].exp(), c.scales.mass * t[1].exp());
-            vec![("base_stiffness", k, "N/m"), ("base_mass", m, "kg"), ("base_damping", 2.0 * t[2].exp() * (k * m).sqrt(), "N s/m")]
+            let (k, m, d) = base(t, c);
+            vec![("base_stiffness", k, "N/m"), ("base_mass", m, "kg"), ("base_damping", d, "N s/m")]
         },
     }]
 }
