@@ -263,8 +263,10 @@ impl System for Rig<'_> {
         n
     }
     fn accept(&mut self, _t: f64, y: &mut State) {
-        let (x, _) = self.face(y);
-        if x > self.memory.deepest {
+        let (x, v) = self.face(y);
+        if self.p.law.adhesion_force > 0.0 {
+            self.memory = self.p.law.advance(&self.memory, x, v, x, v, 0.0);
+        } else if x > self.memory.deepest {
             self.memory.deepest = x;
         }
         if !self.cracked && self.p.fracture_load.is_finite() && self.contact_force(y) >= self.p.fracture_load * (1.0 - 1e-9) {

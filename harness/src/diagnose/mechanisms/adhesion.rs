@@ -33,5 +33,6 @@ fn forms(c: &Context) -> Vec<Form> {
     vec![
         form("reversible, in contact", |t, c, p| pull(t, c, p, 0)),
         form("neck, while leaving", |t, c, p| pull(t, c, p, 1)),
+        form("reaching out, reversible", |t, c, p| pull(t, c, p, 2)),
     ]
 }

@@ -31,16 +31,25 @@ fn forms(c: &Context) -> Vec<Form> {
         describe: |t, c| vec![("plastic_ratio", t[0], "1"), ("yield_penetration", t[1] * c.scales.depth, "m")],
     }];
     forms.push(Form {
-        label: "stiffer unloading",
-        parameters: vec![parameter("excess", 0.0, 20.0, 1e-3), parameter("yield", 0.0, 3.0, 2e-3)],
-        starts: grid(&[&[0.03], &[0.02, 0.4, 0.8, 1.3]]),
-        linear: true,
+        label: "Walton-Braun",
         apply: |t, c, p| {
             p.law.plastic_ratio = t[0];
             p.law.yield_penetration = t[1] * c.scales.depth;
             p.law.plastic_form = 1;
         },
-        describe: |t, c| vec![("plastic_stiffness_excess", t[0], "1"), ("yield_penetration", t[1] * c.scales.depth, "m")],
+        ..forms[0].clone()
+    });
+    forms.push(Form {
+        label: "Thornton",
+        parameters: vec![parameter("yield", 0.02, 3.0, 2e-3)],
+        starts: grid(&[&[0.3, 0.6, 0.9, 1.2, 1.5]]),
+        linear: false,
+        apply: |t, c, p| {
+            p.law.plastic_ratio = 0.5;
+            p.law.yield_penetration = t[0] * c.scales.depth;
+            p.law.plastic_form = 2;
+        },
+        describe: |t, c| vec![("yield_penetration", t[0] * c.scales.depth, "m")],
     });
     if c.kind == Kind::Indentation {
         forms.push(Form {
