@@ -35,29 +35,42 @@ impl Parameters {
         }
     }
 
-    /// Potential of the second layer and of reversible adhesion, J, zero far outside.
-    fn reversible_energy(&self, x: f64) -> f64 {
-        let mut e = 0.0;
+    /// Energy of the second layer, J.
+    fn second_layer_energy(&self, x: f64) -> f64 {
         if self.secondary_stiffness > 0.0 && x > self.secondary_depth {
-            let z = x - self.secondary_depth;
-            e += self.secondary_stiffness * pow(z, self.secondary_exponent) * z
-                / (self.secondary_exponent + 1.0);
+            self.second_layer(x).0 * (x - self.secondary_depth) / (self.secondary_exponent + 1.0)
+        } else {
+            0.0
         }
-        if self.adhesion_force > 0.0 {
-            let (fa, r) = (self.adhesion_force, self.adhesion_range);
-            if self.adhesion_form == AdhesionForm::Contact as i32 {
-                if x > 0.0 {
-                    e -= fa * (x + r * (exp(-x / r) - 1.0));
-                }
-            } else if self.adhesion_form == AdhesionForm::Reach as i32 {
-                if x >= 0.0 {
-                    e -= fa * (0.5 * r + x);
-                } else if x > -r {
-                    e -= 0.5 * fa * (x + r) * (x + r) / r;
-                }
+    }
+
+    /// Potential of reversible adhesion, J, <= 0 and zero far outside.
+    fn pull_energy(&self, x: f64) -> f64 {
+        let (fa, r) = (self.adhesion_force, self.adhesion_range);
+        if fa <= 0.0 {
+            0.0
+        } else if self.adhesion_form == AdhesionForm::Contact as i32 && x > 0.0 {
+            -fa * (x + r * (exp(-x / r) - 1.0))
+        } else if self.adhesion_form == AdhesionForm::Reach as i32 && x > -r {
+            if x >= 0.0 {
+                -fa * (0.5 * r + x)
+            } else {
+                -0.5 * fa * (x + r) * (x + r) / r
             }
+        } else {
+            0.0
         }
-        e
+    }
+
+    /// Work of the branch and the second layer from `x0` to `x1` with deepest `d` >= `x0` before, J.
+    fn push_work(&self, x0: f64, x1: f64, d: f64) -> f64 {
+        let layer = self.second_layer_energy(x1) - self.second_layer_energy(x0);
+        let below = if x1 < d { x1 } else { d };
+        let mut w = layer + self.branch_energy(below, d) - self.branch_energy(x0, d);
+        if x1 > d {
+            w += self.loading_work(x1) - self.loading_work(d);
+        }
+        w
     }
 
     /// Free energy of the Maxwell branches, J, >= 0: that of a spring whose own zero x_d creeps after x,
@@ -82,7 +95,10 @@ impl Parameters {
     /// its unloading curve and the second layer, the free energy of the Maxwell branches, and the (negative)
     /// potential of reversible adhesion. The neck of adhesion holds none: its work counts as lost.
     pub fn stored_energy(&self, m: &Memory, x: f64) -> f64 {
-        self.branch_energy(x, m.deepest) + self.reversible_energy(x) + self.relaxation_energy(m, x)
+        self.branch_energy(x, m.deepest)
+            + self.second_layer_energy(x)
+            + self.pull_energy(x)
+            + self.relaxation_energy(m, x)
     }
 
     /// Memory of a contact found at rest at `x` m, loaded slowly from outside: the work of getting there is
@@ -92,7 +108,7 @@ impl Parameters {
             deepest: if x > 0.0 { x } else { 0.0 },
             ..Memory::default()
         };
-        m.work = self.loading_work(x) + self.reversible_energy(x);
+        m.work = self.loading_work(x) + self.second_layer_energy(x) + self.pull_energy(x);
         m.stored = self.stored_energy(&m, x);
         m
     }
@@ -110,13 +126,7 @@ impl Parameters {
             return 0.0;
         }
         let d = if x0 > m.deepest { x0 } else { m.deepest };
-        let branch = if x1 <= d {
-            self.branch_energy(x1, d) - self.branch_energy(x0, d)
-        } else {
-            self.branch_energy(d, d) - self.branch_energy(x0, d) + self.loading_work(x1)
-                - self.loading_work(d)
-        };
-        let mut w = branch + self.reversible_energy(x1) - self.reversible_energy(x0);
+        let mut w = self.push_work(x0, x1, d) + self.pull_energy(x1) - self.pull_energy(x0);
         let neck = self.adhesion_force > 0.0 && self.adhesion_form == AdhesionForm::Neck as i32;
         if !(neck
             || self.hysteresis_damping > 0.0
@@ -155,36 +165,68 @@ impl Parameters {
         } else {
             0.0
         };
+        let at = |s: f64| {
+            let mut here = *m;
+            let share = if s > touch {
+                (s - touch) / (1.0 - touch)
+            } else {
+                0.0
+            };
+            for b in 0..BRANCHES {
+                here.relaxation[b] += share * (o.relaxation[b] - m.relaxation[b]);
+            }
+            self.without_potential(&here, x0 + s * (x1 - x0), v0 + s * (v1 - v0), neck)
+        };
+        let may_clamp = v0 < 0.0 || v1 < 0.0 || self.relaxation_stiffness > 0.0;
         for i in 0..n {
-            let len = cuts[i + 1] - cuts[i];
-            for node in NODES {
-                let s = cuts[i] + node * len;
-                let (x, v) = (x0 + s * (x1 - x0), v0 + s * (v1 - v0));
-                let mut here = *m;
-                let share = if s > touch {
-                    (s - touch) / (1.0 - touch)
-                } else {
-                    0.0
-                };
-                for b in 0..BRANCHES {
-                    here.relaxation[b] += share * (o.relaxation[b] - m.relaxation[b]);
+            let (a, b) = (cuts[i], cuts[i + 1]);
+            let mut split = b;
+            if may_clamp {
+                let eps = 1e-12 * (b - a);
+                let first = at(a + eps).1;
+                if first != at(b - eps).1 {
+                    let (mut lo, mut hi) = (a, b);
+                    for _ in 0..40 {
+                        let mid = 0.5 * (lo + hi);
+                        if at(mid).1 == first {
+                            lo = mid;
+                        } else {
+                            hi = mid;
+                        }
+                    }
+                    split = lo;
                 }
-                w += 0.5 * len * (x1 - x0) * self.without_potential(&here, x, v, neck);
+            }
+            for (from, to) in [(a, split), (split, b)] {
+                if to > from {
+                    let (xa, xb) = (x0 + from * (x1 - x0), x0 + to * (x1 - x0));
+                    let mut clamped = false;
+                    for node in NODES {
+                        let (f, c) = at(from + node * (to - from));
+                        w += 0.5 * (xb - xa) * f;
+                        clamped = c;
+                    }
+                    if clamped {
+                        // what was counted above is not felt; d may be passed on the way
+                        w -= self.push_work(xa, xb, if xa > d { xa } else { d });
+                    }
+                }
             }
         }
         w
     }
 
-    /// Force less what has a potential, N.
-    fn without_potential(&self, m: &Memory, x: f64, v: f64, neck: bool) -> f64 {
-        let mut f = 0.0;
+    /// Force less what has a potential, N, and whether the contact is clamped at no force.
+    fn without_potential(&self, m: &Memory, x: f64, v: f64, neck: bool) -> (f64, bool) {
+        let (mut f, mut clamped) = (0.0, false);
         if x > 0.0 {
             let (a, b) = self.push(m, x, v, if x > m.deepest { x } else { m.deepest });
-            f = if a.0 + b.0 > 0.0 { b.0 } else { -a.0 };
+            clamped = a.0 + b.0 < 0.0;
+            f = if clamped { 0.0 } else { b.0 };
         }
         if neck {
             f -= self.pull(m, x).0;
         }
-        f
+        (f, clamped)
     }
 }

@@ -82,12 +82,39 @@ fn rebound(d: f64) -> (f64, f64) {
     }
 }
 
-/// Restitution of the dimensionless damping d = mu v0 / k >= 0; independent of mass and exponent.
-pub fn restitution(d: f64) -> f64 {
-    if d < 1e-13 {
-        return 1.0;
+/// 1 - e of the dimensionless damping d, without cancellation at small d.
+pub(super) fn loss(d: f64) -> f64 {
+    if d >= 0.5 {
+        return 1.0 - rebound(d).0 / d;
     }
-    rebound(d).0 / d
+    if d < 1e-8 {
+        // e = 1 - 2/3 d + 4/9 d^2 - ...
+        return d * (2.0 / 3.0 - 4.0 / 9.0 * d);
+    }
+    // d + y = ln((1 + d)/(1 - y)) in w = (d - y)/(1 - d): l(w) + d w = ln((1 - d)/(1 + d)) ... = 2 (d^3/3 + d^5/5 + ...)
+    let mut power = d * d * d;
+    let mut right = 0.0;
+    let mut n = 3.0;
+    while power > 1e-18 * right {
+        right += 2.0 * power / n;
+        power *= d * d;
+        n += 2.0;
+    }
+    let mut w = right / d;
+    for _ in 0..50 {
+        let step = (l(w) + d * w - right) / (d - w / (1.0 + w));
+        w -= step;
+        if step.abs() <= 1e-16 * w {
+            break;
+        }
+    }
+    w * (1.0 - d) / d
+}
+
+/// Restitution e of the dimensionless damping d = mu v0 / k >= 0: d (1 + e) = ln((1 + d)/(1 - d e));
+/// independent of mass and exponent.
+pub fn restitution(d: f64) -> f64 {
+    1.0 - loss(d)
 }
 
 /// G at u = 1 - delta, on the way in.
@@ -128,7 +155,8 @@ pub fn impact(m: f64, v0: f64, k: f64, p: f64, mu: f64) -> Option<Impact> {
     let q = p + 1.0;
     let unit = q * m * v0 * v0 / k;
     let xm = (unit * inward(d, 1.0)).powf(1.0 / q);
-    let e = restitution(d);
+    let lost = loss(d);
+    let e = 1.0 - lost;
     // in: u from 1 to 0, delta = 1 - u = s^q takes the root of x^p away
     let time_in = quadrature(|s| {
         let delta = s.powf(q);
@@ -180,7 +208,7 @@ pub fn impact(m: f64, v0: f64, k: f64, p: f64, mu: f64) -> Option<Impact> {
         restitution: e,
         peak_force,
         duration,
-        energy_lost: 0.5 * m * v0 * v0 * (1.0 - e) * (1.0 + e),
+        energy_lost: 0.5 * m * v0 * v0 * lost * (1.0 + e),
         impulse: m * v0 * (1.0 + e),
     })
 }

@@ -11,6 +11,7 @@ pub mod elementary;
 mod energy;
 pub mod impact;
 mod parameters;
+pub mod reference;
 pub mod restitution;
 pub mod stiffness;
 #[cfg(test)]
@@ -91,19 +92,26 @@ impl Parameters {
             return None;
         }
         let top = self.loading(d).0;
-        let linear = self.plastic_ratio * (d - self.yield_penetration);
-        let (set, power) = if self.plastic_form == PlasticForm::Thornton as i32 {
-            (
-                (d - pow(top / self.stiffness, 1.0 / self.exponent)).max(0.0),
-                self.exponent,
-            )
-        } else if self.plastic_form == PlasticForm::WaltonBraun as i32 {
-            (linear, 1.0)
+        if self.plastic_form == PlasticForm::Thornton as i32 {
+            let set = (d - pow(top / self.stiffness, 1.0 / self.exponent)).max(0.0);
+            return Some(Unloading {
+                set,
+                deepest: d,
+                top,
+                power: self.exponent,
+            });
+        }
+        let set = self.plastic_ratio * (d - self.yield_penetration);
+        let wanted = if self.plastic_form == PlasticForm::WaltonBraun as i32 {
+            1.0
         } else if self.plastic_unloading_exponent > 0.0 {
-            (linear, self.plastic_unloading_exponent)
+            self.plastic_unloading_exponent
         } else {
-            (linear, self.exponent)
+            self.exponent
         };
+        // the power at which unloading returns all that loading took: never below it
+        let lossless = (self.exponent + 1.0) * (1.0 - set / d) - 1.0;
+        let power = if wanted > lossless { wanted } else { lossless };
         Some(Unloading {
             set,
             deepest: d,

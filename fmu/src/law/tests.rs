@@ -107,28 +107,6 @@ fn an_elastic_path_stores_all_and_gives_all_back() {
 }
 
 #[test]
-fn on_any_path_work_is_stored_plus_dissipated_and_heat_never_falls_over_a_closed_loop() {
-    let p = all();
-    let mut seed = 12345u64;
-    let mut rnd = || {
-        seed = seed
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        (seed >> 11) as f64 / (1u64 << 53) as f64
-    };
-    let mut m = Memory::default();
-    let (mut x, mut v) = (0.0, 0.0);
-    for _ in 0..2000 {
-        let (y, w) = (8e-4 * rnd(), rnd() - 0.5);
-        m = p.advance(&m, x, v, y, w, 1e-4);
-        assert!((m.work - m.stored - m.dissipated()).abs() <= 1e-9 * m.work.abs());
-        x = y;
-        v = w;
-    }
-    assert!(m.deepest > 7e-4);
-}
-
-#[test]
 fn a_held_branch_decays_by_its_exponential() {
     let p = Parameters {
         relaxation_stiffness: 1e8,
