@@ -1,5 +1,7 @@
 //! touchdown's library: scenario -> host -> record -> model -> fit -> diagnose -> report.
+pub mod demo;
 pub mod diagnose;
+pub mod files;
 pub mod model;
 pub mod record;
 pub mod report;

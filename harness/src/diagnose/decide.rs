@@ -73,7 +73,11 @@ pub fn wander(problem: &Problem<'_>, point: &Point) -> f64 {
                 }
             }
         }
-        if n < 10.0 { 1.0 } else { sum / n }
+        if n < 10.0 {
+            1.0
+        } else {
+            sum / n
+        }
     };
     over(BLOCK).max(over(3 * BLOCK))
 }
@@ -130,7 +134,13 @@ impl Search<'_> {
                 let p = Problem::new(self.data, &m);
                 let mut out = p.fit(f.point.clone(), &slow);
                 if starts > 1 {
-                    if let Some(g) = self.add(&from.make_up, &from.fit.point, t, starts + 1, &Options { iterations: 18, ..Options::default() }) {
+                    if let Some(g) = self.add(
+                        &from.make_up,
+                        &from.fit.point,
+                        t,
+                        starts + 1,
+                        &Options { iterations: 18, ..Options::default() },
+                    ) {
                         if g.point.chi2 < out.point.chi2 {
                             out = p.fit(g.point, &slow);
                         }
@@ -207,7 +217,8 @@ impl Search<'_> {
         // the most significant of the best few
         let mut first = best.clone();
         if significant(&first, &base, lambda) < 1.0 {
-            if let Some(g) = named.iter().find(|c| c.names() == ["force_gain"] && significant(c, &base, lambda) >= 1.0) {
+            if let Some(g) = named.iter().find(|c| c.names() == ["force_gain"] && significant(c, &base, lambda) >= 1.0)
+            {
                 if g.cost() < first.cost() + 12.0 || significant(&first, &base, lambda) < 1.0 {
                     first = (*g).clone();
                 }
@@ -225,7 +236,8 @@ impl Search<'_> {
         let mut chosen = first.clone();
         let lambda_first = self.wander_of(&first);
         if lambda_first > 1.12 || total < 3000.0 {
-            let beam: Vec<Candidate> = named.iter().take(2).filter(|c| gain_of(c, &base) > 0.8 * total).map(|c| (*c).clone()).collect();
+            let beam: Vec<Candidate> =
+                named.iter().take(2).filter(|c| gain_of(c, &base) > 0.8 * total).map(|c| (*c).clone()).collect();
             let mut pairs: Vec<Candidate> = Vec::new();
             for c in beam {
                 let v = self.expand(&c, &Options { iterations: 7, hopeless: 3.0, ..Options::default() }, 1, 3);

@@ -33,7 +33,8 @@ pub fn held_out(search: &Search<'_>, candidate: &Candidate) -> HeldOut {
                 // one recording: its first half cycle
                 let mut d = data.clone();
                 let model = search.model(&candidate.make_up, 1.0, 1.0, 0.0);
-                let (t, _) = Problem::new(data, &model).predict(&candidate.fit.point.theta, 0, &candidate.fit.point.locals[0]);
+                let (t, _) =
+                    Problem::new(data, &model).predict(&candidate.fit.point.theta, 0, &candidate.fit.point.locals[0]);
                 for w in &mut d.records[0].weight {
                     for (w, time) in w.iter_mut().zip(&data.records[0].setup.time) {
                         if *time > t.deepest {
@@ -95,5 +96,9 @@ pub fn misfit(data: &Data, readings: &[[Vec<f64>; 3]]) -> f64 {
             }
         }
     }
-    if n > 0.0 { sum / n } else { f64::NAN }
+    if n > 0.0 {
+        sum / n
+    } else {
+        f64::NAN
+    }
 }

@@ -73,7 +73,7 @@ pub struct Mechanism {
 }
 
 /// How the strength of an effect is spread over the phases.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Acts {
     /// By the difference it makes to the contact force or the reading.
     Reading,

@@ -1,5 +1,6 @@
 //! Diagnosis: where the simulation misses the recordings, which physics is missing, and how much better it fits.
 
+pub mod answer;
 pub mod decide;
 pub mod heldout;
 pub mod mechanism;

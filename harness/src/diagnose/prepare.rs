@@ -77,7 +77,7 @@ struct Pulse {
 /// The first pulse of a signal that pushes, above `share` of its peak.
 fn pulse(y: &[f64], share: f64) -> Option<Pulse> {
     let peak = y.iter().cloned().fold(f64::MIN, f64::max);
-    if !(peak > 0.0) {
+    if peak.is_nan() || peak <= 0.0 {
         return None;
     }
     let level = share * peak;
@@ -133,8 +133,7 @@ pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
             (_, _, Some(x)) => x.clone(),
             _ => return Err(Invalid(format!("{} holds no channel to judge", r.file))),
         };
-        let pu = pulse(&push, 0.04)
-            .ok_or_else(|| Invalid(format!("{}: no impact is to be seen in it", r.file)))?;
+        let pu = pulse(&push, 0.04).ok_or_else(|| Invalid(format!("{}: no impact is to be seen in it", r.file)))?;
         let noise = median(push[..pu.first.max(8).min(push.len())].iter().map(|v| v.abs()).collect());
         if pu.peak < 8.0 * noise && pu.first > 8 {
             return Err(Invalid(format!("{}: its peak does not stand out of the noise", r.file)));
@@ -184,10 +183,11 @@ pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
     }
     let count = records.len() as f64;
     let length = median(c.recordings.iter().map(|r| r.time[r.time.len() - 1] - r.time[0]).collect());
-    let dt = median(c.recordings.iter().map(|r| (r.time[r.time.len() - 1] - r.time[0]) / (r.time.len() - 1) as f64).collect());
-    let duration = median(
-        c.recordings.iter().zip(&lasts).map(|(r, (a, b))| (r.time[*b] - r.time[*a]).max(3.0 * dt)).collect(),
+    let dt = median(
+        c.recordings.iter().map(|r| (r.time[r.time.len() - 1] - r.time[0]) / (r.time.len() - 1) as f64).collect(),
     );
+    let duration =
+        median(c.recordings.iter().zip(&lasts).map(|(r, (a, b))| (r.time[*b] - r.time[*a]).max(3.0 * dt)).collect());
     let speeds: Vec<f64> = c
         .recordings
         .iter()
@@ -196,17 +196,23 @@ pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
             Kind::DropTest => d.speed.map_or(1.0, |s| s.0).max(1e-6),
             Kind::ContactorOpening => {
                 let travel = c.travel.unwrap_or(1e-3);
-                let s = r.spring_preload.unwrap_or(1.0) * travel - 0.5 * c.return_spring_rate.unwrap_or(0.0) * travel * travel;
+                let s = r.spring_preload.unwrap_or(1.0) * travel
+                    - 0.5 * c.return_spring_rate.unwrap_or(0.0) * travel * travel;
                 (2.0 * s.max(1e-9) / mass).sqrt()
             }
             Kind::Indentation => {
                 let top = d.setup.imposed_rate.iter().map(|v| v.abs()).fold(0.0, f64::max);
-                if top > 0.0 { top } else { 1.0 }
+                if top > 0.0 {
+                    top
+                } else {
+                    1.0
+                }
             }
         })
         .collect();
     let peak = peaks.iter().cloned().filter(|v| v.is_finite()).fold(0.0, f64::max);
-    let forces: Vec<f64> = peaks.iter().map(|p| if p.is_finite() && *p > 0.0 { *p } else { mass * speeds[0] / duration }).collect();
+    let forces: Vec<f64> =
+        peaks.iter().map(|p| if p.is_finite() && *p > 0.0 { *p } else { mass * speeds[0] / duration }).collect();
     // p from how the peak grows with speed (or depth); k from energy (or depth)
     let (xs, kind_is_indentation): (Vec<f64>, bool) =
         if c.kind == Kind::Indentation { (depths.clone(), true) } else { (speeds.clone(), false) };
@@ -216,7 +222,13 @@ pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
         let (mx, my) = (lx.iter().sum::<f64>() / count, ly.iter().sum::<f64>() / count);
         let sxx: f64 = lx.iter().map(|v| (v - mx).powi(2)).sum();
         let sxy: f64 = lx.iter().zip(&ly).map(|(a, b)| (a - mx) * (b - my)).sum();
-        if sxx > 1e-3 { sxy / sxx } else if kind_is_indentation { 1.5 } else { 1.2 }
+        if sxx > 1e-3 {
+            sxy / sxx
+        } else if kind_is_indentation {
+            1.5
+        } else {
+            1.2
+        }
     };
     let p = if kind_is_indentation { slope } else { slope / (2.0 - slope).max(0.2) }.clamp(1.0, 3.5);
     let mid = forces.len() / 2;

@@ -12,7 +12,7 @@ use serde_json::{json, Value};
 pub struct Outcome {
     pub data: Data,
     pub verdict: Value,
-    pub before: Option<HeldOut>,
+    pub before: HeldOut,
     pub after: Option<HeldOut>,
     /// The law to put into the FMU.
     pub law: hysteresis_contact::law::Parameters,
@@ -39,7 +39,9 @@ pub fn diagnose(c: &Campaign) -> Result<Outcome, Invalid> {
     }
     let start = Search::new(c, &data).base(c, &guess);
     if !start.point.chi2.is_finite() {
-        return Err(Invalid("the simulation could not be brought near the recordings; check mass, units and speeds".into()));
+        return Err(Invalid(
+            "the simulation could not be brought near the recordings; check mass, units and speeds".into(),
+        ));
     }
     if c.kind == Kind::Indentation {
         let weights = Search::new(c, &data).effective_weights(&start.point);
@@ -66,9 +68,13 @@ pub fn diagnose(c: &Campaign) -> Result<Outcome, Invalid> {
     let candidates = decision
         .singles
         .iter()
-        .map(|s| (format!("{} ({})", s.names()[0], s.make_up.terms[0].form.label), decision.base.fit.point.chi2 - s.fit.point.chi2))
+        .map(|s| {
+            (
+                format!("{} ({})", s.names()[0], s.make_up.terms[0].form.label),
+                decision.base.fit.point.chi2 - s.fit.point.chi2,
+            )
+        })
         .collect();
-    let (before, after) = (Some(before), after);
     drop(model);
     Ok(Outcome { verdict, before, after, law, candidates, data: data.clone() })
 }
@@ -136,7 +142,9 @@ fn verdict(c: &Campaign, search: &Search<'_>, d: &Decision, before: &HeldOut, af
     }
     let text = if d.unexplained {
         match d.chosen.make_up.terms.first() {
-            Some(t) if !t.mechanism.named => format!("{} (a stand-in, fitted as: {})", t.mechanism.sentence, t.form.label),
+            Some(t) if !t.mechanism.named => {
+                format!("{} (a stand-in, fitted as: {})", t.mechanism.sentence, t.form.label)
+            }
             _ => format!("the residual still wanders {:.1} times more than noise", d.wander.1),
         }
     } else {

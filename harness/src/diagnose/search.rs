@@ -25,6 +25,9 @@ pub struct MakeUp {
 pub const HARD: [&str; 6] =
     ["base_compliance", "loose_part", "sensor_resonance", "cyclic_softening", "secondary_stiffening", "return_spring"];
 
+/// Starts of a fit with the gain in chi^2 expected of each.
+type Starts = Vec<(f64, Vec<f64>)>;
+
 /// Everything the search holds fixed.
 pub struct Search<'a> {
     pub data: &'a Data,
@@ -87,10 +90,8 @@ impl<'a> Search<'a> {
             prior: None,
             dynamic: true,
         };
-        let mut ps = vec![
-            base("ln F_ref", (k * s.x_ref.powf(p)).ln(), -60.0, 60.0, 2e-3),
-            base("p", p, 0.8, 4.5, 1e-3),
-        ];
+        let mut ps =
+            vec![base("ln F_ref", (k * s.x_ref.powf(p)).ln(), -60.0, 60.0, 2e-3), base("p", p, 0.8, 4.5, 1e-3)];
         let hysteresis = self.hysteresis;
         if hysteresis {
             ps.push(base("damping ratio", mu * s.v_ref / k, 0.0, 20.0, 1e-3));
@@ -219,8 +220,10 @@ impl<'a> Search<'a> {
                 let e: Vec<f64> = read.iter().zip(&y[i]).zip(&rec.weight[i]).map(|((a, b), w)| (a - b) * w).collect();
                 let s = self.data.noise[i].marginal();
                 for k in 0..e.len() {
-                    let mut near: Vec<f64> =
-                        (k.saturating_sub(4)..(k + 5).min(e.len())).filter(|j| j.abs_diff(k) > 1).map(|j| e[j]).collect();
+                    let mut near: Vec<f64> = (k.saturating_sub(4)..(k + 5).min(e.len()))
+                        .filter(|j| j.abs_diff(k) > 1)
+                        .map(|j| e[j])
+                        .collect();
                     near.sort_by(f64::total_cmp);
                     let middle = near[near.len() / 2];
                     let spread = near[near.len() - 1] - near[0];
@@ -239,7 +242,14 @@ impl<'a> Search<'a> {
     }
 
     /// Fits `make_up` plus `term` from `from` (a fit of `make_up`), from its best starts by score.
-    pub fn add(&self, make_up: &MakeUp, from: &Point, term: &Term, most_starts: usize, options: &Options) -> Option<Fit> {
+    pub fn add(
+        &self,
+        make_up: &MakeUp,
+        from: &Point,
+        term: &Term,
+        most_starts: usize,
+        options: &Options,
+    ) -> Option<Fit> {
         let base_model = self.model(make_up, 1.0, 1.0, 0.0);
         let problem = Problem::new(self.data, &base_model);
         let linear = problem.linearise(from)?;
@@ -249,8 +259,8 @@ impl<'a> Search<'a> {
     }
 
     /// Starts of a term by their expected gain in chi^2, best first; amplitudes set to the linear estimate.
-    fn score(&self, from: &Point, problem: &Problem<'_>, linear: &Linear, term: &Term) -> Vec<(f64, Vec<f64>)> {
-        let mut scored: Vec<(f64, Vec<f64>)> = Vec::new();
+    fn score(&self, from: &Point, problem: &Problem<'_>, linear: &Linear, term: &Term) -> Starts {
+        let mut scored: Starts = Vec::new();
         for s in &term.form.starts {
             let c = &self.context;
             let Some(sig) = problem.signature(from, &|p| (term.form.apply)(s, c, p), 1.0) else { continue };
@@ -272,7 +282,14 @@ impl<'a> Search<'a> {
         scored
     }
 
-    fn fit_from(&self, make_up: &MakeUp, from: &Point, term: &Term, starts: &[(f64, Vec<f64>)], options: &Options) -> Option<Fit> {
+    fn fit_from(
+        &self,
+        make_up: &MakeUp,
+        from: &Point,
+        term: &Term,
+        starts: &[(f64, Vec<f64>)],
+        options: &Options,
+    ) -> Option<Fit> {
         let mut next = make_up.clone();
         next.terms.push(term.clone());
         let model = self.model(&next, 1.0, 1.0, 0.0);
@@ -303,11 +320,18 @@ impl<'a> Search<'a> {
     }
 
     /// Scores every candidate beside `make_up` and fits those that stand a chance; best first.
-    pub fn screen(&self, make_up: &MakeUp, from: &Fit, candidates: &[Term], starts: usize, options: &Options) -> Vec<(Term, Fit)> {
+    pub fn screen(
+        &self,
+        make_up: &MakeUp,
+        from: &Fit,
+        candidates: &[Term],
+        starts: usize,
+        options: &Options,
+    ) -> Vec<(Term, Fit)> {
         let base_model = self.model(make_up, 1.0, 1.0, 0.0);
         let problem = Problem::new(self.data, &base_model);
         let Some(linear) = problem.linearise(&from.point) else { return Vec::new() };
-        let scored: Vec<(&Term, Vec<(f64, Vec<f64>)>)> = candidates
+        let scored: Vec<(&Term, Starts)> = candidates
             .par_iter()
             .filter(|t| !make_up.terms.iter().any(|u| u.mechanism.name == t.mechanism.name))
             .map(|t| (t, self.score(&from.point, &problem, &linear, t)))
@@ -320,7 +344,11 @@ impl<'a> Search<'a> {
                 // the score says little of what is not linear in its parameters
                 let hard = HARD.contains(&t.mechanism.name) && starts > 1;
                 let least = if t.form.linear { 0.03 * top } else { 0.003 * top };
-                if !hard && s.first().is_none_or(|s| s.0 < least.max(1.0)) && !(t.form.linear && t.form.parameters.len() == 1 && top < 100.0) && top > 20.0 {
+                if !hard
+                    && s.first().is_none_or(|s| s.0 < least.max(1.0))
+                    && !(t.form.linear && t.form.parameters.len() == 1 && top < 100.0)
+                    && top > 20.0
+                {
                     return None;
                 }
                 s.truncate(if t.form.linear { 1 } else { starts });

@@ -281,7 +281,13 @@ impl<'a> Problem<'a> {
         }
     }
 
-    fn whiten_into(&self, r: usize, e: &[Vec<f64>; 3], negate_from: Option<&[Option<Vec<f64>>; 3]>, out: &mut Vec<f64>) {
+    fn whiten_into(
+        &self,
+        r: usize,
+        e: &[Vec<f64>; 3],
+        negate_from: Option<&[Option<Vec<f64>>; 3]>,
+        out: &mut Vec<f64>,
+    ) {
         out.clear();
         let rec = &self.data.records[r];
         let n = rec.setup.time.len();
@@ -368,27 +374,28 @@ impl<'a> Problem<'a> {
         self.whiten_into(r, &y, Some(&rec.y), &mut residual);
         let mut columns = vec![Vec::new(); g + l];
         let mut first = vec![0.0; g + l];
-        let mut difference = |phys: &Physics, lo: &Local, zeros: &[f64], again: bool, h: f64, col: &mut Vec<f64>| -> Option<f64> {
-            let t2;
-            let t = if again {
-                t2 = simulate(phys, &rec.setup, lo);
-                if !t2.ok {
-                    return None;
+        let difference =
+            |phys: &Physics, lo: &Local, zeros: &[f64], again: bool, h: f64, col: &mut Vec<f64>| -> Option<f64> {
+                let t2;
+                let t = if again {
+                    t2 = simulate(phys, &rec.setup, lo);
+                    if !t2.ok {
+                        return None;
+                    }
+                    &t2
+                } else {
+                    &trace
+                };
+                let mut z = readings(phys, t, &rec.setup.time);
+                self.add_zeros(&mut z, zeros);
+                for c in 0..3 {
+                    for (a, b) in z[c].iter_mut().zip(&y[c]) {
+                        *a = (*a - b) / h;
+                    }
                 }
-                &t2
-            } else {
-                &trace
+                self.whiten_into(r, &z, None, col);
+                Some((t.first_speed - trace.first_speed) / h)
             };
-            let mut z = readings(phys, t, &rec.setup.time);
-            self.add_zeros(&mut z, zeros);
-            for c in 0..3 {
-                for (a, b) in z[c].iter_mut().zip(&y[c]) {
-                    *a = (*a - b) / h;
-                }
-            }
-            self.whiten_into(r, &z, None, col);
-            Some((t.first_speed - trace.first_speed) / h)
-        };
         for j in 0..g {
             if !active[j] {
                 columns[j] = vec![0.0; residual.len()];
@@ -476,7 +483,8 @@ impl<'a> Problem<'a> {
             // parameters held at a bound by their gradient take no step
             let held: Vec<bool> = (0..g)
                 .map(|j| {
-                    (point.theta[j] <= ps[j].lower && grad[j] <= 0.0) || (point.theta[j] >= ps[j].upper && grad[j] >= 0.0)
+                    (point.theta[j] <= ps[j].lower && grad[j] <= 0.0)
+                        || (point.theta[j] >= ps[j].upper && grad[j] >= 0.0)
                 })
                 .collect();
             let mut tries = 0;

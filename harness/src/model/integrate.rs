@@ -57,8 +57,8 @@ impl Step {
         let mut y = [0.0; MAX];
         let w = 1.0 - theta;
         for i in 0..self.n {
-            y[i] = self.r[0][i]
-                + theta * (self.r[1][i] + w * (self.r[2][i] + theta * (self.r[3][i] + w * self.r[4][i])));
+            y[i] =
+                self.r[0][i] + theta * (self.r[1][i] + w * (self.r[2][i] + theta * (self.r[3][i] + w * self.r[4][i])));
         }
         y
     }
@@ -80,6 +80,18 @@ fn stages<S: System>(s: &S, n: usize, t: f64, y: &State, h: f64, k: &mut [State;
     z
 }
 
+/// How an integration is controlled.
+#[derive(Clone, Copy, Debug)]
+pub struct Control {
+    /// Error a step, relative to the system's scale.
+    pub tolerance: f64,
+    /// First and largest step, s.
+    pub first: f64,
+    pub largest: f64,
+    /// Steps after which it gives up.
+    pub most: usize,
+}
+
 /// Integrates from (`t`, `y`) to `end` (which may lie before `t`), calling `each` with every accepted step.
 /// Returns false when the step became too small or the state not finite, or `most` steps did not do.
 pub fn integrate<S: System>(
@@ -87,12 +99,10 @@ pub fn integrate<S: System>(
     mut t: f64,
     y: &mut State,
     end: f64,
-    tolerance: f64,
-    first: f64,
-    largest: f64,
-    most: usize,
+    control: &Control,
     mut each: impl FnMut(&S, &Step),
 ) -> bool {
+    let Control { tolerance, first, largest, most } = *control;
     let n = s.dimension();
     let dir = if end >= t { 1.0 } else { -1.0 };
     let mut h = first.min(largest).min((end - t).abs());
@@ -279,7 +289,8 @@ mod tests {
         let mut y = [0.0; MAX];
         y[1] = 1.0;
         let mut worst: f64 = 0.0;
-        let ok = integrate(&mut Oscillator([1.0; MAX]), 0.0, &mut y, 10.0, 1e-10, 0.01, 1.0, 10_000, |_, s| {
+        let control = Control { tolerance: 1e-10, first: 0.01, largest: 1.0, most: 10_000 };
+        let ok = integrate(&mut Oscillator([1.0; MAX]), 0.0, &mut y, 10.0, &control, |_, s| {
             for i in 0..=10 {
                 let th = i as f64 / 10.0;
                 worst = worst.max((s.at(th)[0] - (s.t0 + th * s.h).sin()).abs());

@@ -123,7 +123,7 @@ impl Noise {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::{Rng, SeedableRng};
+    use rand::{RngExt, SeedableRng};
 
     #[test]
     fn estimate_recovers_an_autoregression_and_whitening_undoes_colouring() {

@@ -177,7 +177,7 @@ impl Physics {
     pub fn latent_force(&self, x: f64, v: f64) -> f64 {
         let mut f = 0.0;
         let along = v / 0.005;
-        let sign = if along > 1.0 { 1.0 } else if along < -1.0 { -1.0 } else { along };
+        let sign = along.clamp(-1.0, 1.0);
         if self.jam_force != 0.0 {
             let z = (x - self.jam_position) / self.jam_width;
             f += self.jam_force * sign * (-0.5 * z * z).exp();
@@ -186,7 +186,9 @@ impl Physics {
             return f;
         }
         if self.ripple_force != 0.0 {
-            f += self.ripple_force * ((std::f64::consts::TAU * x / self.ripple_length + self.ripple_phase).sin() - self.ripple_phase.sin());
+            f += self.ripple_force
+                * ((std::f64::consts::TAU * x / self.ripple_length + self.ripple_phase).sin()
+                    - self.ripple_phase.sin());
         }
         if self.latent_span > 0.0 && self.latent.iter().any(|a| *a != 0.0) {
             let s = (x / self.latent_span * LATENT as f64).min(LATENT as f64);

@@ -1,6 +1,6 @@
 //! One recording of a campaign simulated: approach, contact, flight, and what an ideal chain reads.
 
-use super::integrate::{integrate, State, System, MAX};
+use super::integrate::{integrate, Control, State, System, MAX};
 use super::physics::Physics;
 use crate::record::Kind;
 use hysteresis_contact::law::{Memory, BRANCHES};
@@ -230,7 +230,8 @@ impl System for Rig<'_> {
         }
         if self.base > 0 {
             dy[self.base] = y[self.base + 1];
-            dy[self.base + 1] = (fc - p.base_stiffness * y[self.base] - p.base_damping * y[self.base + 1]) / p.base_mass;
+            dy[self.base + 1] =
+                (fc - p.base_stiffness * y[self.base] - p.base_damping * y[self.base + 1]) / p.base_mass;
         }
         if self.loose > 0 {
             let fl = self.loose_force(y);
@@ -269,7 +270,10 @@ impl System for Rig<'_> {
         } else if x > self.memory.deepest {
             self.memory.deepest = x;
         }
-        if !self.cracked && self.p.fracture_load.is_finite() && self.contact_force(y) >= self.p.fracture_load * (1.0 - 1e-9) {
+        if !self.cracked
+            && self.p.fracture_load.is_finite()
+            && self.contact_force(y) >= self.p.fracture_load * (1.0 - 1e-9)
+        {
             self.cracked = true;
         }
         if self.relax > 0 && x <= 0.0 {
@@ -310,7 +314,14 @@ fn indent(p: &Physics, s: &Setup, local: &Local) -> Trace {
     for i in 0..n {
         let (x, v) = (s.imposed[i] - local.offset, s.imposed_rate[i]);
         if i > 0 {
-            m = p.law.advance(&m, s.imposed[i - 1] - local.offset, s.imposed_rate[i - 1], x, v, s.time[i] - s.time[i - 1]);
+            m = p.law.advance(
+                &m,
+                s.imposed[i - 1] - local.offset,
+                s.imposed_rate[i - 1],
+                x,
+                v,
+                s.time[i] - s.time[i - 1],
+            );
         }
         let mut f = p.law.force(&m, x, v);
         if f > p.fracture_load {
@@ -367,15 +378,22 @@ fn free(p: &Physics, s: &Setup, local: &Local) -> Trace {
             let mut back = y;
             let mut i = forward_from;
             let end = s.time[0] - clock;
-            out.ok = integrate(&mut rig, 0.0, &mut back, end, TOLERANCE, 0.1 * s.duration, largest, MOST_STEPS, |r, st| {
-                let until = st.t0 + st.h;
-                while i > 0 && s.time[i - 1] - clock >= until - 1e-15 {
-                    let tau = s.time[i - 1] - clock;
-                    let z = st.at((tau - st.t0) / st.h);
-                    put(&mut out, i - 1, r, tau, &z);
-                    i -= 1;
-                }
-            });
+            out.ok = integrate(
+                &mut rig,
+                0.0,
+                &mut back,
+                end,
+                &Control { tolerance: TOLERANCE, first: 0.1 * s.duration, largest, most: MOST_STEPS },
+                |r, st| {
+                    let until = st.t0 + st.h;
+                    while i > 0 && s.time[i - 1] - clock >= until - 1e-15 {
+                        let tau = s.time[i - 1] - clock;
+                        let z = st.at((tau - st.t0) / st.h);
+                        put(&mut out, i - 1, r, tau, &z);
+                        i -= 1;
+                    }
+                },
+            );
             if !out.ok {
                 return out;
             }
@@ -410,24 +428,31 @@ fn free(p: &Physics, s: &Setup, local: &Local) -> Trace {
     let (mut touch, mut deepest, mut leave) = (out.touch, f64::NAN, f64::NAN);
     let first = if s.kind == Kind::DropTest { 0.02 * s.duration } else { 0.5 * s.duration };
     let mut o = std::mem::take(&mut out);
-    let ok = integrate(&mut rig, 0.0, &mut y, end, TOLERANCE, first, largest, MOST_STEPS, |r, st| {
-        let until = st.t0 + st.h;
-        while i < n && s.time[i] - clock <= until + 1e-15 {
-            let tau = s.time[i] - clock;
-            let z = st.at((tau - st.t0) / st.h);
-            put(&mut o, i, r, tau, &z);
-            i += 1;
-        }
-        let z = st.at(1.0);
-        let (x, v) = r.face(&z);
-        if touch.is_nan() && x >= -1e-12 * s.depth {
-            touch = until + clock;
-        } else if !touch.is_nan() && deepest.is_nan() && v <= 0.0 {
-            deepest = until + clock;
-        } else if !deepest.is_nan() && leave.is_nan() && x <= 1e-9 * s.depth {
-            leave = until + clock;
-        }
-    });
+    let ok = integrate(
+        &mut rig,
+        0.0,
+        &mut y,
+        end,
+        &Control { tolerance: TOLERANCE, first, largest, most: MOST_STEPS },
+        |r, st| {
+            let until = st.t0 + st.h;
+            while i < n && s.time[i] - clock <= until + 1e-15 {
+                let tau = s.time[i] - clock;
+                let z = st.at((tau - st.t0) / st.h);
+                put(&mut o, i, r, tau, &z);
+                i += 1;
+            }
+            let z = st.at(1.0);
+            let (x, v) = r.face(&z);
+            if touch.is_nan() && x >= -1e-12 * s.depth {
+                touch = until + clock;
+            } else if !touch.is_nan() && deepest.is_nan() && v <= 0.0 {
+                deepest = until + clock;
+            } else if !deepest.is_nan() && leave.is_nan() && x <= 1e-9 * s.depth {
+                leave = until + clock;
+            }
+        },
+    );
     out = o;
     out.ok = ok && i == n;
     let last = s.time[n - 1];
@@ -445,4 +470,3 @@ fn put(out: &mut Trace, i: usize, r: &Rig<'_>, t: f64, y: &State) {
     out.position[i] = y[0];
     out.velocity[i] = y[1];
 }
-

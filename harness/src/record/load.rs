@@ -95,7 +95,12 @@ struct Rec {
 pub fn load(dir: &Path) -> Result<Campaign, RecordError> {
     let path = dir.join("campaign.toml");
     let text = std::fs::read_to_string(&path).map_err(|e| {
-        err(&path, 0, format!("cannot be read ({e})"), "name a folder that holds a campaign.toml of format recordings/1")
+        err(
+            &path,
+            0,
+            format!("cannot be read ({e})"),
+            "name a folder that holds a campaign.toml of format recordings/1",
+        )
     })?;
     let line = |at: usize| text[..at.min(text.len())].matches('\n').count() + 1;
     let f: File = toml::from_str(&text).map_err(|e| {
@@ -103,14 +108,24 @@ pub fn load(dir: &Path) -> Result<Campaign, RecordError> {
         err(&path, l, e.message().to_string(), "correct this entry as the format recordings/1 says")
     })?;
     if f.format.get_ref() != "recordings/1" {
-        return Err(err(&path, line(f.format.span().start), format!("format {:?} is not known", f.format.get_ref()), "write format = \"recordings/1\""));
+        return Err(err(
+            &path,
+            line(f.format.span().start),
+            format!("format {:?} is not known", f.format.get_ref()),
+            "write format = \"recordings/1\"",
+        ));
     }
     let kind = match f.campaign.kind.get_ref().as_str() {
         "drop-test" => Kind::DropTest,
         "contactor-opening" => Kind::ContactorOpening,
         "indentation" => Kind::Indentation,
         k => {
-            return Err(err(&path, line(f.campaign.kind.span().start), format!("kind {k:?} is not known"), "use drop-test, contactor-opening or indentation"))
+            return Err(err(
+                &path,
+                line(f.campaign.kind.span().start),
+                format!("kind {k:?} is not known"),
+                "use drop-test, contactor-opening or indentation",
+            ))
         }
     };
     let positive = |v: &Option<toml::Spanned<f64>>, name: &str, zero: bool| -> Result<Option<f64>, RecordError> {
@@ -121,7 +136,12 @@ pub fn load(dir: &Path) -> Result<Campaign, RecordError> {
                 if x.is_finite() && (x > 0.0 || zero && x == 0.0) {
                     Ok(Some(x))
                 } else {
-                    Err(err(&path, line(s.span().start), format!("{name} = {x} is not a positive number"), format!("give {name} in SI units, or leave it out")))
+                    Err(err(
+                        &path,
+                        line(s.span().start),
+                        format!("{name} = {x} is not a positive number"),
+                        format!("give {name} in SI units, or leave it out"),
+                    ))
                 }
             }
         }
@@ -149,13 +169,28 @@ pub fn load(dir: &Path) -> Result<Campaign, RecordError> {
         let r = r.get_ref();
         let name = r.file.get_ref().clone();
         if name.contains('/') || name.contains('\\') || name.is_empty() {
-            return Err(err(&path, at, format!("file {name:?} is not a plain file name"), "keep recordings beside campaign.toml"));
+            return Err(err(
+                &path,
+                at,
+                format!("file {name:?} is not a plain file name"),
+                "keep recordings beside campaign.toml",
+            ));
         }
         if let Some(before) = seen.insert(name.clone(), at) {
-            return Err(err(&path, at, format!("{name} is listed twice (first at line {before})"), "list every recording once; two campaigns belong in two folders"));
+            return Err(err(
+                &path,
+                at,
+                format!("{name} is listed twice (first at line {before})"),
+                "list every recording once; two campaigns belong in two folders",
+            ));
         }
         let number = |v: Option<f64>, what: &str| match v {
-            Some(x) if !x.is_finite() || x < 0.0 => Err(err(&path, at, format!("{what} = {x} is not a number from 0 on"), format!("give {what} in SI units"))),
+            Some(x) if !x.is_finite() || x < 0.0 => Err(err(
+                &path,
+                at,
+                format!("{what} = {x} is not a number from 0 on"),
+                format!("give {what} in SI units"),
+            )),
             v => Ok(v),
         };
         let drop_height = number(r.drop_height, "drop_height")?;
@@ -172,7 +207,14 @@ pub fn load(dir: &Path) -> Result<Campaign, RecordError> {
                     let v = (2.0 * 9.81 * h).sqrt();
                     impact_speed = Some((v, 0.03 * v));
                 }
-                _ => return Err(err(&path, at, format!("{name}: neither impact_speed, start_speed nor drop_height is given"), "add impact_speed in m/s")),
+                _ => {
+                    return Err(err(
+                        &path,
+                        at,
+                        format!("{name}: neither impact_speed, start_speed nor drop_height is given"),
+                        "add impact_speed in m/s",
+                    ))
+                }
             }
         }
         if kind == Kind::ContactorOpening && spring_preload.is_none() {
@@ -218,11 +260,21 @@ pub fn load(dir: &Path) -> Result<Campaign, RecordError> {
         let need: &[Channel] = if kind == Kind::Indentation { &[Channel::Force, Channel::Penetration] } else { &[] };
         for c in need {
             if r.channels[c.index()].is_none() {
-                return Err(err(&dir.join(&r.file), 1, format!("an indentation needs the channel {}", c.name()), "record both force and penetration"));
+                return Err(err(
+                    &dir.join(&r.file),
+                    1,
+                    format!("an indentation needs the channel {}", c.name()),
+                    "record both force and penetration",
+                ));
             }
         }
         if r.channels.iter().all(Option::is_none) {
-            return Err(err(&dir.join(&r.file), 1, "there is no channel besides time", "record force [N], acceleration [m/s^2] or penetration [m]"));
+            return Err(err(
+                &dir.join(&r.file),
+                1,
+                "there is no channel besides time",
+                "record force [N], acceleration [m/s^2] or penetration [m]",
+            ));
         }
     }
     let folder = dir
@@ -251,11 +303,16 @@ type Columns = (Vec<f64>, [Option<Vec<f64>>; 3], Vec<Column>);
 const FEWEST: usize = 16;
 
 fn read_csv(path: &Path) -> Result<Columns, RecordError> {
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_path(path)
-        .map_err(|e| err(path, 0, format!("cannot be read ({e})"), "put the recording beside campaign.toml, or take it out of the list"))?;
-    let head = reader.headers().map_err(|e| err(path, 1, e.to_string(), "write a header of columns \"name [unit]\""))?.clone();
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(|e| {
+        err(
+            path,
+            0,
+            format!("cannot be read ({e})"),
+            "put the recording beside campaign.toml, or take it out of the list",
+        )
+    })?;
+    let head =
+        reader.headers().map_err(|e| err(path, 1, e.to_string(), "write a header of columns \"name [unit]\""))?.clone();
     let mut columns = Vec::new();
     for h in &head {
         let (name, unit) = match h.split_once('[') {
@@ -263,13 +320,23 @@ fn read_csv(path: &Path) -> Result<Columns, RecordError> {
             _ => return Err(err(path, 1, format!("column {h:?} has no unit"), "write it as \"name [unit]\"")),
         };
         if !["time", "force", "acceleration", "penetration"].contains(&name.as_str()) {
-            return Err(err(path, 1, format!("column {name:?} is not known"), "use time, force, acceleration, penetration"));
+            return Err(err(
+                path,
+                1,
+                format!("column {name:?} is not known"),
+                "use time, force, acceleration, penetration",
+            ));
         }
         if columns.iter().any(|c: &Column| c.name == name) {
             return Err(err(path, 1, format!("column {name:?} stands twice"), "keep one of them"));
         }
         let Some(to_si) = unit_of(&name, &unit) else {
-            return Err(err(path, 1, format!("unit {unit:?} does not measure {name}"), "use s/ms, N/kN, m/mm/um, m/s^2/g or their like"));
+            return Err(err(
+                path,
+                1,
+                format!("unit {unit:?} does not measure {name}"),
+                "use s/ms, N/kN, m/mm/um, m/s^2/g or their like",
+            ));
         };
         columns.push(Column { name, unit, to_si });
     }
@@ -284,21 +351,34 @@ fn read_csv(path: &Path) -> Result<Columns, RecordError> {
         })?;
         let l = row.position().map_or(0, |p| p.line() as usize);
         for (i, cell) in row.iter().enumerate() {
-            let v: f64 = cell
-                .parse()
-                .ok()
-                .filter(|v: &f64| v.is_finite())
-                .ok_or_else(|| err(path, l, format!("{} holds {cell:?}, not a finite number", columns[i].name), "remove the rows of the gap, or cut the recording there"))?;
+            let v: f64 = cell.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| {
+                err(
+                    path,
+                    l,
+                    format!("{} holds {cell:?}, not a finite number", columns[i].name),
+                    "remove the rows of the gap, or cut the recording there",
+                )
+            })?;
             data[i].push(v * columns[i].to_si);
         }
     }
     let n = data[ti].len();
     if n < FEWEST {
-        return Err(err(path, n + 1, format!("{n} samples are too few to judge anything"), format!("record at least {FEWEST} samples")));
+        return Err(err(
+            path,
+            n + 1,
+            format!("{n} samples are too few to judge anything"),
+            format!("record at least {FEWEST} samples"),
+        ));
     }
     for i in 1..n {
         if data[ti][i] <= data[ti][i - 1] {
-            return Err(err(path, i + 2, "time does not increase here", "sort the rows by time, remove repeats, and keep one recording a file"));
+            return Err(err(
+                path,
+                i + 2,
+                "time does not increase here",
+                "sort the rows by time, remove repeats, and keep one recording a file",
+            ));
         }
     }
     let mut steps: Vec<f64> = data[ti].windows(2).map(|w| w[1] - w[0]).collect();
@@ -306,7 +386,12 @@ fn read_csv(path: &Path) -> Result<Columns, RecordError> {
     let median = steps[steps.len() / 2];
     for i in 1..n {
         if data[ti][i] - data[ti][i - 1] > 5.0 * median {
-            return Err(err(path, i + 2, format!("a gap of {:.3} s against {:.3e} s a sample", data[ti][i] - data[ti][i - 1], median), "cut the recording at the gap"));
+            return Err(err(
+                path,
+                i + 2,
+                format!("a gap of {:.3} s against {:.3e} s a sample", data[ti][i] - data[ti][i - 1], median),
+                "cut the recording at the gap",
+            ));
         }
     }
     let time = data[ti].clone();

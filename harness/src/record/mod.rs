@@ -6,23 +6,41 @@ use std::path::PathBuf;
 
 /// What was done with the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind { DropTest, ContactorOpening, Indentation }
+pub enum Kind {
+    DropTest,
+    ContactorOpening,
+    Indentation,
+}
 
 /// A measured channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Channel { Force, Acceleration, Penetration }
+pub enum Channel {
+    Force,
+    Acceleration,
+    Penetration,
+}
 
 impl Channel {
     pub const ALL: [Channel; 3] = [Channel::Force, Channel::Acceleration, Channel::Penetration];
     pub fn name(self) -> &'static str {
-        match self { Channel::Force => "force", Channel::Acceleration => "acceleration", Channel::Penetration => "penetration" }
+        match self {
+            Channel::Force => "force",
+            Channel::Acceleration => "acceleration",
+            Channel::Penetration => "penetration",
+        }
     }
-    pub fn index(self) -> usize { self as usize }
+    pub fn index(self) -> usize {
+        self as usize
+    }
 }
 
 /// One column as the file had it: `value_in_file * to_si = SI`.
 #[derive(Clone, Debug)]
-pub struct Column { pub name: String, pub unit: String, pub to_si: f64 }
+pub struct Column {
+    pub name: String,
+    pub unit: String,
+    pub to_si: f64,
+}
 
 /// One recording, SI.
 #[derive(Clone, Debug)]
@@ -47,7 +65,12 @@ pub struct Recording {
 
 /// The simulation as the user has it.
 #[derive(Clone, Debug, Default)]
-pub struct Simulation { pub terms: Vec<String>, pub k: Option<f64>, pub p: Option<f64>, pub mu_d: Option<f64> }
+pub struct Simulation {
+    pub terms: Vec<String>,
+    pub k: Option<f64>,
+    pub p: Option<f64>,
+    pub mu_d: Option<f64>,
+}
 
 /// A campaign, checked and in SI.
 #[derive(Clone, Debug)]

@@ -21,14 +21,16 @@ fn pull(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, form: i3
     p.law.adhesion_form = form;
 }
 
-fn forms(c: &Context) -> Vec<Form> {
+fn forms(_: &Context) -> Vec<Form> {
     let form = |label, apply: Apply| Form {
         label,
         parameters: vec![parameter("force", 0.0, 3.0, 1e-3), parameter("ln range", -6.0, 1.5, 1e-2)],
         starts: grid(&[&[0.02], &[-4.0, -2.3, -0.7]]),
         linear: true,
         apply,
-        describe: |t, c| vec![("adhesion_force", t[0] * c.scales.force, "N"), ("adhesion_range", c.scales.depth * t[1].exp(), "m")],
+        describe: |t, c| {
+            vec![("adhesion_force", t[0] * c.scales.force, "N"), ("adhesion_range", c.scales.depth * t[1].exp(), "m")]
+        },
     };
     vec![
         form("reversible, in contact", |t, c, p| pull(t, c, p, 0)),

@@ -1,8 +1,8 @@
 //! bent_scale: the scale of a sensor is bent
 
 use crate::diagnose::mechanism::*;
-use crate::record::Kind;
 use crate::record::Channel;
+use crate::record::Kind;
 
 /// reading = u (1 + b u / span) (nonlinear sensor).
 pub const MECHANISM: Mechanism = Mechanism {

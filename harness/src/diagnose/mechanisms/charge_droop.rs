@@ -23,7 +23,13 @@ fn droop(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, channel
 }
 
 fn forms(c: &Context) -> Vec<Form> {
-    let channel = if c.has[0] { Channel::Force } else if c.has[1] { Channel::Acceleration } else { return Vec::new() };
+    let channel = if c.has[0] {
+        Channel::Force
+    } else if c.has[1] {
+        Channel::Acceleration
+    } else {
+        return Vec::new();
+    };
     let form = |label, apply: Apply| Form {
         label,
         parameters: vec![chain_parameter("rate", 0.0, 5.0, 2e-4)],

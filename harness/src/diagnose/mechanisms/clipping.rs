@@ -29,7 +29,13 @@ fn forms(c: &Context) -> Vec<Form> {
         starts: vec![vec![0.995], vec![0.95]],
         linear: false,
         apply,
-        describe: |t, c| vec![("clip_level", t[0] * if c.has[0] { c.top[0] } else { c.top[1] }, if c.has[0] { "N" } else { "m/s^2" })],
+        describe: |t, c| {
+            vec![(
+                "clip_level",
+                t[0] * if c.has[0] { c.top[0] } else { c.top[1] },
+                if c.has[0] { "N" } else { "m/s^2" },
+            )]
+        },
     };
     if c.has[0] {
         vec![

@@ -15,7 +15,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Reading,
 };
 
-fn forms(c: &Context) -> Vec<Form> {
+fn forms(_: &Context) -> Vec<Form> {
     vec![Form {
         label: "drop past a load",
         parameters: vec![parameter("drop", 0.0, 0.9, 2e-3), parameter("load", 0.02, 4.0, 5e-3)],

@@ -38,11 +38,20 @@ fn forms(c: &Context) -> Vec<Form> {
                 p.friction = t[0] * c.scales.force;
                 p.friction_viscous = t[1] * c.scales.force / c.scales.speed;
             },
-            describe: |t, c| vec![("friction", t[0] * c.scales.force, "N"), ("friction_viscous", t[1] * c.scales.force / c.scales.speed, "N s/m")],
+            describe: |t, c| {
+                vec![
+                    ("friction", t[0] * c.scales.force, "N"),
+                    ("friction_viscous", t[1] * c.scales.force / c.scales.speed, "N s/m"),
+                ]
+            },
         },
         Form {
             label: "Stribeck",
-            parameters: vec![parameter("coulomb", 0.0, 1.0, 2e-4), parameter("excess", 0.0, 3.0, 1e-2), parameter("ln speed", -4.0, 1.0, 2e-2)],
+            parameters: vec![
+                parameter("coulomb", 0.0, 1.0, 2e-4),
+                parameter("excess", 0.0, 3.0, 1e-2),
+                parameter("ln speed", -4.0, 1.0, 2e-2),
+            ],
             starts: vec![vec![0.01, 0.5, -1.5]],
             linear: false,
             apply: |t, c, p| {
@@ -50,7 +59,13 @@ fn forms(c: &Context) -> Vec<Form> {
                 p.stribeck_excess = t[1];
                 p.stribeck_speed = c.scales.speed * t[2].exp();
             },
-            describe: |t, c| vec![("friction", t[0] * c.scales.force, "N"), ("stribeck_excess", t[1], "1"), ("stribeck_speed", c.scales.speed * t[2].exp(), "m/s")],
+            describe: |t, c| {
+                vec![
+                    ("friction", t[0] * c.scales.force, "N"),
+                    ("stribeck_excess", t[1], "1"),
+                    ("stribeck_speed", c.scales.speed * t[2].exp(), "m/s"),
+                ]
+            },
         },
     ]
 }

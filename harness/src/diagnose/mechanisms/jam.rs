@@ -15,10 +15,14 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Reading,
 };
 
-fn forms(c: &Context) -> Vec<Form> {
+fn forms(_: &Context) -> Vec<Form> {
     vec![Form {
         label: "bump of resistance",
-        parameters: vec![parameter("force", 0.0, 1.0, 1e-3), parameter("position", -2.0, 2.0, 5e-3), parameter("ln width", -3.5, 0.0, 2e-2)],
+        parameters: vec![
+            parameter("force", 0.0, 1.0, 1e-3),
+            parameter("position", -2.0, 2.0, 5e-3),
+            parameter("ln width", -3.5, 0.0, 2e-2),
+        ],
         starts: grid(&[&[0.02], &[-0.5, 0.1, 0.35, 0.6, 0.9, 1.2], &[-2.0]]),
         linear: true,
         apply: |t, c, p| {
@@ -26,6 +30,12 @@ fn forms(c: &Context) -> Vec<Form> {
             p.jam_position = t[1] * c.scales.depth;
             p.jam_width = c.scales.depth * t[2].exp();
         },
-        describe: |t, c| vec![("jam_force", t[0] * c.scales.force, "N"), ("jam_position", t[1] * c.scales.depth, "m"), ("jam_width", c.scales.depth * t[2].exp(), "m")],
+        describe: |t, c| {
+            vec![
+                ("jam_force", t[0] * c.scales.force, "N"),
+                ("jam_position", t[1] * c.scales.depth, "m"),
+                ("jam_width", c.scales.depth * t[2].exp(), "m"),
+            ]
+        },
     }]
 }

@@ -26,7 +26,7 @@ fn latent(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, dissip
     p.latent_dissipative = dissipative;
 }
 
-fn forms(c: &Context) -> Vec<Form> {
+fn forms(_: &Context) -> Vec<Form> {
     let form = |label, apply: Apply| Form {
         label,
         parameters: (0..LATENT).map(|i| parameter(&format!("knot {}", i + 1), -2.0, 2.0, 1e-3)).collect(),
@@ -35,6 +35,9 @@ fn forms(c: &Context) -> Vec<Form> {
         apply,
         describe: |t, c| NAMES.iter().zip(t).map(|(n, a)| (*n, a * c.scales.force, "N")).collect(),
     };
-    let _ = c;
-    vec![form("conservative", |t, c, p| latent(t, c, p, false)), form("against the motion", |t, c, p| latent(t, c, p, true))]
+
+    vec![
+        form("conservative", |t, c, p| latent(t, c, p, false)),
+        form("against the motion", |t, c, p| latent(t, c, p, true)),
+    ]
 }

@@ -36,6 +36,12 @@ fn forms(c: &Context) -> Vec<Form> {
             p.loose_stiffness = c.scales.force / c.scales.depth * t[2].exp();
             p.loose_damping = 2.0 * t[3].exp() * (p.loose_stiffness * p.loose_mass).sqrt();
         },
-        describe: |t, c| vec![("loose_mass", c.scales.mass * t[0].exp(), "kg"), ("loose_gap", c.scales.depth * t[1], "m"), ("loose_stiffness", c.scales.force / c.scales.depth * t[2].exp(), "N/m")],
+        describe: |t, c| {
+            vec![
+                ("loose_mass", c.scales.mass * t[0].exp(), "kg"),
+                ("loose_gap", c.scales.depth * t[1], "m"),
+                ("loose_stiffness", c.scales.force / c.scales.depth * t[2].exp(), "N/m"),
+            ]
+        },
     }]
 }

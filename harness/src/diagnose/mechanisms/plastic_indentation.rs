@@ -63,7 +63,13 @@ fn forms(c: &Context) -> Vec<Form> {
                 p.law.plastic_form = 0;
                 p.law.plastic_unloading_exponent = t[2];
             },
-            describe: |t, c| vec![("plastic_ratio", t[0], "1"), ("yield_penetration", t[1] * c.scales.depth, "m"), ("plastic_unloading_exponent", t[2], "1")],
+            describe: |t, c| {
+                vec![
+                    ("plastic_ratio", t[0], "1"),
+                    ("yield_penetration", t[1] * c.scales.depth, "m"),
+                    ("plastic_unloading_exponent", t[2], "1"),
+                ]
+            },
         });
     }
     forms

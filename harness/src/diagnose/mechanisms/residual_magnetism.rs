@@ -23,18 +23,26 @@ fn forms(c: &Context) -> Vec<Form> {
     if c.kind != Kind::ContactorOpening {
         return Vec::new();
     }
-    vec![
-        Form {
-            label: "fading with gap and time",
-            parameters: vec![parameter("force", 0.0, 0.5, 1e-4), parameter("ln gap", -4.0, 1.0, 3e-2), parameter("ln time", -4.0, 1.5, 3e-2)],
-            starts: grid(&[&[0.003], &[-2.0, -0.7], &[-1.5, 0.3]]),
-            linear: true,
-            apply: |t, c, p| {
-                p.magnet_force = t[0] * c.scales.force;
-                p.magnet_gap = TRAVELS * c.scales.depth * t[1].exp();
-                p.magnet_time = c.scales.length * t[2].exp();
-            },
-            describe: |t, c| vec![("magnet_force", t[0] * c.scales.force, "N"), ("magnet_gap", TRAVELS * c.scales.depth * t[1].exp(), "m"), ("magnet_time", c.scales.length * t[2].exp(), "s")],
+    vec![Form {
+        label: "fading with gap and time",
+        parameters: vec![
+            parameter("force", 0.0, 0.5, 1e-4),
+            parameter("ln gap", -4.0, 1.0, 3e-2),
+            parameter("ln time", -4.0, 1.5, 3e-2),
+        ],
+        starts: grid(&[&[0.003], &[-2.0, -0.7], &[-1.5, 0.3]]),
+        linear: true,
+        apply: |t, c, p| {
+            p.magnet_force = t[0] * c.scales.force;
+            p.magnet_gap = TRAVELS * c.scales.depth * t[1].exp();
+            p.magnet_time = c.scales.length * t[2].exp();
         },
-    ]
+        describe: |t, c| {
+            vec![
+                ("magnet_force", t[0] * c.scales.force, "N"),
+                ("magnet_gap", TRAVELS * c.scales.depth * t[1].exp(), "m"),
+                ("magnet_time", c.scales.length * t[2].exp(), "s"),
+            ]
+        },
+    }]
 }

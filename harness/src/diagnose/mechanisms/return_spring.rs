@@ -38,7 +38,12 @@ fn forms(c: &Context) -> Vec<Form> {
                 p.spring_preload = t[0] * c.scales.force;
                 p.spring_rate = t[1] * c.scales.force / c.scales.depth;
             },
-            describe: |t, c| vec![("spring_preload", t[0] * c.scales.force, "N"), ("spring_rate", t[1] * c.scales.force / c.scales.depth, "N/m")],
+            describe: |t, c| {
+                vec![
+                    ("spring_preload", t[0] * c.scales.force, "N"),
+                    ("spring_rate", t[1] * c.scales.force / c.scales.depth, "N/m"),
+                ]
+            },
         },
     ]
 }

@@ -15,10 +15,14 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Reading,
 };
 
-fn forms(c: &Context) -> Vec<Form> {
+fn forms(_: &Context) -> Vec<Form> {
     vec![Form {
         label: "periodic in depth",
-        parameters: vec![parameter("force", -1.0, 1.0, 1e-3), parameter("ln length", -3.5, 0.8, 1e-2), parameter("phase", -3.2, 3.2, 2e-2)],
+        parameters: vec![
+            parameter("force", -1.0, 1.0, 1e-3),
+            parameter("ln length", -3.5, 0.8, 1e-2),
+            parameter("phase", -3.2, 3.2, 2e-2),
+        ],
         starts: grid(&[&[0.02], &[-2.6, -2.1, -1.7, -1.3, -0.9, -0.5], &[0.0, 1.57]]),
         linear: true,
         apply: |t, c, p| {
@@ -26,6 +30,12 @@ fn forms(c: &Context) -> Vec<Form> {
             p.ripple_length = c.scales.depth * t[1].exp();
             p.ripple_phase = t[2];
         },
-        describe: |t, c| vec![("ripple_force", t[0] * c.scales.force, "N"), ("ripple_length", c.scales.depth * t[1].exp(), "m"), ("ripple_phase", t[2], "rad")],
+        describe: |t, c| {
+            vec![
+                ("ripple_force", t[0] * c.scales.force, "N"),
+                ("ripple_length", c.scales.depth * t[1].exp(), "m"),
+                ("ripple_phase", t[2], "rad"),
+            ]
+        },
     }]
 }

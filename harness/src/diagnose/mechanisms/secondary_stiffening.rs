@@ -21,14 +21,23 @@ fn layer(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, power: 
     p.law.secondary_exponent = power;
 }
 
-fn forms(c: &Context) -> Vec<Form> {
+fn forms(_: &Context) -> Vec<Form> {
     let form = |label, apply: Apply| Form {
         label,
         parameters: vec![parameter("force", 0.0, 30.0, 2e-3), parameter("depth", 0.02, 3.0, 3e-3)],
         starts: grid(&[&[0.05], &[0.15, 0.4, 0.7, 1.0, 1.4]]),
         linear: true,
         apply,
-        describe: |t, c| vec![("secondary_force_at_depth", t[0] * c.scales.force, "N"), ("secondary_depth", t[1] * c.scales.depth, "m")],
+        describe: |t, c| {
+            vec![
+                ("secondary_force_at_depth", t[0] * c.scales.force, "N"),
+                ("secondary_depth", t[1] * c.scales.depth, "m"),
+            ]
+        },
     };
-    vec![form("power 1.5", |t, c, p| layer(t, c, p, 1.5)), form("power 1", |t, c, p| layer(t, c, p, 1.0)), form("power 2.5", |t, c, p| layer(t, c, p, 2.5))]
+    vec![
+        form("power 1.5", |t, c, p| layer(t, c, p, 1.5)),
+        form("power 1", |t, c, p| layer(t, c, p, 1.0)),
+        form("power 2.5", |t, c, p| layer(t, c, p, 2.5)),
+    ]
 }

@@ -22,7 +22,11 @@ fn forms(c: &Context) -> Vec<Form> {
     }
     vec![Form {
         label: "tip mass on the transducer's spring",
-        parameters: vec![parameter("ln mass", -6.0, -0.7, 2e-2), parameter("ln frequency", 1.2, 6.0, 1e-2), parameter("ln damping", -6.0, 0.0, 5e-2)],
+        parameters: vec![
+            parameter("ln mass", -6.0, -0.7, 2e-2),
+            parameter("ln frequency", 1.2, 6.0, 1e-2),
+            parameter("ln damping", -6.0, 0.0, 5e-2),
+        ],
         starts: grid(&[&[-4.0, -2.7], &[1.8, 2.2, 2.6, 3.0, 3.4, 3.9, 4.5], &[-3.5, -1.5]]),
         linear: false,
         apply: |t, c, p| {
@@ -33,7 +37,11 @@ fn forms(c: &Context) -> Vec<Form> {
         },
         describe: |t, c| {
             let (w, m) = (t[1].exp() / c.scales.duration, c.scales.mass * t[0].exp());
-            vec![("tip_mass", m, "kg"), ("transducer_stiffness", m * w * w, "N/m"), ("transducer_damping", 2.0 * t[2].exp() * m * w, "N s/m")]
+            vec![
+                ("tip_mass", m, "kg"),
+                ("transducer_stiffness", m * w * w, "N/m"),
+                ("transducer_damping", 2.0 * t[2].exp() * m * w, "N s/m"),
+            ]
         },
     }]
 }

@@ -13,7 +13,9 @@ pub const MECHANISM: Mechanism = Mechanism {
     sentence: "a cushion of fluid builds up as the gap closes",
     cure: "The contact element is right; add this to the rig's model.",
     forms,
-    acts: Acts::Force(|x, v, p| (p.squeeze * v * (p.squeeze_gap / ((-x).max(0.0) + p.squeeze_gap)).powf(p.squeeze_power)).abs()),
+    acts: Acts::Force(|x, v, p| {
+        (p.squeeze * v * (p.squeeze_gap / ((-x).max(0.0) + p.squeeze_gap)).powf(p.squeeze_power)).abs()
+    }),
 };
 
 fn film(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, power: f64) {
@@ -32,7 +34,16 @@ fn forms(c: &Context) -> Vec<Form> {
         starts: grid(&[&[0.02], &[-1.5, 0.0, 1.2]]),
         linear: true,
         apply,
-        describe: |t, c| vec![("squeeze_film", t[0] * c.scales.force / c.scales.speed, "N s/m"), ("squeeze_gap", c.scales.depth * t[1].exp(), "m")],
+        describe: |t, c| {
+            vec![
+                ("squeeze_film", t[0] * c.scales.force / c.scales.speed, "N s/m"),
+                ("squeeze_gap", c.scales.depth * t[1].exp(), "m"),
+            ]
+        },
     };
-    vec![form("first power", |t, c, p| film(t, c, p, 1.0)), form("second power", |t, c, p| film(t, c, p, 2.0)), form("third power", |t, c, p| film(t, c, p, 3.0))]
+    vec![
+        form("first power", |t, c, p| film(t, c, p, 1.0)),
+        form("second power", |t, c, p| film(t, c, p, 2.0)),
+        form("third power", |t, c, p| film(t, c, p, 3.0)),
+    ]
 }

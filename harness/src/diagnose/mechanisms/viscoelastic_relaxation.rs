@@ -21,14 +21,16 @@ fn branch(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, spread
     p.law.relaxation_spread = spread;
 }
 
-fn forms(c: &Context) -> Vec<Form> {
+fn forms(_: &Context) -> Vec<Form> {
     let form = |label, apply: Apply| Form {
         label,
         parameters: vec![parameter("share", 0.0, 20.0, 2e-3), parameter("ln tau", -4.5, 4.0, 2e-2)],
         starts: grid(&[&[0.05], &[-2.5, -1.0, 0.5]]),
         linear: true,
         apply,
-        describe: |t, c| vec![("relaxation_share", t[0], "1"), ("relaxation_time", c.scales.duration * t[1].exp(), "s")],
+        describe: |t, c| {
+            vec![("relaxation_share", t[0], "1"), ("relaxation_time", c.scales.duration * t[1].exp(), "s")]
+        },
     };
     vec![
         form("one branch", |t, c, p| branch(t, c, p, 0.0)),

@@ -15,9 +15,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Reading,
 };
 
-fn forms(c: &Context) -> Vec<Form> {
-    let unit = c.scales.force / c.scales.speed;
-    let _ = unit;
+fn forms(_: &Context) -> Vec<Form> {
     vec![
         Form {
             label: "from first touch",
@@ -36,7 +34,12 @@ fn forms(c: &Context) -> Vec<Form> {
                 p.law.viscous_damping += t[0] * c.scales.force / c.scales.speed;
                 p.law.viscous_ramp = c.scales.depth * t[1].exp();
             },
-            describe: |t, c| vec![("viscous_damping", t[0] * c.scales.force / c.scales.speed, "N s/m"), ("viscous_ramp", c.scales.depth * t[1].exp(), "m")],
+            describe: |t, c| {
+                vec![
+                    ("viscous_damping", t[0] * c.scales.force / c.scales.speed, "N s/m"),
+                    ("viscous_ramp", c.scales.depth * t[1].exp(), "m"),
+                ]
+            },
         },
     ]
 }

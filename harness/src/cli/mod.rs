@@ -1,0 +1,45 @@
+//! Subcommands, a file each.
+
+mod demo;
+mod diagnose;
+mod impact;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+#[derive(Parser)]
+#[command(
+    name = "touchdown",
+    version,
+    about = "Contact elements for impacting machines: exact impacts and diagnosis of missing physics"
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Make a campaign with hidden friction and diagnose it
+    Demo(demo::Arguments),
+    /// Say what physics the simulation of a campaign leaves out, and how much better it fits with it
+    Diagnose(diagnose::Arguments),
+    /// Print the exact impact of a mass on the law F = k x^p + mu_d x^p v
+    Impact(impact::Arguments),
+}
+
+/// Runs the command line; exit code 2 for bad input.
+pub fn main() -> ExitCode {
+    let done = match Cli::parse().command {
+        Command::Demo(a) => demo::run(&a),
+        Command::Diagnose(a) => diagnose::run(&a),
+        Command::Impact(a) => impact::run(&a),
+    };
+    match done {
+        Ok(code) => code,
+        Err(e) => {
+            eprintln!("touchdown: {e:#}");
+            ExitCode::from(2)
+        }
+    }
+}

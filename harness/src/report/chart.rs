@@ -1,0 +1,172 @@
+//! Line charts as SVG.
+
+use plotters::prelude::*;
+
+/// How a series is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// Measured: grey dots.
+    Measured,
+    /// Before: a red line.
+    Before,
+    /// After: a blue line.
+    After,
+}
+
+struct Series {
+    name: String,
+    points: Vec<(f64, f64)>,
+    style: Style,
+}
+
+/// A chart of several series over one axis.
+pub struct Chart {
+    title: String,
+    x: String,
+    y: String,
+    series: Vec<Series>,
+}
+
+/// Most points of a series that are drawn; longer series are thinned by bucket, extremes kept.
+const MOST_POINTS: usize = 600;
+
+impl Chart {
+    /// An empty chart; axes carry their units.
+    pub fn new(title: &str, x: &str, y: &str) -> Chart {
+        Chart { title: title.into(), x: x.into(), y: y.into(), series: Vec::new() }
+    }
+
+    /// Adds a series; points that are not finite are left out.
+    pub fn series(mut self, name: &str, x: &[f64], y: &[f64], style: Style) -> Chart {
+        let points: Vec<(f64, f64)> =
+            x.iter().cloned().zip(y.iter().cloned()).filter(|p| p.0.is_finite() && p.1.is_finite()).collect();
+        self.series.push(Series { name: name.into(), points: thin(points), style });
+        self
+    }
+
+    /// The chart as SVG text; an empty string where there is nothing to draw.
+    pub fn svg(&self) -> String {
+        let all: Vec<&(f64, f64)> = self.series.iter().flat_map(|s| &s.points).collect();
+        let Some(first) = all.first() else { return String::new() };
+        let (mut x0, mut x1, mut y0, mut y1) = (first.0, first.0, first.1, first.1);
+        for p in &all {
+            x0 = x0.min(p.0);
+            x1 = x1.max(p.0);
+            y0 = y0.min(p.1);
+            y1 = y1.max(p.1);
+        }
+        if x1 <= x0 {
+            x1 = x0 + 1.0;
+        }
+        let pad = if y1 > y0 { 0.06 * (y1 - y0) } else { 1.0 };
+        let mut out = String::new();
+        let drawn = self.draw(&mut out, (x0, x1), (y0 - pad, y1 + pad));
+        if drawn.is_ok() {
+            out
+        } else {
+            String::new()
+        }
+    }
+
+    fn draw(
+        &self,
+        out: &mut String,
+        x: (f64, f64),
+        y: (f64, f64),
+    ) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+        let fail = |e: String| -> Box<dyn std::error::Error + Send + Sync> { e.into() };
+        let root = SVGBackend::with_string(out, (620, 330)).into_drawing_area();
+        root.fill(&WHITE).map_err(|e| fail(e.to_string()))?;
+        let mut chart = ChartBuilder::on(&root)
+            .caption(&self.title, ("sans-serif", 16))
+            .margin(8)
+            .x_label_area_size(36)
+            .y_label_area_size(64)
+            .build_cartesian_2d(x.0..x.1, y.0..y.1)
+            .map_err(|e| fail(e.to_string()))?;
+        chart
+            .configure_mesh()
+            .x_desc(&self.x)
+            .y_desc(&self.y)
+            .light_line_style(WHITE.mix(0.0))
+            .x_labels(6)
+            .y_labels(6)
+            .x_label_formatter(&|v| short(*v))
+            .y_label_formatter(&|v| short(*v))
+            .draw()
+            .map_err(|e| fail(e.to_string()))?;
+        for s in &self.series {
+            let colour = match s.style {
+                Style::Measured => RGBColor(120, 120, 120),
+                Style::Before => RGBColor(200, 40, 40),
+                Style::After => RGBColor(30, 80, 200),
+            };
+            if s.style == Style::Measured {
+                chart
+                    .draw_series(s.points.iter().map(|p| Circle::new(*p, 1, colour.filled())))
+                    .map_err(|e| fail(e.to_string()))?
+                    .label(&s.name)
+                    .legend(move |(x, y)| Circle::new((x + 8, y), 2, colour.filled()));
+            } else {
+                chart
+                    .draw_series(LineSeries::new(s.points.iter().cloned(), colour.stroke_width(1)))
+                    .map_err(|e| fail(e.to_string()))?
+                    .label(&s.name)
+                    .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 16, y)], colour));
+            }
+        }
+        chart
+            .configure_series_labels()
+            .background_style(WHITE.mix(0.8))
+            .border_style(BLACK.mix(0.2))
+            .draw()
+            .map_err(|e| fail(e.to_string()))?;
+        root.present().map_err(|e| fail(e.to_string()))?;
+        Ok(())
+    }
+}
+
+/// A number short enough for an axis.
+fn short(v: f64) -> String {
+    let a = v.abs();
+    if a != 0.0 && !(1e-2..1e5).contains(&a) {
+        format!("{v:.1e}")
+    } else if a >= 100.0 {
+        format!("{v:.0}")
+    } else {
+        format!("{v:.3}").trim_end_matches('0').trim_end_matches('.').to_string()
+    }
+}
+
+fn thin(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    if points.len() <= MOST_POINTS {
+        return points;
+    }
+    let size = (2 * points.len()).div_ceil(MOST_POINTS);
+    let mut out = Vec::with_capacity(MOST_POINTS);
+    for b in points.chunks(size) {
+        let lo = b.iter().enumerate().min_by(|a, c| a.1 .1.total_cmp(&c.1 .1)).map_or(0, |p| p.0);
+        let hi = b.iter().enumerate().max_by(|a, c| a.1 .1.total_cmp(&c.1 .1)).map_or(0, |p| p.0);
+        out.push(b[lo.min(hi)]);
+        if lo != hi {
+            out.push(b[lo.max(hi)]);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chart_holds_its_names_and_survives_what_is_not_finite() {
+        let x: Vec<f64> = (0..5000).map(f64::from).collect();
+        let mut y: Vec<f64> = x.iter().map(|v| (v * 0.01).sin()).collect();
+        y[7] = f64::NAN;
+        let svg = Chart::new("force", "time [s]", "force [N]").series("measured", &x, &y, Style::Measured).svg();
+        assert!(svg.contains("<svg") && svg.contains("measured") && svg.len() < 200_000);
+        assert_eq!(Chart::new("", "", "").svg(), "");
+        assert!(thin(x.into_iter().zip(y).collect()).len() <= MOST_POINTS);
+    }
+}

@@ -1,0 +1,87 @@
+//! One self-contained HTML page.
+
+/// A page built top to bottom.
+pub struct Page {
+    title: String,
+    body: String,
+}
+
+fn escape(s: &str) -> String {
+    s.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+impl Page {
+    /// An empty page.
+    pub fn new(title: &str) -> Page {
+        Page { title: title.into(), body: String::new() }
+    }
+
+    /// The sentence a reader should take away.
+    pub fn sentence(mut self, text: &str) -> Page {
+        self.body += &format!("<p class=\"lead\">{}</p>\n", escape(text));
+        self
+    }
+
+    /// A heading.
+    pub fn section(mut self, text: &str) -> Page {
+        self.body += &format!("<h2>{}</h2>\n", escape(text));
+        self
+    }
+
+    /// A paragraph.
+    pub fn paragraph(mut self, text: &str) -> Page {
+        self.body += &format!("<p>{}</p>\n", escape(text));
+        self
+    }
+
+    /// A table.
+    pub fn table(mut self, head: &[&str], rows: &[Vec<String>]) -> Page {
+        self.body += "<table><tr>";
+        for h in head {
+            self.body += &format!("<th>{}</th>", escape(h));
+        }
+        self.body += "</tr>\n";
+        for r in rows {
+            self.body += "<tr>";
+            for c in r {
+                self.body += &format!("<td>{}</td>", escape(c));
+            }
+            self.body += "</tr>\n";
+        }
+        self.body += "</table>\n";
+        self
+    }
+
+    /// A picture with its caption.
+    pub fn figure(mut self, svg: &str, caption: &str) -> Page {
+        if !svg.is_empty() {
+            self.body += &format!("<figure>{svg}<figcaption>{}</figcaption></figure>\n", escape(caption));
+        }
+        self
+    }
+
+    /// The whole page.
+    pub fn html(&self) -> String {
+        format!(
+            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{t}</title>\n<style>\
+             body{{font:15px/1.5 sans-serif;max-width:1320px;margin:2em auto;padding:0 1em;color:#222}}\
+             .lead{{font-size:1.25em;border-left:4px solid #1e50c8;padding-left:.7em}}\
+             table{{border-collapse:collapse}}td,th{{border:1px solid #ccc;padding:.25em .6em;text-align:left}}\
+             figure{{display:inline-block;margin:.4em}}figcaption{{font-size:.85em;color:#555}}</style></head>\n\
+             <body><h1>{t}</h1>\n{b}</body></html>\n",
+            t = escape(&self.title),
+            b = self.body
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_user_names_cannot_break_the_page() {
+        let h = Page::new("<b>").paragraph("a<script>").table(&["x"], &[vec!["<td>".into()]]).html();
+        assert!(!h.contains("<script>") && h.contains("&lt;td&gt;") && h.contains("<title>&lt;b&gt;</title>"));
+    }
+}
