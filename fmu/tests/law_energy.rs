@@ -7,10 +7,7 @@ struct Random(u64);
 
 impl Random {
     fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
@@ -58,10 +55,7 @@ fn any_law(r: &mut Random) -> Parameters {
 fn path(t: f64, w: [f64; 3]) -> (f64, f64) {
     let (a, b) = (7e-4, 3e-4);
     let x = a * (w[0] * t).sin() + b * (w[1] * t + w[2]).sin() - b * w[2].sin() - 1e-5;
-    (
-        x,
-        a * w[0] * (w[0] * t).cos() + b * w[1] * (w[1] * t + w[2]).cos(),
-    )
+    (x, a * w[0] * (w[0] * t).cos() + b * w[1] * (w[1] * t + w[2]).cos())
 }
 
 /// Integral of `f` over (a, b) by the three-point Gauss rule, halved at least three times and until
@@ -84,31 +78,20 @@ fn gauss(f: &dyn Fn(f64) -> f64, a: f64, b: f64) -> f64 {
 /// Work of the force, J, over a step of straight x, v and branch forces.
 fn work(p: &Parameters, m: &Memory, a: (f64, f64), b: (f64, f64), dt: f64) -> f64 {
     let end = p.advance(m, a.0, a.1, b.0, b.1, dt);
-    let touch = if a.0 < 0.0 && b.0 > 0.0 {
-        a.0 / (a.0 - b.0)
-    } else {
-        0.0
-    };
+    let touch = if a.0 < 0.0 && b.0 > 0.0 { a.0 / (a.0 - b.0) } else { 0.0 };
     let power = |s: f64| {
         let mut here = *m;
         for i in 0..BRANCHES {
-            here.relaxation[i] +=
-                ((s - touch) / (1.0 - touch)).max(0.0) * (end.relaxation[i] - m.relaxation[i]);
+            here.relaxation[i] += ((s - touch) / (1.0 - touch)).max(0.0) * (end.relaxation[i] - m.relaxation[i]);
         }
         p.force(&here, a.0 + s * (b.0 - a.0), a.1 + s * (b.1 - a.1)) * (b.0 - a.0)
     };
     // the force jumps where the body touches the surface or its permanent set
     let jumps = [0.0, p.permanent_set(m.deepest)];
-    let mut cuts: Vec<f64> = jumps
-        .iter()
-        .map(|x| (x - a.0) / (b.0 - a.0))
-        .filter(|s| *s > 0.0 && *s < 1.0)
-        .collect();
+    let mut cuts: Vec<f64> = jumps.iter().map(|x| (x - a.0) / (b.0 - a.0)).filter(|s| *s > 0.0 && *s < 1.0).collect();
     cuts.extend([0.0, 1.0]);
     cuts.sort_by(f64::total_cmp);
-    cuts.windows(2)
-        .map(|c| adaptive(&power, c[0], c[1], gauss(&power, c[0], c[1]), 30))
-        .sum()
+    cuts.windows(2).map(|c| adaptive(&power, c[0], c[1], gauss(&power, c[0], c[1]), 30)).sum()
 }
 
 #[test]
@@ -116,11 +99,7 @@ fn the_balance_closes_to_1e_9_on_random_paths_of_random_laws() {
     let mut r = Random(2026);
     for law in 0..60 {
         let p = any_law(&mut r);
-        let w = [
-            6.0 + 20.0 * r.next(),
-            30.0 + 50.0 * r.next(),
-            6.0 * r.next(),
-        ];
+        let w = [6.0 + 20.0 * r.next(), 30.0 + 50.0 * r.next(), 6.0 * r.next()];
         let (mut m, mut integral, mut gross) = (Memory::default(), 0.0, 0.0f64);
         let (n, dt) = (20_000, 0.6 / 20_000.0);
         let mut a = path(0.0, w);
@@ -135,10 +114,7 @@ fn the_balance_closes_to_1e_9_on_random_paths_of_random_laws() {
             m = p.advance(&m, a.0, a.1, b.0, b.1, dt);
             a = b;
         }
-        assert!(
-            gross > 1e-3 && m.deepest > 2e-4,
-            "the path must load the contact"
-        );
+        assert!(gross > 1e-3 && m.deepest > 2e-4, "the path must load the contact");
         let gap = (m.stored + m.dissipated() - integral).abs() / gross;
         assert!(gap < 1e-9, "law {law}: {gap:.1e} {p:?}");
     }
@@ -149,24 +125,10 @@ fn heat_never_comes_back() {
     let mut r = Random(7);
     for law in 0..60 {
         // two clamps can make a Maxwell branch do work on the rest; it has its own test
-        let p = Parameters {
-            relaxation_stiffness: 0.0,
-            ..any_law(&mut r)
-        };
+        let p = Parameters { relaxation_stiffness: 0.0, ..any_law(&mut r) };
         // at a turn x is straight while v changes sign within one step: hence the allowance; the neck is lossy over a cycle only
-        let p = Parameters {
-            adhesion_form: if p.adhesion_form == 1 {
-                0
-            } else {
-                p.adhesion_form
-            },
-            ..p
-        };
-        let w = [
-            6.0 + 20.0 * r.next(),
-            30.0 + 50.0 * r.next(),
-            6.0 * r.next(),
-        ];
+        let p = Parameters { adhesion_form: if p.adhesion_form == 1 { 0 } else { p.adhesion_form }, ..p };
+        let w = [6.0 + 20.0 * r.next(), 30.0 + 50.0 * r.next(), 6.0 * r.next()];
         let mut a = path(0.0, w);
         let mut m = Memory::default();
         m.stored = p.stored_energy(&m, a.0);
@@ -190,15 +152,8 @@ fn the_force_never_pulls_without_adhesion() {
     let mut r = Random(99);
     let mut pushed = 0;
     for _ in 0..20_000 {
-        let p = Parameters {
-            adhesion_force: 0.0,
-            ..any_law(&mut r)
-        };
-        let m = Memory {
-            deepest: 1e-3 * r.next(),
-            relaxation: [10.0 * r.next() - 5.0; BRANCHES],
-            ..Memory::default()
-        };
+        let p = Parameters { adhesion_force: 0.0, ..any_law(&mut r) };
+        let m = Memory { deepest: 1e-3 * r.next(), relaxation: [10.0 * r.next() - 5.0; BRANCHES], ..Memory::default() };
         let f = p.force(&m, 1.2e-3 * r.next() - 1e-4, 10.0 * r.next() - 5.0);
         assert!(f >= 0.0 && f.is_finite());
         pushed += i32::from(f > 0.0);
@@ -212,27 +167,13 @@ fn derivatives_are_those_of_the_force_for_any_law() {
     let mut checked = 0;
     while checked < 5000 {
         let p = any_law(&mut r);
-        let m = Memory {
-            deepest: 1e-3 * r.next(),
-            relaxation: [10.0 * r.next(); BRANCHES],
-            ..Memory::default()
-        };
+        let m = Memory { deepest: 1e-3 * r.next(), relaxation: [10.0 * r.next(); BRANCHES], ..Memory::default() };
         let (x, v) = (1.2e-3 * r.next() - 1e-4, 2.0 * r.next() - 1.0);
         let h = 1e-9;
-        let kinks = [
-            0.0,
-            p.viscous_ramp,
-            p.permanent_set(m.deepest),
-            m.deepest,
-            p.secondary_depth,
-        ];
+        let kinks = [0.0, p.viscous_ramp, p.permanent_set(m.deepest), m.deepest, p.secondary_depth];
         let clear = kinks.iter().all(|k| (x - k).abs() > 2e-5);
         let f = p.force(&m, x, v);
-        let pull = Parameters {
-            adhesion_force: 0.0,
-            ..p
-        }
-        .force(&m, x, v);
+        let pull = Parameters { adhesion_force: 0.0, ..p }.force(&m, x, v);
         if !clear || (pull > 0.0 && pull < 0.1) {
             continue;
         }
@@ -240,24 +181,16 @@ fn derivatives_are_those_of_the_force_for_any_law() {
         let (fx, fv) = p.derivatives(&m, x, v);
         let dx = (p.force(&m, x + h, v) - p.force(&m, x - h, v)) / (2.0 * h);
         let dv = (p.force(&m, x, v + 1e-6) - p.force(&m, x, v - 1e-6)) / 2e-6;
-        assert!(
-            (fx - dx).abs() <= 1e-5 * (f.abs() / 1e-4 + dx.abs() + 1.0),
-            "{fx} {dx} {x} {v} {p:?}"
-        );
-        assert!(
-            (fv - dv).abs() <= 1e-6 * (f.abs() + dv.abs() + 1.0),
-            "{fv} {dv} {p:?}"
-        );
+        assert!((fx - dx).abs() <= 1e-5 * (f.abs() / 1e-4 + dx.abs() + 1.0), "{fx} {dx} {x} {v} {p:?}");
+        assert!((fv - dv).abs() <= 1e-6 * (f.abs() + dv.abs() + 1.0), "{fv} {dv} {p:?}");
     }
 }
 
 /// Runs straight to `depth` and back out to -1e-4 m in `n` steps, quickly enough for nothing to relax.
 fn in_and_out(p: &Parameters, depth: f64, n: i32) -> Memory {
     let mut m = Memory::default();
-    let at = |i: i32| {
-        depth * (1.0 - (f64::from(i) / f64::from(n)).abs())
-            - 1e-4 * (f64::from(i) / f64::from(n)).max(0.0)
-    };
+    let at =
+        |i: i32| depth * (1.0 - (f64::from(i) / f64::from(n)).abs()) - 1e-4 * (f64::from(i) / f64::from(n)).max(0.0);
     for i in -n..n {
         m = p.advance(&m, at(i), 0.0, at(i + 1), 0.0, 1e-9);
     }
@@ -267,13 +200,8 @@ fn in_and_out(p: &Parameters, depth: f64, n: i32) -> Memory {
 #[test]
 fn plastic_loss_is_the_area_between_the_curves() {
     let k = 1e5;
-    let linear = Parameters {
-        stiffness: k,
-        exponent: 1.0,
-        plastic_ratio: 0.36,
-        plastic_form: 1,
-        ..Parameters::default()
-    };
+    let linear =
+        Parameters { stiffness: k, exponent: 1.0, plastic_ratio: 0.36, plastic_form: 1, ..Parameters::default() };
     let d = 1e-3;
     let m = in_and_out(&linear, d, 100);
     assert!((m.dissipated() - 0.36 * 0.5 * k * d * d).abs() < 1e-12 * k * d * d);
@@ -293,17 +221,10 @@ fn plastic_loss_is_the_area_between_the_curves() {
     assert!((in_and_out(&p, d, 100).dissipated() / wanted - 1.0).abs() < 1e-12);
 
     // Thornton: F at d on the tangent at y; unloading meets it
-    let t = Parameters {
-        plastic_form: 2,
-        plastic_ratio: 0.5,
-        ..p
-    };
+    let t = Parameters { plastic_form: 2, plastic_ratio: 0.5, ..p };
     let y: f64 = 2e-4;
     let top = 3e6 * (y.powf(1.5) + 1.5 * y.sqrt() * (1e-3 - y));
-    let m = Memory {
-        deepest: d,
-        ..Memory::default()
-    };
+    let m = Memory { deepest: d, ..Memory::default() };
     assert!((t.force(&m, d, 0.0) / top - 1.0).abs() < 1e-12);
     assert!((t.force(&m, d * (1.0 - 1e-12), 0.0) / top - 1.0).abs() < 1e-10);
     let set = t.permanent_set(d);
@@ -313,11 +234,7 @@ fn plastic_loss_is_the_area_between_the_curves() {
 
 #[test]
 fn a_branch_held_turns_its_energy_to_heat_and_never_stores_less_than_nothing() {
-    let p = Parameters {
-        relaxation_stiffness: 1e8,
-        relaxation_time: 1e-3,
-        ..Parameters::default()
-    };
+    let p = Parameters { relaxation_stiffness: 1e8, relaxation_time: 1e-3, ..Parameters::default() };
     let mut m = Memory::default();
     for i in 0..2000 {
         let at = |i: i32| 1e-3 * f64::from(i) / 2000.0;
@@ -344,10 +261,7 @@ fn forms_of_adhesion_pull_where_they_say() {
         ..Parameters::default()
     };
     let virgin = Memory::default();
-    let after = Memory {
-        deepest: 1e-3,
-        ..Memory::default()
-    };
+    let after = Memory { deepest: 1e-3, ..Memory::default() };
     // before touch
     assert_eq!(p(0).force(&virgin, -5e-5, 1.0), 0.0);
     assert_eq!(p(1).force(&virgin, -5e-5, 1.0), 0.0);
@@ -370,16 +284,8 @@ fn forms_of_adhesion_pull_where_they_say() {
 
 #[test]
 fn a_contact_found_loaded_starts_with_the_work_that_loaded_it() {
-    let p = Parameters {
-        stiffness: 3e6,
-        plastic_ratio: 0.3,
-        yield_penetration: 2e-4,
-        ..Parameters::default()
-    };
-    let (a, b) = (
-        p.start(1e-3),
-        p.advance(&Memory::default(), 0.0, 0.0, 1e-3, 0.0, 1.0),
-    );
+    let p = Parameters { stiffness: 3e6, plastic_ratio: 0.3, yield_penetration: 2e-4, ..Parameters::default() };
+    let (a, b) = (p.start(1e-3), p.advance(&Memory::default(), 0.0, 0.0, 1e-3, 0.0, 1.0));
     assert!((a.work / b.work - 1.0).abs() < 1e-14 && (a.stored / b.stored - 1.0).abs() < 1e-14);
     assert_eq!(p.start(-1e-3), Memory::default());
 }

@@ -7,33 +7,14 @@ use hysteresis_contact::law::{Memory, Parameters};
 
 fn close(what: &str, a: f64, b: f64, tol: f64) {
     let gap = (a - b).abs();
-    assert!(
-        gap <= tol * b.abs(),
-        "{what}: {a:.17e} against {b:.17e}: {:.1e}",
-        gap / b.abs()
-    );
+    assert!(gap <= tol * b.abs(), "{what}: {a:.17e} against {b:.17e}: {:.1e}", gap / b.abs());
 }
 
 /// (d, p, [deepest, restitution, peak force, duration, energy lost, impulse]) for m = v0 = k = 1, computed with
 /// mpmath 1.3 at 50 digits from the equations by its own quadrature and root finders.
-#[allow(
-    clippy::excessive_precision,
-    clippy::type_complexity,
-    clippy::approx_constant
-)]
+#[allow(clippy::excessive_precision, clippy::type_complexity, clippy::approx_constant)]
 const GOLDEN: [(f64, f64, [f64; 6]); 18] = [
-    (
-        0.0,
-        1.5,
-        [
-            1.0933620739432781,
-            1.0,
-            1.1432626298183159,
-            3.2180654597190431,
-            0.0,
-            2.0,
-        ],
-    ),
+    (0.0, 1.5, [1.0933620739432781, 1.0, 1.1432626298183159, 3.2180654597190431, 0.0, 2.0]),
     (
         1e-09,
         1.0,
@@ -202,42 +183,9 @@ const GOLDEN: [(f64, f64, [f64; 6]); 18] = [
             1.0285714285714283,
         ],
     ),
-    (
-        50.0,
-        1.0,
-        [
-            1.9197536168430713e-1,
-            2.0e-2,
-            3.9174980875568597,
-            1.0240252114698176e+1,
-            4.998e-1,
-            1.02,
-        ],
-    ),
-    (
-        50.0,
-        1.5,
-        [
-            2.9198490557860209e-1,
-            2.0e-2,
-            2.9236893859877895,
-            1.5448082540041721e+1,
-            4.998e-1,
-            1.02,
-        ],
-    ),
-    (
-        50.0,
-        4.0,
-        [
-            6.2070636595514472e-1,
-            2.0e-2,
-            2.3351358960076152,
-            3.2272604941693939e+1,
-            4.998e-1,
-            1.02,
-        ],
-    ),
+    (50.0, 1.0, [1.9197536168430713e-1, 2.0e-2, 3.9174980875568597, 1.0240252114698176e+1, 4.998e-1, 1.02]),
+    (50.0, 1.5, [2.9198490557860209e-1, 2.0e-2, 2.9236893859877895, 1.5448082540041721e+1, 4.998e-1, 1.02]),
+    (50.0, 4.0, [6.2070636595514472e-1, 2.0e-2, 2.3351358960076152, 3.2272604941693939e+1, 4.998e-1, 1.02]),
 ];
 
 #[test]
@@ -262,12 +210,7 @@ fn mass_speed_and_stiffness_only_scale_the_impact() {
         let length = (m * v0 * v0 / k).powf(1.0 / (p + 1.0));
         close("deepest", i.deepest, length * g[0], 2e-12);
         close("duration", i.duration, length / v0 * g[3], 2e-12);
-        close(
-            "peak force",
-            i.peak_force,
-            m * v0 * v0 / length * g[2],
-            2e-12,
-        );
+        close("peak force", i.peak_force, m * v0 * v0 / length * g[2], 2e-12);
         close("energy lost", i.energy_lost, m * v0 * v0 * g[4], 2e-12);
         close("impulse", i.impulse, m * v0 * g[5], 2e-12);
     }
@@ -275,14 +218,7 @@ fn mass_speed_and_stiffness_only_scale_the_impact() {
 
 /// Integrates m x'' = -F with the law's own force and memory by the classical Runge-Kutta rule in `n` steps a
 /// `duration`, until the body is out or, if `until_free`, until the force has come to nothing on the way.
-fn integrate(
-    p: &Parameters,
-    m: f64,
-    v0: f64,
-    duration: f64,
-    n: u32,
-    until_free: bool,
-) -> (Impact, Memory) {
+fn integrate(p: &Parameters, m: f64, v0: f64, duration: f64, n: u32, until_free: bool) -> (Impact, Memory) {
     let h = duration / f64::from(n);
     let (mut x, mut v, mut t) = (0.0f64, v0, 0.0);
     let mut mem = Memory::default();
@@ -291,14 +227,8 @@ fn integrate(
     let a = |mem: &Memory, x: f64, v: f64| -p.force(mem, x.max(1e-300), v) / m;
     for step in 0..20 * n {
         let (a1, b1) = (v, a(&mem, x, v));
-        let (a2, b2) = (
-            v + 0.5 * h * b1,
-            a(&mem, x + 0.5 * h * a1, v + 0.5 * h * b1),
-        );
-        let (a3, b3) = (
-            v + 0.5 * h * b2,
-            a(&mem, x + 0.5 * h * a2, v + 0.5 * h * b2),
-        );
+        let (a2, b2) = (v + 0.5 * h * b1, a(&mem, x + 0.5 * h * a1, v + 0.5 * h * b1));
+        let (a3, b3) = (v + 0.5 * h * b2, a(&mem, x + 0.5 * h * a2, v + 0.5 * h * b2));
         let (a4, b4) = (v + h * b3, a(&mem, x + h * a3, v + h * b3));
         let nx = x + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
         let nv = v + h / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4);
@@ -337,12 +267,7 @@ fn slow_integration_of_the_law_agrees_with_the_exact_impact_and_its_heat_with_th
     for (d, p) in [(0.0, 1.5), (0.3, 1.5), (2.0, 1.0), (0.77, 2.79), (5.0, 2.0)] {
         let mu = d * STIFFNESS / SPEED;
         let exact = impact(MASS, SPEED, STIFFNESS, p, mu).unwrap();
-        let law = Parameters {
-            stiffness: STIFFNESS,
-            exponent: p,
-            hysteresis_damping: mu,
-            ..Parameters::default()
-        };
+        let law = Parameters { stiffness: STIFFNESS, exponent: p, hysteresis_damping: mu, ..Parameters::default() };
         let (i, mem) = integrate(&law, MASS, SPEED, exact.duration, 50_000, false);
         let at = |name: &str| format!("{name} at d {d} p {p}");
         close(&at("deepest"), i.deepest, exact.deepest, 1e-8);
@@ -350,12 +275,7 @@ fn slow_integration_of_the_law_agrees_with_the_exact_impact_and_its_heat_with_th
         close(&at("restitution"), i.restitution, exact.restitution, 1e-7);
         close(&at("duration"), i.duration, exact.duration, 1e-4);
         close(&at("impulse"), i.impulse, exact.impulse, 1e-7);
-        close(
-            &at("heat and the rest"),
-            ENERGY - mem.dissipated(),
-            ENERGY - exact.energy_lost,
-            1e-6,
-        );
+        close(&at("heat and the rest"), ENERGY - mem.dissipated(), ENERGY - exact.energy_lost, 1e-6);
         assert_eq!(mem.stored, 0.0);
     }
 }
@@ -365,24 +285,14 @@ fn a_spring_and_dashpot_that_cannot_pull_leaves_as_schwager_and_poeschel_say() {
     for zeta in [0.0, 0.05, 0.3, 0.6, 0.9] {
         let c = 2.0 * zeta * (STIFFNESS * MASS).sqrt();
         let exact = linear_spring_dashpot(MASS, SPEED, STIFFNESS, c).unwrap();
-        let law = Parameters {
-            stiffness: STIFFNESS,
-            exponent: 1.0,
-            viscous_damping: c,
-            ..Parameters::default()
-        };
+        let law = Parameters { stiffness: STIFFNESS, exponent: 1.0, viscous_damping: c, ..Parameters::default() };
         let (i, mem) = integrate(&law, MASS, SPEED, exact.duration, 50_000, true);
         let at = |name: &str| format!("{name} at zeta {zeta}");
         close(&at("deepest"), i.deepest, exact.deepest, 1e-8);
         close(&at("peak force"), i.peak_force, exact.peak_force, 1e-4);
         close(&at("restitution"), i.restitution, exact.restitution, 1e-7);
         close(&at("duration"), i.duration, exact.duration, 1e-4);
-        close(
-            &at("kinetic energy and work"),
-            ENERGY - mem.work,
-            ENERGY - exact.energy_lost,
-            1e-6,
-        );
+        close(&at("kinetic energy and work"), ENERGY - mem.work, ENERGY - exact.energy_lost, 1e-6);
     }
     assert!(linear_spring_dashpot(1.0, 1.0, 1.0, 2.0).is_none());
 }
@@ -404,12 +314,7 @@ fn walton_and_braun_leave_with_the_root_of_the_ratio_of_stiffnesses() {
         close(&at("peak force"), i.peak_force, exact.peak_force, 1e-8);
         close(&at("restitution"), i.restitution, exact.restitution, 1e-6);
         close(&at("duration"), i.duration, exact.duration, 1e-4);
-        close(
-            &at("energy left"),
-            ENERGY - mem.dissipated(),
-            ENERGY - exact.energy_lost,
-            1e-6,
-        );
+        close(&at("energy left"), ENERGY - mem.dissipated(), ENERGY - exact.energy_lost, 1e-6);
     }
     assert!(walton_braun(1.0, 1.0, 1.0, 1.0).is_none());
 }

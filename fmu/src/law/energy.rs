@@ -104,23 +104,14 @@ impl Parameters {
     /// Memory of a contact found at rest at `x` m, loaded slowly from outside: the work of getting there is
     /// counted, the Maxwell branches are relaxed.
     pub fn start(&self, x: f64) -> Memory {
-        let mut m = Memory {
-            deepest: if x > 0.0 { x } else { 0.0 },
-            ..Memory::default()
-        };
+        let mut m = Memory { deepest: if x > 0.0 { x } else { 0.0 }, ..Memory::default() };
         m.work = self.loading_work(x) + self.second_layer_energy(x) + self.pull_energy(x);
         m.stored = self.stored_energy(&m, x);
         m
     }
 
     /// Work done on the contact over a step of straight x and v from memory `m` to `o`, J.
-    pub(super) fn work_of_step(
-        &self,
-        m: &Memory,
-        o: &Memory,
-        from: (f64, f64),
-        to: (f64, f64),
-    ) -> f64 {
+    pub(super) fn work_of_step(&self, m: &Memory, o: &Memory, from: (f64, f64), to: (f64, f64)) -> f64 {
         let ((x0, v0), (x1, v1)) = (from, to);
         if x0 == x1 {
             return 0.0;
@@ -128,11 +119,7 @@ impl Parameters {
         let d = if x0 > m.deepest { x0 } else { m.deepest };
         let mut w = self.push_work(x0, x1, d) + self.pull_energy(x1) - self.pull_energy(x0);
         let neck = self.adhesion_force > 0.0 && self.adhesion_form == AdhesionForm::Neck as i32;
-        if !(neck
-            || self.hysteresis_damping > 0.0
-            || self.viscous_damping > 0.0
-            || self.relaxation_stiffness > 0.0)
-        {
+        if !(neck || self.hysteresis_damping > 0.0 || self.viscous_damping > 0.0 || self.relaxation_stiffness > 0.0) {
             return w;
         }
         // where the rest has kinks along the step, in order
@@ -160,18 +147,10 @@ impl Parameters {
         }
         cuts[n] = 1.0;
         // branch forces begin where the surface is crossed
-        let touch = if x0 < 0.0 && x1 > 0.0 {
-            x0 / (x0 - x1)
-        } else {
-            0.0
-        };
+        let touch = if x0 < 0.0 && x1 > 0.0 { x0 / (x0 - x1) } else { 0.0 };
         let at = |s: f64| {
             let mut here = *m;
-            let share = if s > touch {
-                (s - touch) / (1.0 - touch)
-            } else {
-                0.0
-            };
+            let share = if s > touch { (s - touch) / (1.0 - touch) } else { 0.0 };
             for b in 0..BRANCHES {
                 here.relaxation[b] += share * (o.relaxation[b] - m.relaxation[b]);
             }

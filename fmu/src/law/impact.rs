@@ -247,11 +247,7 @@ mod tests {
     use super::*;
 
     fn close(a: f64, b: f64, tol: f64) {
-        assert!(
-            (a - b).abs() <= tol * b.abs(),
-            "{a:.17e} against {b:.17e}: {:.1e}",
-            (a - b).abs() / b.abs()
-        );
+        assert!((a - b).abs() <= tol * b.abs(), "{a:.17e} against {b:.17e}: {:.1e}", (a - b).abs() / b.abs());
     }
 
     #[test]
@@ -270,12 +266,7 @@ mod tests {
 
     #[test]
     fn undamped_durations_have_the_known_coefficients() {
-        for (p, c) in [
-            (1.0, std::f64::consts::PI),
-            (1.5, 2.9432751843),
-            (2.0, 2.8043642107),
-            (2.79, 2.6530845349),
-        ] {
+        for (p, c) in [(1.0, std::f64::consts::PI), (1.5, 2.9432751843), (2.0, 2.8043642107), (2.79, 2.6530845349)] {
             let i = impact(2.0, 0.7, 5e7, p, 0.0).unwrap();
             close(i.duration * 0.7 / i.deepest, c, 2e-10);
             close(i.restitution, 1.0, 1e-15);
@@ -287,11 +278,7 @@ mod tests {
         let i = impact(3.0, 2.0, 7e4, 1.0, 0.0).unwrap();
         close(i.deepest, 2.0 * (3.0f64 / 7e4).sqrt(), 1e-14);
         close(i.peak_force, 2.0 * (3.0f64 * 7e4).sqrt(), 1e-13);
-        close(
-            i.duration,
-            std::f64::consts::PI * (3.0f64 / 7e4).sqrt(),
-            1e-12,
-        );
+        close(i.duration, std::f64::consts::PI * (3.0f64 / 7e4).sqrt(), 1e-12);
     }
 
     #[test]
@@ -308,10 +295,7 @@ mod tests {
     #[test]
     fn small_and_large_damping_pass_smoothly_through_the_switches() {
         for (a, b) in [(0.999_999_99, 1.000_000_01), (2e-13, 0.5e-13)] {
-            let (x, y) = (
-                impact(1.0, 1.0, 1e8, 1.5, a * 1e8).unwrap(),
-                impact(1.0, 1.0, 1e8, 1.5, b * 1e8).unwrap(),
-            );
+            let (x, y) = (impact(1.0, 1.0, 1e8, 1.5, a * 1e8).unwrap(), impact(1.0, 1.0, 1e8, 1.5, b * 1e8).unwrap());
             close(x.duration, y.duration, 1e-7);
             close(x.restitution, y.restitution, 1e-7);
         }
@@ -332,10 +316,8 @@ mod tests {
                 let (a2, b2) = (v + 0.5 * h * b1, f(x + 0.5 * h * a1, v + 0.5 * h * b1));
                 let (a3, b3) = (v + 0.5 * h * b2, f(x + 0.5 * h * a2, v + 0.5 * h * b2));
                 let (a4, b4) = (v + h * b3, f(x + h * a3, v + h * b3));
-                let (nx, nv) = (
-                    x + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4),
-                    v + h / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4),
-                );
+                let (nx, nv) =
+                    (x + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4), v + h / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4));
                 if nx <= 0.0 {
                     close(t + h * x / (x - nx), exact.duration, 1e-3);
                     close(-nv / v0, exact.restitution, 1e-5);

@@ -94,12 +94,7 @@ impl Parameters {
         let top = self.loading(d).0;
         if self.plastic_form == PlasticForm::Thornton as i32 {
             let set = (d - pow(top / self.stiffness, 1.0 / self.exponent)).max(0.0);
-            return Some(Unloading {
-                set,
-                deepest: d,
-                top,
-                power: self.exponent,
-            });
+            return Some(Unloading { set, deepest: d, top, power: self.exponent });
         }
         let set = self.plastic_ratio * (d - self.yield_penetration);
         let wanted = if self.plastic_form == PlasticForm::WaltonBraun as i32 {
@@ -112,12 +107,7 @@ impl Parameters {
         // the power at which unloading returns all that loading took: never below it
         let lossless = (self.exponent + 1.0) * (1.0 - set / d) - 1.0;
         let power = if wanted > lossless { wanted } else { lossless };
-        Some(Unloading {
-            set,
-            deepest: d,
-            top,
-            power,
-        })
+        Some(Unloading { set, deepest: d, top, power })
     }
 
     /// Permanent set after a deepest penetration `d`, m.
@@ -161,11 +151,7 @@ impl Parameters {
         let (mut g, mut gx, mut gv) = (0.0, 0.0, 0.0);
         if let Some((b, bx)) = branch {
             if self.hysteresis_damping > 0.0 {
-                let (p, o, mu) = (
-                    self.exponent,
-                    self.damping_exponent_offset,
-                    self.hysteresis_damping,
-                );
+                let (p, o, mu) = (self.exponent, self.damping_exponent_offset, self.hysteresis_damping);
                 let on_branch = self.plastic_damping_form == 1 && self.yields();
                 let (c, cx) = if on_branch {
                     let w = mu / self.stiffness * pow(x, o);
@@ -282,11 +268,7 @@ impl Parameters {
     pub fn relaxation_times(&self) -> [f64; BRANCHES] {
         if self.relaxation_spread > 0.0 {
             let q = pow(10.0, self.relaxation_spread);
-            [
-                self.relaxation_time / q,
-                self.relaxation_time,
-                self.relaxation_time * q,
-            ]
+            [self.relaxation_time / q, self.relaxation_time, self.relaxation_time * q]
         } else {
             [self.relaxation_time; BRANCHES]
         }
@@ -296,11 +278,7 @@ impl Parameters {
     #[inline]
     pub fn relaxation_rates(&self, m: &Memory, x: f64, v: f64) -> [f64; BRANCHES] {
         let q = self.branch_power();
-        let g = if x > 0.0 {
-            self.relaxation_stiffness / BRANCHES as f64 * q * pow(x, q - 1.0) * v
-        } else {
-            0.0
-        };
+        let g = if x > 0.0 { self.relaxation_stiffness / BRANCHES as f64 * q * pow(x, q - 1.0) * v } else { 0.0 };
         let t = self.relaxation_times();
         let mut r = [0.0; BRANCHES];
         for b in 0..BRANCHES {
@@ -342,22 +320,15 @@ impl Parameters {
         }
         let q = self.branch_power();
         // in contact only from where the surface is crossed
-        let (z0, t, held) = if x0 > 0.0 {
-            (pow(x0, q), dt, m.relaxation)
-        } else {
-            (0.0, dt * x1 / (x1 - x0), [0.0; 3])
-        };
+        let (z0, t, held) =
+            if x0 > 0.0 { (pow(x0, q), dt, m.relaxation) } else { (0.0, dt * x1 / (x1 - x0), [0.0; 3]) };
         let df = self.relaxation_stiffness / BRANCHES as f64 * (pow(x1, q) - z0);
         let times = self.relaxation_times();
         for b in 0..BRANCHES {
             let z = if t > 0.0 { t / times[b] } else { 0.0 };
             let a = exp(-z);
             // mean of the exponential over the step; its series where 1 - a cancels
-            let mean = if z > 1e-3 {
-                (1.0 - a) / z
-            } else {
-                1.0 - z * (0.5 - z * (1.0 / 6.0 - z / 24.0))
-            };
+            let mean = if z > 1e-3 { (1.0 - a) / z } else { 1.0 - z * (0.5 - z * (1.0 / 6.0 - z / 24.0)) };
             o.relaxation[b] = held[b] * a + df * mean;
         }
     }

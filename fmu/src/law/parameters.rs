@@ -162,89 +162,40 @@ impl Parameters {
             if value.is_finite() && ok {
                 Ok(())
             } else {
-                Err(ParameterError {
-                    name,
-                    value,
-                    expected,
-                })
+                Err(ParameterError { name, value, expected })
             }
         };
         let at_least_zero = |name, v: f64| check(name, v, v >= 0.0, "a finite number from 0 on");
         let power = |name, v: f64| check(name, v, (0.5..=5.0).contains(&v), "0.5 to 5");
-        let power_or_0 = |name, v: f64| {
-            check(
-                name,
-                v,
-                v == 0.0 || (0.5..=5.0).contains(&v),
-                "0, or 0.5 to 5",
-            )
-        };
+        let power_or_0 = |name, v: f64| check(name, v, v == 0.0 || (0.5..=5.0).contains(&v), "0, or 0.5 to 5");
         let above_zero = |name, v: f64| check(name, v, v > 0.0, "a finite number above 0");
         above_zero("stiffness", self.stiffness)?;
         power("exponent", self.exponent)?;
         at_least_zero("hysteresis_damping", self.hysteresis_damping)?;
         let o = self.damping_exponent_offset;
-        check(
-            "damping_exponent_offset",
-            o,
-            o + self.exponent >= 0.0 && o <= 5.0,
-            "-exponent to 5",
-        )?;
+        check("damping_exponent_offset", o, o + self.exponent >= 0.0 && o <= 5.0, "-exponent to 5")?;
         at_least_zero("viscous_damping", self.viscous_damping)?;
         at_least_zero("viscous_ramp", self.viscous_ramp)?;
         at_least_zero("yield_penetration", self.yield_penetration)?;
-        check(
-            "plastic_ratio",
-            self.plastic_ratio,
-            (0.0..1.0).contains(&self.plastic_ratio),
-            "0 to below 1",
-        )?;
+        check("plastic_ratio", self.plastic_ratio, (0.0..1.0).contains(&self.plastic_ratio), "0 to below 1")?;
         let form = PlasticForm::from_i32(self.plastic_form);
-        check(
-            "plastic_form",
-            f64::from(self.plastic_form),
-            form.is_some(),
-            "0, 1 or 2",
-        )?;
+        check("plastic_form", f64::from(self.plastic_form), form.is_some(), "0, 1 or 2")?;
         if form == Some(PlasticForm::Thornton) && self.plastic_ratio > 0.0 {
             let y = self.yield_penetration;
-            check(
-                "yield_penetration",
-                y,
-                y > 0.0,
-                "a finite number above 0 with plastic_form 2",
-            )?;
+            check("yield_penetration", y, y > 0.0, "a finite number above 0 with plastic_form 2")?;
             let p = self.exponent;
             check("exponent", p, p >= 1.0, "1 to 5 with plastic_form 2")?;
         }
-        power_or_0(
-            "plastic_unloading_exponent",
-            self.plastic_unloading_exponent,
-        )?;
+        power_or_0("plastic_unloading_exponent", self.plastic_unloading_exponent)?;
         let form = self.plastic_damping_form;
-        check(
-            "plastic_damping_form",
-            f64::from(form),
-            form == 0 || form == 1,
-            "0 or 1",
-        )?;
+        check("plastic_damping_form", f64::from(form), form == 0 || form == 1, "0 or 1")?;
         at_least_zero("adhesion_force", self.adhesion_force)?;
         above_zero("adhesion_range", self.adhesion_range)?;
         let form = AdhesionForm::from_i32(self.adhesion_form);
-        check(
-            "adhesion_form",
-            f64::from(self.adhesion_form),
-            form.is_some(),
-            "0, 1 or 2",
-        )?;
+        check("adhesion_form", f64::from(self.adhesion_form), form.is_some(), "0, 1 or 2")?;
         at_least_zero("relaxation_stiffness", self.relaxation_stiffness)?;
         above_zero("relaxation_time", self.relaxation_time)?;
-        check(
-            "relaxation_spread",
-            self.relaxation_spread,
-            (0.0..=6.0).contains(&self.relaxation_spread),
-            "0 to 6",
-        )?;
+        check("relaxation_spread", self.relaxation_spread, (0.0..=6.0).contains(&self.relaxation_spread), "0 to 6")?;
         power_or_0("relaxation_exponent", self.relaxation_exponent)?;
         at_least_zero("secondary_stiffness", self.secondary_stiffness)?;
         at_least_zero("secondary_depth", self.secondary_depth)?;

@@ -25,11 +25,7 @@ pub fn linear_spring_dashpot(m: f64, v0: f64, k: f64, c: f64) -> Option<Impact> 
     let at_rest = root.atan2(zeta);
     let deepest = v0 / omega * (-zeta * at_rest / root).exp();
     let at_peak = (root * (1.0 - 4.0 * zeta * zeta)).atan2(zeta * (3.0 - 4.0 * zeta * zeta));
-    let peak_force = if at_peak > 0.0 {
-        m * omega * v0 * (-zeta * at_peak / root).exp()
-    } else {
-        c * v0
-    };
+    let peak_force = if at_peak > 0.0 { m * omega * v0 * (-zeta * at_peak / root).exp() } else { c * v0 };
     Some(Impact {
         deepest,
         restitution: e,

@@ -100,12 +100,7 @@ mod tests {
 
     #[test]
     fn exact_inversion_gives_the_known_ratios_and_the_wanted_restitution() {
-        for (e, d) in [
-            (0.3, 3.08708198),
-            (0.5, 1.43275053),
-            (0.7, 0.63482828),
-            (0.9, 0.16648195),
-        ] {
+        for (e, d) in [(0.3, 3.08708198), (0.5, 1.43275053), (0.7, 0.63482828), (0.9, 0.16648195)] {
             let x = damping_ratio(e, Formula::Exact).unwrap();
             assert!((x - d).abs() < 1e-8, "{x}");
             assert!((restitution(x) - e).abs() < 1e-13);
@@ -127,17 +122,7 @@ mod tests {
 
     #[test]
     fn published_forms_give_their_authors_figures_at_one_half() {
-        let figures = [
-            0.75,
-            1.0,
-            0.375,
-            0.5625,
-            0.5625 * 1f64.exp(),
-            1.5,
-            1.6,
-            1.5,
-            1.25,
-        ];
+        let figures = [0.75, 1.0, 0.375, 0.5625, 0.5625 * 1f64.exp(), 1.5, 1.6, 1.5, 1.25];
         for ((name, f), d) in FORMULAS[1..].iter().zip(figures) {
             let got = damping_ratio(0.5, *f).unwrap();
             assert!((got - d).abs() < 1e-15, "{name}: {got}");

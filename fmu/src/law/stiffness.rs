@@ -8,11 +8,7 @@ pub fn rectangle_coefficient(ratio: f64) -> Option<f64> {
     if !(ratio.is_finite() && ratio > 0.0) {
         return None;
     }
-    let (a, b) = if ratio >= 1.0 {
-        (ratio, 1.0)
-    } else {
-        (1.0 / ratio, 1.0)
-    };
+    let (a, b) = if ratio >= 1.0 { (ratio, 1.0) } else { (1.0 / ratio, 1.0) };
     let s: f64 = a * a + b * b;
     // a^3 + b^3 - s^(3/2) without the cancellation of a^3 for slender faces
     let root = s.sqrt();
@@ -53,10 +49,7 @@ mod tests {
         for (r, m) in [(1.0, 0.9464), (2.0, 0.9195), (10.0, 0.7104)] {
             assert!((rectangle_coefficient(r).unwrap() - m).abs() < 6e-5, "{r}");
         }
-        assert!(
-            (rectangle_coefficient(0.5).unwrap() - rectangle_coefficient(2.0).unwrap()).abs()
-                < 1e-15
-        );
+        assert!((rectangle_coefficient(0.5).unwrap() - rectangle_coefficient(2.0).unwrap()).abs() < 1e-15);
         assert!(rectangle_coefficient(-1.0).is_none());
     }
 

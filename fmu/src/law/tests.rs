@@ -20,16 +20,8 @@ fn all() -> Parameters {
 
 #[test]
 fn the_power_law_and_its_damping_are_exact() {
-    let p = Parameters {
-        stiffness: 3.0,
-        exponent: 2.0,
-        hysteresis_damping: 5.0,
-        ..Parameters::default()
-    };
-    assert_eq!(
-        p.force(&Memory::default(), 0.5, 2.0),
-        3.0 * 0.25 + 5.0 * 0.25 * 2.0
-    );
+    let p = Parameters { stiffness: 3.0, exponent: 2.0, hysteresis_damping: 5.0, ..Parameters::default() };
+    assert_eq!(p.force(&Memory::default(), 0.5, 2.0), 3.0 * 0.25 + 5.0 * 0.25 * 2.0);
     assert_eq!(p.force(&Memory::default(), 0.5, -2.0), 0.0);
     assert_eq!(p.force(&Memory::default(), -0.5, 2.0), 0.0);
 }
@@ -37,29 +29,16 @@ fn the_power_law_and_its_damping_are_exact() {
 #[test]
 fn derivatives_agree_with_differences_of_the_force() {
     for form in 0..2 {
-        let p = Parameters {
-            adhesion_form: form,
-            ..all()
-        };
-        let m = Memory {
-            deepest: 9e-4,
-            relaxation: [1.0, 2.0, 0.5],
-            ..Memory::default()
-        };
+        let p = Parameters { adhesion_form: form, ..all() };
+        let m = Memory { deepest: 9e-4, relaxation: [1.0, 2.0, 0.5], ..Memory::default() };
         for x in [5e-5, 2.5e-4, 6e-4, 8.9e-4] {
             for v in [-0.3, 0.4] {
                 let (fx, fv) = p.derivatives(&m, x, v);
                 let (hx, hv) = (1e-9, 1e-6);
                 let dx = (p.force(&m, x + hx, v) - p.force(&m, x - hx, v)) / (2.0 * hx);
                 let dv = (p.force(&m, x, v + hv) - p.force(&m, x, v - hv)) / (2.0 * hv);
-                assert!(
-                    (fx - dx).abs() < 1e-5 * (1.0 + dx.abs()),
-                    "{form} {x} {v}: {fx} {dx}"
-                );
-                assert!(
-                    (fv - dv).abs() < 1e-6 * (1.0 + dv.abs()),
-                    "{form} {x} {v}: {fv} {dv}"
-                );
+                assert!((fx - dx).abs() < 1e-5 * (1.0 + dx.abs()), "{form} {x} {v}: {fx} {dx}");
+                assert!((fv - dv).abs() < 1e-6 * (1.0 + dv.abs()), "{form} {x} {v}: {fv} {dv}");
             }
         }
     }
@@ -69,28 +48,18 @@ fn derivatives_agree_with_differences_of_the_force() {
 fn never_pulls_without_adhesion_and_pulls_with_it() {
     let mut p = all();
     p.adhesion_force = 0.0;
-    let m = Memory {
-        deepest: 9e-4,
-        ..Memory::default()
-    };
+    let m = Memory { deepest: 9e-4, ..Memory::default() };
     for i in 0..200 {
         let x = 1e-3 * f64::from(i) / 200.0 - 1e-4;
         assert!(p.force(&m, x, -3.0) >= 0.0);
     }
-    let q = Parameters {
-        adhesion_form: 1,
-        ..all()
-    };
+    let q = Parameters { adhesion_form: 1, ..all() };
     assert!(q.force(&m, -1e-5, -0.1) < -1.0);
 }
 
 #[test]
 fn an_elastic_path_stores_all_and_gives_all_back() {
-    let p = Parameters {
-        stiffness: 2e6,
-        exponent: 1.5,
-        ..Parameters::default()
-    };
+    let p = Parameters { stiffness: 2e6, exponent: 1.5, ..Parameters::default() };
     let mut m = Memory::default();
     let n = 2000;
     let at = |i: i32| 1e-3 * (std::f64::consts::PI * f64::from(i) / f64::from(n)).sin();
@@ -100,19 +69,12 @@ fn an_elastic_path_stores_all_and_gives_all_back() {
         top = top.max(m.stored);
     }
     assert!((top - 2e6 * 1e-3f64.powf(2.5) / 2.5).abs() < 1e-6 * top);
-    assert!(
-        m.stored.abs() < 1e-9 * top && m.dissipated().abs() < 1e-6 * top,
-        "{m:?}"
-    );
+    assert!(m.stored.abs() < 1e-9 * top && m.dissipated().abs() < 1e-6 * top, "{m:?}");
 }
 
 #[test]
 fn a_held_branch_decays_by_its_exponential() {
-    let p = Parameters {
-        relaxation_stiffness: 1e8,
-        relaxation_time: 0.01,
-        ..Parameters::default()
-    };
+    let p = Parameters { relaxation_stiffness: 1e8, relaxation_time: 0.01, ..Parameters::default() };
     let mut m = p.advance(&Memory::default(), 0.0, 0.0, 1e-3, 0.0, 1e-9);
     let first = m.relaxation[0];
     for _ in 0..10 {
@@ -123,18 +85,8 @@ fn a_held_branch_decays_by_its_exponential() {
 
 #[test]
 fn out_of_range_parameters_are_named() {
-    let e = Parameters {
-        plastic_ratio: 1.5,
-        ..Parameters::default()
-    }
-    .validate()
-    .unwrap_err();
+    let e = Parameters { plastic_ratio: 1.5, ..Parameters::default() }.validate().unwrap_err();
     assert_eq!(e.name, "plastic_ratio");
-    assert!(Parameters {
-        stiffness: f64::NAN,
-        ..Parameters::default()
-    }
-    .validate()
-    .is_err());
+    assert!(Parameters { stiffness: f64::NAN, ..Parameters::default() }.validate().is_err());
     assert!(Parameters::default().validate().is_ok() && all().validate().is_ok());
 }
