@@ -251,6 +251,7 @@ mod tests {
     }
 
     #[test]
+    #[allow(clippy::excessive_precision)]
     fn golden_impacts_of_the_paper_to_1e_12() {
         let a = impact(1.0, 1.0, 3.51e10, 2.79, 2.70e10).unwrap();
         close(a.deepest, 1.7588165601242512e-3, 1e-12);
