@@ -121,6 +121,25 @@ fn the_balance_closes_to_1e_9_on_random_paths_of_random_laws() {
 }
 
 #[test]
+fn the_balance_of_the_power_law_and_its_damping_closes_in_steps_of_any_size() {
+    let mut r = Random(31);
+    for case in 0..3000 {
+        let p = 1.0 + 3.0 * r.next();
+        let k = 200.0 / 1e-3f64.powf(p);
+        let law = Parameters { stiffness: k, exponent: p, hysteresis_damping: r.on(k), ..Parameters::default() };
+        let a = (1e-5 + 1e-3 * r.next(), 1.6 * r.next() - 0.8);
+        let size = 10f64.powf(-9.0 * r.next());
+        let b = (a.0 + size * (1e-5 + 1e-3 * r.next() - a.0), a.1 + size * (1.6 * r.next() - 0.8 - a.1));
+        let m = law.start(a.0);
+        let n = law.advance(&m, a.0, a.1, b.0, b.1, 1e-5);
+        let integral = work(&law, &m, a, b, 1e-5);
+        let scale = (law.force(&m, a.0, a.1).abs() + law.force(&m, b.0, b.1).abs()) * (b.0 - a.0).abs();
+        let gap = (n.work - m.work - integral).abs();
+        assert!(gap <= 1e-9 * scale + 1e-15 * m.work + 1e-16, "{case}: {gap:e} of {scale:e}, {a:?} {b:?} {law:?}");
+    }
+}
+
+#[test]
 fn heat_never_comes_back() {
     let mut r = Random(7);
     for law in 0..60 {

@@ -307,6 +307,11 @@ impl Parameters {
             }
             o.released = o.deepest - anchor;
         }
+        if let Some((work, stored)) = self.plain_step((x0, v0), (x1, v1)) {
+            o.work += work;
+            o.stored = stored;
+            return o;
+        }
         o.work += self.work_of_step(m, &o, (x0, v0), (x1, v1));
         o.stored = self.stored_energy(&o, x1);
         o

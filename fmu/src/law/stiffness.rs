@@ -30,9 +30,7 @@ pub fn rectangular_faces(a: f64, b: f64, h1: f64, h2: f64) -> Option<f64> {
     if !(a > 0.0 && b > 0.0 && h1 + h2 > 0.0) {
         return None;
     }
-    rectangle_coefficient(a / b)
-        .map(|m| 2.0 * (a * b).sqrt() / (m * (h1 + h2)))
-        .filter(|k| k.is_finite())
+    rectangle_coefficient(a / b).map(|m| 2.0 * (a * b).sqrt() / (m * (h1 + h2))).filter(|k| k.is_finite())
 }
 
 /// Stiffness, N/m^1.5, of two spheres of radii `r1`, `r2` m (infinite: flat): 4/3 sqrt(R)/(h1 + h2), p = 1.5 (Hertz 1881).
