@@ -3,7 +3,7 @@
 use super::impact::Impact;
 
 /// Mass `m` kg at `v0` m/s on a linear spring `k` N/m and dashpot `c` N s/m from first touch, until the force
-/// would pull (Schwager and Poeschel 2007, eq. 14 to 21): e = exp(-zeta theta / sqrt(1 - zeta^2)) with
+/// would pull (Schwager and Poeschel 2007): e = exp(-zeta theta / sqrt(1 - zeta^2)) with
 /// zeta = c / (2 sqrt(k m)) and theta = atan2(2 zeta sqrt(1 - zeta^2), 2 zeta^2 - 1).
 ///
 /// Separation leaves the spring compressed; its energy is lost too. Returns None unless m, v0, k > 0 and
