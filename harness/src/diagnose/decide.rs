@@ -14,6 +14,8 @@ pub const DETECT: f64 = 45.0;
 pub const DETECT_TOLERANCE: f64 = 15.0;
 /// A second effect has to bring this share of what the first brought.
 pub const SECOND_SHARE: f64 = 0.03;
+/// Wander up to which a residual counts as noise.
+pub const WHITE: f64 = 1.25;
 /// Penalty of one more parameter, in chi^2.
 pub const PENALTY: f64 = 4.0;
 /// What stands in for unknown physics has to leave this share less misfit than the best name.
@@ -38,7 +40,14 @@ impl Candidate {
     }
     /// chi^2 with its penalty.
     pub fn cost(&self) -> f64 {
-        self.fit.point.chi2 + PENALTY * self.parameters()
+        // damping with a power of depth next to zero is viscous damping
+        let theta = &self.fit.point.theta;
+        let viscous_twin = self.make_up.terms.iter().any(|t| match t.form.label {
+            "Kuwabara-Kono" => (theta[1] - 1.0).abs() < 0.2,
+            "half power" => (theta[1] - 0.5).abs() < 0.2,
+            _ => false,
+        });
+        self.fit.point.chi2 + PENALTY * self.parameters() + if viscous_twin { PENALTY } else { 0.0 }
     }
 }
 
@@ -122,7 +131,7 @@ impl Search<'_> {
                 }
             })
             .collect();
-        let slow = Options { iterations: 30, ..Options::default() };
+        let slow = Options { iterations: 60, ..Options::default() };
         let refined: Vec<(usize, Term, Fit)> = refine
             .into_par_iter()
             .filter_map(|(i, starts)| {
@@ -235,7 +244,7 @@ impl Search<'_> {
         // a second effect, tried beside the few best first ones
         let mut chosen = first.clone();
         let lambda_first = self.wander_of(&first);
-        if lambda_first > 1.12 || total < 3000.0 {
+        if lambda_first > 1.05 || total < 3000.0 {
             let beam: Vec<Candidate> =
                 named.iter().take(2).filter(|c| gain_of(c, &base) > 0.8 * total).map(|c| (*c).clone()).collect();
             let mut pairs: Vec<Candidate> = Vec::new();
@@ -247,7 +256,10 @@ impl Search<'_> {
             if let Some(pair) = pairs.first() {
                 let l2 = self.wander_of(pair);
                 let s2 = significant(pair, &first, l2);
-                if s2 >= 1.0 && gain_of(pair, &first) > SECOND_SHARE * total {
+                // what takes the residual back to noise is believed sooner than what merely shrinks it
+                let white = l2 < WHITE && l2 < lambda_first - 0.01;
+                let share = if white { 0.15 * SECOND_SHARE } else { SECOND_SHARE };
+                if s2 >= 1.0 && gain_of(pair, &first) > share * total {
                     chosen = pair.clone();
                 }
             }

@@ -162,7 +162,7 @@ impl Data {
             Nuisance::Speed => self.records[r].speed.filter(|_| !self.records[r].at_first),
             Nuisance::Stiffness => Some((0.0, 0.006)),
             Nuisance::Zero(Channel::Penetration) => Some((0.0, (5e-6_f64).min(0.05 * self.range[2]))),
-            Nuisance::Zero(c) => Some((0.0, 0.002 * self.range[c.index()])),
+            Nuisance::Zero(c) => Some((0.0, 0.0012 * self.range[c.index()])),
             Nuisance::Offset => Some((0.0, (5e-6_f64).min(0.02 * self.range[2]))),
         }
     }
