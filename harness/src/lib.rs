@@ -5,3 +5,4 @@ pub mod files;
 pub mod model;
 pub mod record;
 pub mod report;
+pub mod scenario;

@@ -3,6 +3,7 @@
 mod demo;
 mod diagnose;
 mod impact;
+mod run;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -26,6 +27,8 @@ enum Command {
     Diagnose(diagnose::Arguments),
     /// Print the exact impact of a mass on the law F = k x^p + mu_d x^p v
     Impact(impact::Arguments),
+    /// Run a scenario (drop test, contactor opening) and draw its impacts
+    Run(run::Arguments),
 }
 
 /// Runs the command line; exit code 2 for bad input.
@@ -34,6 +37,7 @@ pub fn main() -> ExitCode {
         Command::Demo(a) => demo::run(&a),
         Command::Diagnose(a) => diagnose::run(&a),
         Command::Impact(a) => impact::run(&a),
+        Command::Run(a) => run::run(&a),
     };
     match done {
         Ok(code) => code,
