@@ -241,10 +241,12 @@ pub fn simulate(s: &Scenario) -> Result<Outcome> {
                 }
             }
             // at rest inside the stop: nothing leaves any more
-            Some((1, _)) if r.force > 0.0 && y[0] > 0.0 => {
-                if motion.acceleration(&m, t, y[0], 0.0).abs() < 1e-6 * r.force / s.mass {
-                    return Ok(o);
-                }
+            Some((1, _))
+                if r.force > 0.0
+                    && y[0] > 0.0
+                    && motion.acceleration(&m, t, y[0], 0.0).abs() < 1e-6 * r.force / s.mass =>
+            {
+                return Ok(o);
             }
             _ => {}
         }
