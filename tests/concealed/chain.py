@@ -1,0 +1,94 @@
+"""Measuring chain: what the sensors make of clean signals on an even time grid."""
+from functools import lru_cache
+
+import numpy as np
+from scipy import signal
+from scipy.interpolate import CubicSpline
+
+
+@lru_cache(maxsize=64)
+def _discrete(kind, order, w):
+    """Exact first-order-hold discretisation of an analogue filter with corner w = omega * dt (dimensionless)."""
+    if kind == "lag":
+        b, a = signal.butter(order, w, "low", analog=True)
+    elif kind == "bessel":
+        b, a = signal.bessel(order, w, "low", analog=True, norm="phase")
+    elif kind == "rc":
+        b, a = np.poly1d([1.0]), np.poly1d([1.0 / w, 1.0]) ** order
+        b, a = b.coeffs, a.coeffs
+    else:                                           # droop: order RC stages
+        b, a = (np.poly1d([1.0 / w, 0.0]) ** order).coeffs, (np.poly1d([1.0 / w, 1.0]) ** order).coeffs
+    bd, ad, _ = signal.cont2discrete((np.atleast_1d(b), np.atleast_1d(a)), 1.0, "foh")
+    return np.ravel(bd), np.ravel(ad)
+
+
+def filtered(y, dt, kind, order, corner):
+    """y [any] through a filter of corner angular frequency `corner` [rad/s], settled on its first value before."""
+    b, a = _discrete(kind, order, float(corner * dt))
+    start = 0.0 if kind == "droop" else y[0]
+    return start + signal.lfilter(b, a, y - start)
+
+
+@lru_cache(maxsize=64)
+def _resonant(w, zeta):
+    bd, ad, _ = signal.cont2discrete(([w * w], [1.0, 2.0 * zeta * w, w * w]), 1.0, "foh")
+    return np.ravel(bd), np.ravel(ad)
+
+
+def shifted(y, dt, by):
+    """y(t - by): a channel that comes `by` seconds late."""
+    t = np.arange(len(y)) * dt
+    return CubicSpline(t, y)(np.clip(t - by, t[0], t[-1]))
+
+
+def clipped(y, limit, soft):
+    """Clipping at +-limit; soft: a knee that starts at 85 % of the limit and saturates at it."""
+    if not soft:
+        return np.clip(y, -limit, limit)
+    knee = 0.85 * limit
+    over = np.abs(y) - knee
+    return np.where(over > 0, np.sign(y) * (knee + (limit - knee) * np.tanh(over / (limit - knee))), y)
+
+
+def through(sig, dt, chain):
+    """Clean channels `sig` of one recording through the chain, clipping excepted (it needs the campaign's range)."""
+    out = dict(sig)
+    if "resonance" in chain:
+        f, zeta = chain["resonance"]
+        b, a = _resonant(float(2 * np.pi * f * dt), zeta)
+        out["force"] = signal.lfilter(b, a, out["force"])
+    if "gain" in chain:
+        out["force"] = out["force"] * chain["gain"]
+    if "droop" in chain:
+        ch, order, tau = chain["droop"]
+        out[ch] = filtered(out[ch], dt, "droop", order, 1.0 / tau)
+    if "lowpass" in chain:
+        ch, kind, order, corner = chain["lowpass"]
+        out[ch] = filtered(out[ch], dt, kind, order, corner)
+    if "skew" in chain:
+        ch, by = chain["skew"]
+        out[ch] = shifted(out[ch], dt, by)
+    if "bent" in chain:
+        x = out["penetration"]
+        out["penetration"] = x + chain["bent"] * x * np.abs(x) / chain["bent_ref"]
+    return out
+
+
+def noise(rng, n, sigma, rho):
+    """AR(1) noise of standard deviation sigma and lag-one correlation rho."""
+    e = rng.standard_normal(n) * sigma * np.sqrt(1 - rho * rho)
+    e[0] = rng.standard_normal() * sigma
+    return signal.lfilter([1.0], [1.0, -rho], e)
+
+
+def hostile(rng, n, sigma, wander, spikes):
+    """Slow wander (a smoothed random walk) and single-sample spikes, both in units of the noise."""
+    y = np.zeros(n)
+    if wander:
+        knots = np.cumsum(rng.standard_normal(8))
+        w = CubicSpline(np.linspace(0, n - 1, 8), knots - knots.mean())(np.arange(n))
+        y += w / max(w.std(), 1e-9) * sigma * rng.uniform(0.3, 0.9)
+    if spikes:
+        for i in rng.integers(0, n, rng.integers(1, 6)):
+            y[i] += rng.choice([-1, 1]) * rng.uniform(4, 9) * sigma
+    return y

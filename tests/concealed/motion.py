@@ -1,0 +1,490 @@
+"""Equations of motion and their integration: Dormand-Prince 5(4), steps located on events.
+
+One parameter vector describes a rig with everything that may act in it; an entry left at zero does not act.
+Positions are along x, positive into the stop, SI throughout. State:
+  0 x, 1 v      body                       2 xb, 3 vb    stop (base compliance) or transducer tip (sensor resonance)
+  4 xl, 5 vl    loose part                 6 z           bristle of the LuGre friction [m]
+  7 .. 14       forces in the Maxwell branches [N]
+Memory that a step leaves alone and events change: deepest indentation, turning depth, crack flag.
+"""
+import math
+
+import numpy as np
+from numba import njit
+
+# --- parameter vector -------------------------------------------------------------------------------------------
+M, K, PW, MU, G = 0, 1, 2, 3, 4                  # mass, stiffness, exponent, hysteresis damping, gravity
+SP_PRE, SP_K, TRAVEL = 5, 6, 7                   # spring at rest, its rate, way to the stop
+KFAC = 8                                         # factor on the contact's stiffness (scatter, softening, temperature)
+CQ, CQ_Q = 10, 11                                # c x^q v: Kuwabara-Kono (q = p - 1), Tsuji (q = 1/4)
+CV, CV_RAMP, CV_THIN = 12, 13, 14                # c v, depth of its ramp, speed of shear thinning
+PL, PL_Y, PL_R = 15, 16, 17                      # plasticity: form, yield depth, ratio
+AD, AD_F, AD_R = 18, 19, 20                      # adhesion: form, pull-off force, range
+ST_K, ST_D, ST_P = 21, 22, 23                    # second layer: stiffness, depth, exponent
+FR, FR_C, FR_S, FR_VS, FR_V = 24, 25, 26, 27, 28  # guide friction: form, Coulomb, static, Stribeck speed, viscous
+FR_SIG = 29                                      # LuGre bristle stiffness
+DRAG, DRAG_N, DRAG_BACK = 30, 31, 32             # c |v|^(n-1) v, factor on the way back
+SQ, SQ_G, SQ_N, SQ_CUT = 33, 34, 35, 36          # squeeze film: c v (g0/(gap+g0))^n below the cut-off
+BMODE, MB, KB, CB, KB3 = 37, 38, 39, 40, 41      # 1: moving stop, 2: transducer tip; mass, spring, dashpot, cubic
+LM, LGAP, LK, LC, LP, LTWO = 42, 43, 44, 45, 46, 47  # loose part: mass, gap, stiffness, dashpot, exponent, both ways
+MG_F, MG_Z, MG_T = 48, 49, 50                    # magnet: force at rest, gap scale, time scale (0: does not fade)
+JAM, JAM_X, JAM_W = 51, 52, 53                   # unknown: a tight spot in the guide
+CRACK_F, CRACK_D = 54, 55                        # unknown: the contact cracks
+CORR_F, CORR_W = 56, 57                          # unknown: corrugated surface
+RATE, RATE_V = 58, 59                            # unknown: stiffness that grows with speed
+VE_N, VE_KIND = 60, 61                           # Maxwell branches: how many, on x (0) or on x^p (1)
+VE_K, VE_T = 62, 70                              # eight stiffnesses, eight time constants
+NP = 80
+NS = 15
+
+
+@njit(cache=True)
+def virgin(x, P):
+    """Force of the first loading without damping [N]; Thornton's goes on straight beyond yield."""
+    if x <= 0.0:
+        return 0.0
+    k, p = P[K] * P[KFAC], P[PW]
+    if P[PL] == 3.0 and x > P[PL_Y]:
+        y = P[PL_Y]
+        return k * y ** p + p * k * y ** (p - 1.0) * (x - y)
+    return k * x ** p
+
+
+@njit(cache=True)
+def skeleton(x, deepest, P):
+    """Force without rate [N]: power law, or the branch that plasticity returns on.
+
+    1 permanent set a (deepest - y), same exponent. 2 Walton and Braun 1986: straight return, steeper than the
+    tangent by the ratio. 3 Thornton 1997: return with the radius grown as the load it lost.
+    """
+    if x <= 0.0:
+        return 0.0
+    if P[PL] == 0.0 or x >= deepest or deepest <= P[PL_Y]:
+        return virgin(x, P)
+    p = P[PW]
+    top = virgin(deepest, P)
+    if P[PL] == 1.0:
+        d = P[PL_R] * (deepest - P[PL_Y])
+        if x <= d:
+            return 0.0
+        return top * ((x - d) / (deepest - d)) ** p
+    if P[PL] == 2.0:
+        k2 = P[PL_R] * p * top / deepest
+        return max(0.0, min(virgin(x, P), top - k2 * (deepest - x)))
+    k = P[K] * P[KFAC]
+    ku = k * math.sqrt(k * deepest ** p / top)
+    d = deepest - (top / ku) ** (1.0 / p)
+    if x <= d:
+        return 0.0
+    return ku * (x - d) ** p
+
+
+@njit(cache=True)
+def pull(x, leaving, turn, P):
+    """Adhesive pull [N, positive away from the stop's surface inwards]; may act out to x = -range.
+
+    1 neck: only while leaving, full at the surface. 2 JKR-like: c x^(p/2), the neck holds to -range while leaving.
+    3 reversible: full in contact, falls to zero over the range, both ways.
+    """
+    f, r = P[AD_F], P[AD_R]
+    if P[AD] == 1.0:
+        if leaving == 0 or x < -r or turn <= 0.0:
+            return 0.0
+        grow = min(1.0, (turn - x) / (0.3 * turn))
+        if x < 0.0:
+            return f * (1.0 + x / r)
+        return f * max(grow, 0.0) * math.exp(-x / (3.0 * r))
+    if P[AD] == 2.0:
+        s = P[PW] / 2.0
+        if leaving == 1 and turn > 0.0:
+            e = r * min(1.0, max(0.0, (turn - x) / (0.2 * turn)))
+            return f * ((x + e) / r) ** s if x + e > 0.0 else 0.0
+        return f * (x / r) ** s if x > 0.0 else 0.0
+    if P[AD] == 3.0:
+        if x >= 0.0:
+            return f
+        if x > -r:
+            return f * (1.0 + x / r) ** 2
+    return 0.0
+
+
+@njit(cache=True)
+def contact_force(x, v, touching, leaving, deepest, turn, cracked, y, P):
+    """Force between body and stop [N], positive in compression."""
+    f = 0.0
+    if touching == 1 and x > 0.0:
+        s = skeleton(x, deepest, P)
+        if RATE > 0 and P[RATE] != 0.0:
+            s *= 1.0 + P[RATE] * math.log(1.0 + abs(v) / P[RATE_V])
+        f = s
+        if P[MU] != 0.0:
+            f += P[MU] * P[KFAC] * x ** P[PW] * v
+        if P[CQ] != 0.0:
+            f += P[CQ] * x ** P[CQ_Q] * v
+        if P[CV] != 0.0:
+            c = P[CV]
+            if P[CV_RAMP] > 0.0:
+                q = min(1.0, x / P[CV_RAMP])
+                c *= q * q * (3.0 - 2.0 * q)
+            if P[CV_THIN] > 0.0:
+                c /= 1.0 + abs(v) / P[CV_THIN]
+            f += c * v
+        if P[ST_K] != 0.0 and x > P[ST_D]:
+            f += P[ST_K] * (x - P[ST_D]) ** P[ST_P]
+        if P[CORR_F] != 0.0:
+            f += P[CORR_F] * math.sin(2.0 * math.pi * x / P[CORR_W]) * min(1.0, x / P[CORR_W])
+        for i in range(int(P[VE_N])):
+            f += y[7 + i]
+        if cracked == 1:
+            f *= 1.0 - P[CRACK_D]
+        if f < 0.0:
+            f = 0.0
+    if P[AD] != 0.0:
+        f -= pull(x, leaving, turn, P)
+    return f
+
+
+@njit(cache=True)
+def friction(v, z, P):
+    """Guide friction against the motion [N] and the bristle's speed [m/s].
+
+    1 Coulomb, 2 Stribeck 1902 (Gaussian), 3 LuGre (Canudas de Wit and others 1995); each with a viscous part."""
+    if P[FR] == 1.0:
+        return P[FR_C] * math.tanh(v / 0.003) + P[FR_V] * v, 0.0
+    g = P[FR_C] + (P[FR_S] - P[FR_C]) * math.exp(-(v / P[FR_VS]) ** 2)
+    if P[FR] == 2.0:
+        return g * math.tanh(v / 0.003) + P[FR_V] * v, 0.0
+    dz = v - P[FR_SIG] * abs(v) / g * z
+    damp = 0.3 * math.sqrt(P[FR_SIG] * P[M])
+    return P[FR_SIG] * z + damp * math.exp(-(v / 0.02) ** 2) * dz + P[FR_V] * v, dz
+
+
+@njit(cache=True)
+def others(t, x, v, z, P):
+    """Every force on the body but contact and loose part [N], and the bristle's speed."""
+    f = P[M] * P[G] + P[SP_PRE] - P[SP_K] * (x + P[TRAVEL])
+    dz = 0.0
+    if P[FR] != 0.0:
+        q, dz = friction(v, z, P)
+        f -= q
+    if P[DRAG] != 0.0:
+        c = P[DRAG]
+        if v < 0.0:
+            c *= P[DRAG_BACK]
+        f -= c * abs(v) ** (P[DRAG_N] - 1.0) * v
+    if P[SQ] != 0.0:
+        gap = max(-x, 0.0)
+        if P[SQ_CUT] == 0.0 or gap < P[SQ_CUT]:
+            w = (P[SQ_G] / (gap + P[SQ_G])) ** P[SQ_N]
+            if P[SQ_CUT] > 0.0:
+                w *= 1.0 - gap / P[SQ_CUT]
+            f -= P[SQ] * w * v
+    if P[MG_F] != 0.0:
+        m = P[MG_F]
+        if P[MG_Z] > 0.0:
+            m /= (1.0 + max(x + P[TRAVEL], 0.0) / P[MG_Z]) ** 2
+        if P[MG_T] > 0.0:
+            m *= math.exp(-t / P[MG_T])
+        f -= m
+    if P[JAM] != 0.0:
+        f -= P[JAM] * math.exp(-((x - P[JAM_X]) / P[JAM_W]) ** 2) * math.tanh(v / 0.003)
+    return f, dz
+
+
+@njit(cache=True)
+def loose_force(d, dd, P):
+    """Force of the loose part on the body [N] at lead d [m] of the part and its rate."""
+    e = d - P[LGAP]
+    if e > 0.0:
+        return max(0.0, P[LK] * e ** P[LP] + P[LC] * dd * min(1.0, e / (0.05 * P[LGAP] + 1e-12)))
+    if P[LTWO] > 0.0 and d < -P[LTWO]:
+        e = -P[LTWO] - d
+        return -max(0.0, P[LK] * e ** P[LP] - P[LC] * dd)
+    return 0.0
+
+
+@njit(cache=True)
+def rhs(t, y, mode, mem, P, dy):
+    """Time derivative of the state, and what the sensors stand on: contact force, transducer force, acceleration."""
+    x, v = y[0], y[1]
+    f, dz = others(t, x, v, y[6], P)
+    xc, vc = x, v
+    if P[BMODE] == 1.0:
+        xc, vc = x - y[2], v - y[3]
+    elif P[BMODE] == 2.0:
+        xc, vc = y[2], y[3]
+    fc = contact_force(xc, vc, mode[0], mode[1], mem[0], mem[1], mode[3], y, P)
+    fl = 0.0
+    if P[LM] > 0.0:
+        fl = loose_force(y[4] - x, y[5] - v, P)
+    reading = fc
+    if P[BMODE] == 2.0:
+        reading = P[KB] * (x - y[2]) + P[CB] * (v - y[3])
+        a = (f - reading) / (P[M] - P[MB])
+        dy[3] = (reading - fc) / P[MB]
+    else:
+        a = (f - fc + fl) / (P[M] - P[LM])
+        if P[LM] > 0.0:
+            a = (f - P[LM] * P[G] - fc + fl) / (P[M] - P[LM])
+        dy[3] = 0.0
+        if P[BMODE] == 1.0:
+            dy[3] = (fc - P[KB] * y[2] - P[KB3] * y[2] ** 3 - P[CB] * y[3]) / P[MB]
+    dy[0], dy[1], dy[2] = v, a, y[3]
+    dy[4] = y[5]
+    dy[5] = P[G] - fl / P[LM] if P[LM] > 0.0 else 0.0
+    dy[6] = dz
+    nb = int(P[VE_N])
+    for i in range(nb):
+        if mode[0] == 1 and xc > 0.0:
+            w = vc
+            if P[VE_KIND] == 1.0:
+                w = P[PW] * xc ** (P[PW] - 1.0) * vc
+            dy[7 + i] = P[VE_K + i] * w - y[7 + i] / P[VE_T + i]
+        else:
+            dy[7 + i] = -y[7 + i] / P[VE_T + i]
+    return fc, reading, a
+
+
+@njit(cache=True)
+def events(y, P, g):
+    """Functions whose zero ends a step: touch, turning, loose part, second layer, standstill of the body."""
+    xc, vc = y[0], y[1]
+    if P[BMODE] == 1.0:
+        xc, vc = y[0] - y[2], y[1] - y[3]
+    elif P[BMODE] == 2.0:
+        xc, vc = y[2], y[3]
+    g[0] = xc
+    g[1] = vc
+    g[2] = y[4] - y[0] - P[LGAP] if P[LM] > 0.0 else 1.0
+    g[3] = xc - P[ST_D] if P[ST_K] != 0.0 else 1.0
+    g[4] = y[1]
+    g[5] = xc + P[AD_R] if P[AD] != 0.0 else 1.0
+
+
+@njit(cache=True)
+def step(t, y, h, n, mode, mem, P, k, out, err):
+    """One Dormand-Prince step; k[0] holds the derivative at t. Leaves the derivative at t+h in k[6]."""
+    w = np.empty(NS)
+    for i in range(n):
+        w[i] = y[i] + h * k[0, i] / 5.0
+    rhs(t + h / 5.0, w, mode, mem, P, k[1])
+    for i in range(n):
+        w[i] = y[i] + h * (3.0 / 40.0 * k[0, i] + 9.0 / 40.0 * k[1, i])
+    rhs(t + 0.3 * h, w, mode, mem, P, k[2])
+    for i in range(n):
+        w[i] = y[i] + h * (44.0 / 45.0 * k[0, i] - 56.0 / 15.0 * k[1, i] + 32.0 / 9.0 * k[2, i])
+    rhs(t + 0.8 * h, w, mode, mem, P, k[3])
+    for i in range(n):
+        w[i] = y[i] + h * (19372.0 / 6561.0 * k[0, i] - 25360.0 / 2187.0 * k[1, i] + 64448.0 / 6561.0 * k[2, i]
+                           - 212.0 / 729.0 * k[3, i])
+    rhs(t + 8.0 / 9.0 * h, w, mode, mem, P, k[4])
+    for i in range(n):
+        w[i] = y[i] + h * (9017.0 / 3168.0 * k[0, i] - 355.0 / 33.0 * k[1, i] + 46732.0 / 5247.0 * k[2, i]
+                           + 49.0 / 176.0 * k[3, i] - 5103.0 / 18656.0 * k[4, i])
+    rhs(t + h, w, mode, mem, P, k[5])
+    for i in range(n):
+        out[i] = y[i] + h * (35.0 / 384.0 * k[0, i] + 500.0 / 1113.0 * k[2, i] + 125.0 / 192.0 * k[3, i]
+                             - 2187.0 / 6784.0 * k[4, i] + 11.0 / 84.0 * k[5, i])
+    rhs(t + h, out, mode, mem, P, k[6])
+    for i in range(n):
+        err[i] = h * (71.0 / 57600.0 * k[0, i] - 71.0 / 16695.0 * k[2, i] + 71.0 / 1920.0 * k[3, i]
+                      - 17253.0 / 339200.0 * k[4, i] + 22.0 / 525.0 * k[5, i] - 1.0 / 40.0 * k[6, i])
+
+
+@njit(cache=True)
+def active(P):
+    """How many entries of the state are in use."""
+    if P[VE_N] > 0.0:
+        return 7 + int(P[VE_N])
+    if P[FR] == 3.0:
+        return 7
+    if P[LM] > 0.0:
+        return 6
+    if P[BMODE] > 0.0:
+        return 4
+    return 2
+
+
+@njit(cache=True)
+def run(P, x0, v0, times, scale_x, scale_v, tol, out):
+    """Integrates from (x0, v0) at t = 0 through the increasing `times` [s]; rows before t = 0 stand at the start.
+
+    out[i] = x, v, acceleration, contact force, transducer force, touching (0/1), leaving (0/1).
+    Returns time and speed of the first touch (nan without), and the number of steps.
+    """
+    n = active(P)
+    y, w, err = np.zeros(NS), np.zeros(NS), np.zeros(NS)
+    y[0], y[1], y[4], y[5] = x0, v0, x0, v0
+    k = np.zeros((7, NS))
+    mode = np.zeros(4, np.int64)      # touching, leaving, -, cracked
+    mem = np.zeros(2)                 # deepest indentation, turning depth of this contact
+    ne = 6
+    g, g1, s = np.zeros(ne), np.zeros(ne), np.zeros(ne)
+    events(y, P, g)
+    for i in range(ne):
+        s[i] = 1.0 if g[i] > 0.0 else -1.0
+    s[1] = 1.0 if v0 >= 0.0 else -1.0
+    s[4] = s[1]
+    mode[0] = 1 if g[0] > 0.0 else 0
+    sc = np.empty(NS)
+    fs = P[M] * scale_v * scale_v / scale_x
+    for i in range(NS):
+        sc[i] = scale_x if i % 2 == 0 else scale_v
+    sc[6] = scale_x * 0.05
+    for i in range(7, NS):
+        sc[i] = fs
+    t = 0.0
+    t_touch, v_touch = np.nan, np.nan
+    rhs(t, y, mode, mem, P, k[0])
+    h = (times[-1] - times[0]) / len(times)
+    hmax = 20.0 * h
+    steps = 0
+    for j in range(len(times)):
+        while t < times[j]:
+            steps += 1
+            if steps > 400000:
+                return np.nan, np.nan, -1
+            left = times[j] - t
+            hh = min(h, hmax)
+            last = False
+            if hh >= left * (1.0 - 1e-12):
+                hh = left
+                last = True
+            elif hh > 0.5 * left:
+                hh = 0.5 * left
+            step(t, y, hh, n, mode, mem, P, k, w, err)
+            e = 0.0
+            for i in range(n):
+                e = max(e, abs(err[i]) / (tol * (sc[i] + abs(y[i]) * 0.1)))
+            if not e < 1e30:
+                return np.nan, np.nan, -1
+            if e > 1.0 and hh > 1e-13:
+                h = hh * max(0.2, 0.9 * e ** -0.2)
+                continue
+            # an event inside? the earliest one, by bisected re-steps (Illinois)
+            events(w, P, g1)
+            hit = -1
+            hbest = hh
+            for i in range(ne):
+                if i == 1 and s[0] < 0.0 and P[AD] == 0.0:
+                    continue
+                if g1[i] * s[i] < 0.0:
+                    a, b = 0.0, hbest
+                    events(y, P, g)
+                    ga = g[i] * s[i]
+                    gb = g1[i] * s[i]
+                    if hit >= 0:
+                        step(t, y, b, n, mode, mem, P, k, w, err)
+                        events(w, P, g)
+                        gb = g[i] * s[i]
+                        if gb >= 0.0:
+                            continue
+                    if ga <= 0.0:
+                        ga = 1e-300
+                    side = 0
+                    hm = b
+                    for _ in range(60):
+                        hm = (a * gb - b * ga) / (gb - ga)
+                        if not (hm > a and hm < b):
+                            hm = 0.5 * (a + b)
+                        step(t, y, hm, n, mode, mem, P, k, w, err)
+                        events(w, P, g)
+                        gm = g[i] * s[i]
+                        if gm > 0.0:
+                            a, ga = hm, gm
+                            if side == 1:
+                                gb *= 0.5
+                            side = 1
+                        else:
+                            b, gb = hm, gm
+                            if side == -1:
+                                ga *= 0.5
+                            side = -1
+                        if b - a < 1e-15 + 1e-13 * hh or gm == 0.0:
+                            break
+                    hit, hbest = i, b
+            if hit >= 0:
+                hh = hbest
+                last = False
+                step(t, y, hh, n, mode, mem, P, k, w, err)
+            t = times[j] if last else t + hh
+            for i in range(n):
+                y[i] = w[i]
+            if n <= 4:
+                y[4], y[5] = y[0], y[1]
+            events(y, P, g)
+            if mode[0] == 1 and g[0] > mem[0] and mode[1] == 0:
+                mem[0] = g[0]
+            if hit >= 0:
+                s[hit] = -s[hit]
+                if hit == 0:
+                    mode[0] = 1 if s[0] > 0.0 else 0
+                    if s[0] > 0.0:
+                        mode[1] = 0
+                        mem[1] = 0.0
+                        if not t_touch == t_touch:
+                            t_touch, v_touch = t, g[1]
+                        s[1] = 1.0 if g[1] > 0.0 else -1.0
+                    else:
+                        for i in range(7, NS):
+                            y[i] = 0.0
+                if hit == 1 and mode[0] == 1:
+                    if s[1] < 0.0:
+                        mode[1] = 1
+                        mem[1] = max(g[0], mem[1])
+                        mem[0] = max(mem[0], g[0])
+                    else:
+                        mode[1] = 0
+                if hit == 5 and s[5] < 0.0:
+                    mode[1] = 0
+            fc = rhs(t, y, mode, mem, P, k[0])[0]
+            if P[CRACK_F] > 0.0 and mode[3] == 0 and fc > P[CRACK_F]:
+                mode[3] = 1
+                rhs(t, y, mode, mem, P, k[0])
+            grow = 5.0 if e < 1e-6 else min(5.0, 0.9 * e ** -0.2)
+            if hit < 0:
+                h = max(hh, h if last else 0.0) * max(grow, 0.2) if not last else max(h, hh * max(grow, 0.2))
+            else:
+                h = max(h, hh)
+        fc, fr, a = rhs(times[j], y, mode, mem, P, k[0])
+        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4] = y[0], y[1], a, fc, fr
+        out[j, 5], out[j, 6] = mode[0], mode[1]
+        if times[j] < 0.0:
+            out[j, 2] = 0.0
+    return t_touch, v_touch, steps
+
+
+@njit(cache=True)
+def imposed(P, times, x, v, out):
+    """Indentation: the path x(t) is imposed, the law answers; columns as in `run`. Branches by exact exponentials."""
+    y = np.zeros(NS)
+    deepest, turn = 0.0, 0.0
+    leaving, cracked = 0, 0
+    nb = int(P[VE_N])
+    for j in range(len(times)):
+        touching = 1 if x[j] > 0.0 else 0
+        if touching == 1:
+            if v[j] > 0.0:
+                leaving = 0
+            elif v[j] < 0.0 and leaving == 0:
+                leaving, turn = 1, max(turn, x[j])
+            turn = max(turn, x[j])
+            deepest = max(deepest, x[j])
+        elif P[AD] == 0.0 or x[j] < -P[AD_R]:
+            leaving = 0
+        if j > 0 and nb > 0:
+            dt = times[j] - times[j - 1]
+            a, b = max(x[j - 1], 0.0), max(x[j], 0.0)
+            if P[VE_KIND] == 1.0:
+                a, b = a ** P[PW], b ** P[PW]
+            for i in range(nb):
+                q = dt / P[VE_T + i]
+                e = math.exp(-q)
+                y[7 + i] = y[7 + i] * e + P[VE_K + i] * (b - a) * ((1.0 - e) / q)
+                if touching == 0:
+                    y[7 + i] = 0.0
+        fc = contact_force(x[j], v[j], touching, leaving, deepest, turn, cracked, y, P)
+        if P[CRACK_F] > 0.0 and cracked == 0 and fc > P[CRACK_F]:
+            cracked = 1
+        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4] = x[j], v[j], 0.0, fc, fc
+        out[j, 5], out[j, 6] = touching, leaving
