@@ -29,7 +29,7 @@ class Fit:
     """Result: parameters, nuisances, prediction and how good it is."""
 
 
-def fit(rig, data, P0, effects=(), stride=1, iterations=12, speeds=None, speed_std=0.004, start=None):
+def fit(rig, data, P0, effects=(), stride=1, iterations=12, speeds=None, speed_std=0.004, start=None, zeros=True):
     """Fits (k, p, mu_d if the terms hold it) and per recording time offset, displacement zero and touch speed.
 
     data: list of dicts of measured channels on the full grid. Weighted by the rig's noise. Returns a Fit.
@@ -98,7 +98,7 @@ def fit(rig, data, P0, effects=(), stride=1, iterations=12, speeds=None, speed_s
                 grad = [np.gradient(s[i][c], dt) / rig.sigma[c] for c in chans]
                 L.append(-np.concatenate(grad) if drop else np.concatenate(grad))
                 sc.append(dt)
-                if "penetration" in chans:
+                if zeros and "penetration" in chans:
                     L.append(np.concatenate([np.full(len(d[i][c]), 1.0 / rig.sigma[c] if c == "penetration" else 0.0) for c in chans]))
                     sc.append(rig.sigma["penetration"])
                 if drop:
@@ -139,7 +139,7 @@ def fit(rig, data, P0, effects=(), stride=1, iterations=12, speeds=None, speed_s
                     z2[i] += loc[0]
                 else:
                     o2[i] += np.clip(loc[0], -20 * dt, 20 * dt)
-                    if "penetration" in chans:
+                    if zeros and "penetration" in chans:
                         z2[i] += loc[1]
                     if drop:
                         v2[i] += np.clip(loc[-1], -0.1 * v[i], 0.1 * v[i])

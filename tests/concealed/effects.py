@@ -80,7 +80,8 @@ def _(rng, rig):
 
 @form("plastic_indentation", "walton-braun", "contact", DIC)
 def _(rng, rig):
-    return setter(PL=2.0, PL_Y=rng.uniform(0.0, 0.2) * rig.ref["x"], PL_R=lambda s: (1.0 / rig.ref["p"] + 0.02) if s <= 0 else 1.0 / max(1e-3, 1.0 - min(s, 0.9)))
+    # slope of the return from the chord, which loses nothing (ratio 1/p), to the tangent and steeper
+    return setter(PL=2.0, PL_Y=rng.uniform(0.0, 0.2) * rig.ref["x"], PL_R=lambda s: 1.0 / rig.ref["p"] + s)
 
 
 @form("plastic_indentation", "thornton", "contact", DIC)

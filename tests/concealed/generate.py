@@ -13,6 +13,7 @@ from .effects import FORMS, ORIGIN, allowed
 from .rigs import CHANNELS, draw, phases, simulate
 
 TIERS = {"plain": (5.0, 12.0), "concealed": (1.5, 4.4), "deep": (0.42, 1.0), "faint": (0.12, 0.3)}
+CALM = 0.001      # how far, relatively, the noise-free calibration may move a touch speed
 PHASES = ("approach", "loading", "unloading", "after")
 KIND_P = {"null": (0.6, 0.2, 0.2), "single": (0.78, 0.12, 0.10)}
 KINDS = ("drop-test", "contactor-opening", "indentation")
@@ -60,7 +61,7 @@ def tune(rng, rig, eff, target):
     for i in range(9):
         try:
             sims = simulate(rig, rig.P, [(eff["apply"], s)])
-            f = fit(rig, sims, P0, stride=stride, iterations=8, start=start)
+            f = fit(rig, sims, P0, stride=stride, iterations=8, speed_std=CALM, start=start)
         except ArithmeticError:
             hi, s = s, (lo + s) / 2
             continue
@@ -250,7 +251,7 @@ def attempt(rng, tier, mechanism, used):
             f = got[1]
     sims = simulate(rig, rig.P, [(e["apply"], s) for e, s in pairs])
     stride = max(1, int(np.median([r.n for r in rig.recs]) // 220))
-    f = fit(rig, sims, base_parameters(rig), stride=stride, iterations=12)
+    f = fit(rig, sims, base_parameters(rig), stride=stride, iterations=12, speed_std=CALM)
     if f.r2 < 0.99:
         return None
     if names:
@@ -303,7 +304,7 @@ def gravity_target(rig, eff, band):
     """Gravity has no strength to choose: what it leaves, if that lies in the tier's band."""
     sims = simulate(rig, rig.P, [(eff["apply"], 1.0)])
     stride = max(1, int(np.median([r.n for r in rig.recs]) // 220))
-    f = fit(rig, sims, base_parameters(rig), stride=stride, iterations=8)
+    f = fit(rig, sims, base_parameters(rig), stride=stride, iterations=8, speed_std=CALM)
     return f.over_noise if band[0] < f.over_noise < band[1] else None
 
 

@@ -110,7 +110,7 @@ def draw(rng, kind, hysteresis=None, channels=None):
             r.speed = r.preload / P[m.SP_K] * w * np.sin(w * t_touch)
             r.n = int((length * t_touch + tc) / dt)
         while max(r.n for r in recs) > 3000:
-            dt = nice(dt * 2.01)
+            dt = nice(dt * 2.51)
             for r in recs:
                 r.n = int((length * r.before + tc) / dt)
         terms = []
