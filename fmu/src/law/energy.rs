@@ -155,7 +155,8 @@ impl Parameters {
         }
         let d = if x0 > m.deepest { x0 } else { m.deepest };
         let mut w = self.push_work(x0, x1, d) + self.pull_energy(x1) - self.pull_energy(x0);
-        let neck = self.adhesion_force > 0.0 && self.adhesion_form == AdhesionForm::Neck as i32;
+        let neck = self.adhesion_force > 0.0
+            && (self.adhesion_form == AdhesionForm::Neck as i32 || self.adhesion_form == AdhesionForm::Leaving as i32);
         if !(neck || self.hysteresis_damping > 0.0 || self.viscous_damping > 0.0 || self.relaxation_stiffness > 0.0) {
             return w;
         }

@@ -20,6 +20,9 @@ mod tests;
 use elementary::{exp, pow};
 pub use parameters::{AdhesionForm, ParameterError, Parameters, PlasticForm};
 
+/// Share of its range over which the pull of [`AdhesionForm::Leaving`] builds up.
+const LEAVING_BUILD_UP: f64 = 0.05;
+
 /// Number of Maxwell branches.
 pub const BRANCHES: usize = 3;
 
@@ -189,13 +192,15 @@ impl Parameters {
     #[inline]
     fn pull(&self, m: &Memory, x: f64) -> (f64, f64) {
         let (fa, r) = (self.adhesion_force, self.adhesion_range);
-        if self.adhesion_form == AdhesionForm::Neck as i32 {
+        let leaving = self.adhesion_form == AdhesionForm::Leaving as i32;
+        if leaving || self.adhesion_form == AdhesionForm::Neck as i32 {
             let anchor = m.deepest - m.released;
             if anchor <= 0.0 || x >= anchor || x <= -r {
                 return (0.0, 0.0);
             }
-            let e = exp(-(anchor - x) / r);
-            let (f, fx) = (fa * (1.0 - e), -fa * e / r);
+            let build_up = if leaving { LEAVING_BUILD_UP * r } else { r };
+            let e = exp(-(anchor - x) / build_up);
+            let (f, fx) = (fa * (1.0 - e), -fa * e / build_up);
             if x >= 0.0 {
                 (f, fx)
             } else {

@@ -121,6 +121,9 @@ pub enum AdhesionForm {
     /// Fa at x > 0, fading linearly to zero at x = -R, both ways, so it acts before touch too (after Derjaguin,
     /// Muller and Toporov 1975).
     Reach = 2,
+    /// As `Neck`, but the pull is there as soon as the contact leaves its deepest point (built up over R/20), and
+    /// R is how far it reaches out.
+    Leaving = 3,
 }
 
 impl AdhesionForm {
@@ -129,6 +132,7 @@ impl AdhesionForm {
         match n {
             0 => Some(AdhesionForm::Contact),
             1 => Some(AdhesionForm::Neck),
+            3 => Some(AdhesionForm::Leaving),
             2 => Some(AdhesionForm::Reach),
             _ => None,
         }
@@ -179,7 +183,7 @@ impl Parameters {
         at_least_zero("yield_penetration", self.yield_penetration)?;
         check("plastic_ratio", self.plastic_ratio, (0.0..1.0).contains(&self.plastic_ratio), "0 to below 1")?;
         let form = PlasticForm::from_i32(self.plastic_form);
-        check("plastic_form", f64::from(self.plastic_form), form.is_some(), "0, 1 or 2")?;
+        check("plastic_form", f64::from(self.plastic_form), form.is_some(), "0, 1, 2 or 3")?;
         if form == Some(PlasticForm::Thornton) && self.plastic_ratio > 0.0 {
             let y = self.yield_penetration;
             check("yield_penetration", y, y > 0.0, "a finite number above 0 with plastic_form 2")?;
@@ -192,7 +196,7 @@ impl Parameters {
         at_least_zero("adhesion_force", self.adhesion_force)?;
         above_zero("adhesion_range", self.adhesion_range)?;
         let form = AdhesionForm::from_i32(self.adhesion_form);
-        check("adhesion_form", f64::from(self.adhesion_form), form.is_some(), "0, 1 or 2")?;
+        check("adhesion_form", f64::from(self.adhesion_form), form.is_some(), "0, 1, 2 or 3")?;
         at_least_zero("relaxation_stiffness", self.relaxation_stiffness)?;
         above_zero("relaxation_time", self.relaxation_time)?;
         check("relaxation_spread", self.relaxation_spread, (0.0..=6.0).contains(&self.relaxation_spread), "0 to 6")?;

@@ -168,6 +168,24 @@ impl Search<'_> {
         v
     }
 
+    /// The last term of a pair alone, fitted from the pair's own values.
+    fn without_first(&self, pair: &Candidate) -> Option<Candidate> {
+        let model = self.model(&pair.make_up, 1.0, 1.0, 0.0);
+        let at = self.first_term(&model, &pair.make_up);
+        let n = pair.make_up.terms.first()?.form.parameters.len();
+        let mut theta = pair.fit.point.theta.clone();
+        theta.drain(at..at + n);
+        let make_up = MakeUp { terms: pair.make_up.terms[1..].to_vec() };
+        let model = self.model(&make_up, 1.0, 1.0, 0.0);
+        let problem = Problem::new(self.data, &model);
+        let start = problem.evaluate(theta, pair.fit.point.locals.clone());
+        if !start.chi2.is_finite() {
+            return None;
+        }
+        let fit = problem.fit(start, &Options { iterations: 60, ..Options::default() });
+        Some(Candidate { make_up, fit })
+    }
+
     fn candidate(&self, from: &Candidate, t: Term, fit: Fit) -> Candidate {
         let mut make_up = from.make_up.clone();
         make_up.terms.push(t);
@@ -261,6 +279,12 @@ impl Search<'_> {
                 let share = if white { 0.15 * SECOND_SHARE } else { SECOND_SHARE };
                 if s2 >= 1.0 && gain_of(pair, &first) > share * total {
                     chosen = pair.clone();
+                    // the second may do without the first, from where the pair has led it
+                    if let Some(alone) = self.without_first(pair) {
+                        if significant(pair, &alone, l2) < 1.0 || gain_of(pair, &alone) < share * total {
+                            chosen = alone;
+                        }
+                    }
                 }
             }
         }

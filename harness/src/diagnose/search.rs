@@ -3,7 +3,7 @@
 use super::mechanism::{Context, Form, Mechanism};
 use super::mechanisms::ALL;
 use super::prepare::Guess;
-use crate::model::estimate::{Data, Fit, Linear, Model, Options, Parameter, Point, Problem};
+use crate::model::estimate::{Data, Fit, Linear, Model, Nuisance, Options, Parameter, Point, Problem};
 use crate::model::physics::{Physics, GRAVITY};
 use crate::record::{Campaign, Channel, Kind};
 use rayon::prelude::*;
@@ -298,7 +298,17 @@ impl<'a> Search<'a> {
         for (_, start) in starts {
             let mut theta = from.theta.clone();
             theta.extend(start);
-            let point = pr.evaluate(theta, from.locals.clone());
+            let mut locals = from.locals.clone();
+            if term.mechanism.name == "cyclic_softening" {
+                // what the scatter between repeats had taken up goes back
+                let at = pr.nuisances().iter().position(|n| *n == Nuisance::Stiffness);
+                for l in &mut locals {
+                    if let Some(i) = at {
+                        l[i] = 0.0;
+                    }
+                }
+            }
+            let point = pr.evaluate(theta, locals);
             if !point.chi2.is_finite() {
                 continue;
             }
@@ -337,7 +347,7 @@ impl<'a> Search<'a> {
             .map(|t| (t, self.score(&from.point, &problem, &linear, t)))
             .collect();
         let top = scored.iter().filter_map(|(_, s)| s.first().map(|s| s.0)).fold(0.0, f64::max);
-        let options = Options { hopeless: options.hopeless.max(0.01 * top), ..*options };
+        let options = Options { hopeless: options.hopeless.max(0.003 * top), ..*options };
         let mut v: Vec<(Term, Fit)> = scored
             .into_par_iter()
             .filter_map(|(t, mut s)| {

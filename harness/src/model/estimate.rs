@@ -234,7 +234,7 @@ pub struct Options {
     pub iterations: usize,
     /// Relative change of chi^2 at which it has converged.
     pub tolerance: f64,
-    /// Give up after three iterations when chi^2 has not fallen by this much.
+    /// Give up after four iterations when chi^2 has not fallen by this much.
     pub hopeless: f64,
 }
 
@@ -578,7 +578,7 @@ impl<'a> Problem<'a> {
             if converged {
                 break;
             }
-            if iterations == 3 && options.hopeless > 0.0 && first_chi2 - point.chi2 < options.hopeless {
+            if iterations == 4 && options.hopeless > 0.0 && first_chi2 - point.chi2 < options.hopeless {
                 break;
             }
         }

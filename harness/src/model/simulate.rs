@@ -172,12 +172,19 @@ impl<'a> Rig<'a> {
             f -= level * s.tanh();
         }
         f -= p.friction_viscous * v + p.drag * v * v.abs();
-        if p.squeeze != 0.0 {
-            let gap = (-x).max(0.0);
-            let w = p.squeeze_gap / (gap + p.squeeze_gap);
-            f -= p.squeeze * v * if p.squeeze_power == 1.0 { w } else { w.powf(p.squeeze_power) };
-        }
+        f -= self.film_force(x, v);
         f - p.spring_preload - p.spring_rate * x
+    }
+
+    /// Force of the film between body and stop against the motion into it, N.
+    #[inline]
+    fn film_force(&self, x: f64, v: f64) -> f64 {
+        let p = self.p;
+        if p.squeeze == 0.0 {
+            return 0.0;
+        }
+        let w = p.squeeze_gap / ((-x).max(0.0) + p.squeeze_gap);
+        p.squeeze * v * if p.squeeze_power == 1.0 { w } else { w.powf(p.squeeze_power) }
     }
 
     /// (transducer's force, acceleration of the body less gravity)
@@ -192,7 +199,8 @@ impl<'a> Rig<'a> {
         if self.loose > 0 {
             f += self.loose_force(y);
         }
-        (ft, f / self.body_mass)
+        // the film pushes on the transducer as well: it lies between body and stop
+        (ft + self.film_force(y[0], y[1]), f / self.body_mass)
     }
 
     #[inline]

@@ -35,6 +35,7 @@ fn forms(_: &Context) -> Vec<Form> {
     vec![
         form("reversible, in contact", |t, c, p| pull(t, c, p, 0)),
         form("neck, while leaving", |t, c, p| pull(t, c, p, 1)),
+        form("while leaving, reaching out", |t, c, p| pull(t, c, p, 3)),
         form("reaching out, reversible", |t, c, p| pull(t, c, p, 2)),
     ]
 }

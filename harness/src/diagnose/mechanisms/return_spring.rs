@@ -1,4 +1,4 @@
-//! return_spring: a spring pulls the body back
+//! return_spring: a spring acts on the body
 
 use crate::diagnose::mechanism::*;
 use crate::record::Kind;
@@ -10,7 +10,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     named: true,
     equation: "F = -(P + r x)",
     source: "Hooke 1678",
-    sentence: "a spring pulls the body back",
+    sentence: "a spring acts on the body",
     cure: "The contact element is right; add this to the rig's model.",
     forms,
     acts: Acts::Force(|x, _, p| (p.spring_preload + p.spring_rate * x).abs()),
@@ -23,7 +23,7 @@ fn forms(c: &Context) -> Vec<Form> {
     vec![
         Form {
             label: "preload",
-            parameters: vec![parameter("preload", 0.0, 2.0, 2e-4)],
+            parameters: vec![parameter("preload", -2.0, 2.0, 2e-4)],
             starts: vec![vec![0.01]],
             linear: true,
             apply: |t, c, p| p.spring_preload = t[0] * c.scales.force,
@@ -31,8 +31,8 @@ fn forms(c: &Context) -> Vec<Form> {
         },
         Form {
             label: "preload and rate",
-            parameters: vec![parameter("preload", 0.0, 2.0, 2e-4), parameter("rate", 0.0, 1.0, 2e-4)],
-            starts: vec![vec![0.01, 0.005]],
+            parameters: vec![parameter("preload", -2.0, 2.0, 2e-4), parameter("rate", 0.0, 1.0, 2e-4)],
+            starts: vec![vec![0.01, 0.005], vec![-0.01, 0.005]],
             linear: false,
             apply: |t, c, p| {
                 p.spring_preload = t[0] * c.scales.force;

@@ -42,6 +42,24 @@ fn forms(c: &Context) -> Vec<Form> {
         },
     };
     vec![
+        Form {
+            label: "free power",
+            parameters: vec![
+                parameter("c", 0.0, 5.0, 5e-4),
+                parameter("ln gap", -3.5, 3.0, 2e-2),
+                parameter("power", 0.3, 12.0, 2e-2),
+            ],
+            starts: grid(&[&[0.02], &[-0.5, 0.8], &[2.0]]),
+            linear: true,
+            apply: |t, c, p| film(t, c, p, t[2]),
+            describe: |t, c| {
+                vec![
+                    ("squeeze_film", t[0] * c.scales.force / c.scales.speed, "N s/m"),
+                    ("squeeze_gap", c.scales.depth * t[1].exp(), "m"),
+                    ("squeeze_power", t[2], "1"),
+                ]
+            },
+        },
         form("first power", |t, c, p| film(t, c, p, 1.0)),
         form("second power", |t, c, p| film(t, c, p, 2.0)),
         form("third power", |t, c, p| film(t, c, p, 3.0)),
