@@ -138,7 +138,9 @@ pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
         if pu.peak < 8.0 * noise && pu.first > 8 {
             return Err(Invalid(format!("{}: its peak does not stand out of the noise", r.file)));
         }
-        quiet.push(quiet_stretches(&push, 0.04 * pu.peak, &pu));
+        // a pull is contact as well where nothing but contact makes force
+        let seen: Vec<f64> = if c.kind == Kind::Indentation { push.iter().map(|v| v.abs()).collect() } else { push };
+        quiet.push(quiet_stretches(&seen, 0.04 * pu.peak, &pu));
         lasts.push((pu.first, pu.last));
         peaks.push(if r.channels[0].is_some() || r.channels[1].is_some() { pu.peak } else { f64::NAN });
         let n = r.time.len();
