@@ -52,7 +52,7 @@ fn a_low_pass_filter_in_the_chain_leaves_the_element_right() {
     use touchdown::model::physics::LowPass;
     use touchdown::record::Channel;
     let mut r = Recipe::default();
-    r.physics.low_pass = Some(LowPass { corner: 2.0e4, form: 1, channel: Channel::Force });
+    r.physics.low_pass = Some(LowPass { corner: 2.0e4, form: 1, damping: 1.0, channel: Channel::Force });
     let o = outcome(&r);
     let n = names(&o);
     assert!(n == ["lowpass_lag"] || n == ["channel_skew"], "{n:?}");

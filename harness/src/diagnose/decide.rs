@@ -310,6 +310,8 @@ impl Search<'_> {
             let left = (final_wander - 1.0) / (base_wander - 1.0).max(0.05);
             if final_wander > 1.6 && left > 0.35 {
                 unexplained = true;
+                // where something stays unexplained, a second name is not believed
+                chosen = first.clone();
             }
         }
         // names that do as well as the chosen ones

@@ -54,6 +54,7 @@ fn low_pass(u: &mut [f64], l: &LowPass, dt: f64) {
             pole(u, l.corner, dt);
             pole(u, l.corner, dt);
         }
+        5 => pole_pair(u, l.corner, l.damping, dt),
         // Bessel of fourth order, corner of -3 dB (Thomson 1949)
         _ => {
             pole_pair(u, 1.4302 * l.corner, 0.9580, dt);

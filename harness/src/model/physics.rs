@@ -11,8 +11,10 @@ pub const GRAVITY: f64 = 9.81;
 pub struct LowPass {
     /// Corner, rad/s; infinite: none.
     pub corner: f64,
-    /// 1: one pole; 2: Butterworth; 3: two equal poles; 4: Bessel of fourth order.
+    /// 1: one pole; 2: Butterworth; 3: two equal poles; 4: Bessel of fourth order; 5: a resonance of `damping`.
     pub form: u8,
+    /// Damping ratio of form 5.
+    pub damping: f64,
     pub channel: Channel,
 }
 

@@ -17,7 +17,8 @@ pub const MECHANISM: Mechanism = Mechanism {
 };
 
 fn filter(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, form: u8, channel: Channel) {
-    p.low_pass = Some(crate::model::physics::LowPass { corner: t[0].exp() / c.scales.duration, form, channel });
+    p.low_pass =
+        Some(crate::model::physics::LowPass { corner: t[0].exp() / c.scales.duration, form, damping: 1.0, channel });
 }
 
 fn forms(c: &Context) -> Vec<Form> {
@@ -35,7 +36,8 @@ fn forms(c: &Context) -> Vec<Form> {
         v.push(form("force, second order", |t, c, p| filter(t, c, p, 2, Channel::Force)));
         v.push(form("force, two poles", |t, c, p| filter(t, c, p, 3, Channel::Force)));
         v.push(form("force, Bessel", |t, c, p| filter(t, c, p, 4, Channel::Force)));
-    } else if c.has[1] {
+    }
+    if c.has[1] {
         v.push(form("acceleration, first order", |t, c, p| filter(t, c, p, 1, Channel::Acceleration)));
         v.push(form("acceleration, second order", |t, c, p| filter(t, c, p, 2, Channel::Acceleration)));
     }

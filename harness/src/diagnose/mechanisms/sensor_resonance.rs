@@ -1,7 +1,8 @@
 //! sensor_resonance: the transducer and its tip ring at their own frequency
 
 use crate::diagnose::mechanism::*;
-use crate::record::Kind;
+use crate::model::physics::LowPass;
+use crate::record::{Channel, Kind};
 
 /// tip mass m_t before a transducer of stiffness k_t (Ahn and Ryu 2005, eqs. 3 to 5).
 pub const MECHANISM: Mechanism = Mechanism {
@@ -20,7 +21,7 @@ fn forms(c: &Context) -> Vec<Form> {
     if c.kind == Kind::Indentation || !c.has[0] {
         return Vec::new();
     }
-    vec![Form {
+    let tip = Form {
         label: "tip mass on the transducer's spring",
         parameters: vec![
             parameter("ln mass", -6.0, -0.7, 2e-2),
@@ -43,5 +44,29 @@ fn forms(c: &Context) -> Vec<Form> {
                 ("transducer_damping", 2.0 * t[2].exp() * m * w, "N s/m"),
             ]
         },
-    }]
+    };
+    let ringing = Form {
+        label: "reading rings at one frequency",
+        parameters: vec![
+            chain_parameter("ln frequency", 1.2, 6.5, 1e-2),
+            chain_parameter("ln damping", -6.0, -0.4, 5e-2),
+        ],
+        starts: grid(&[&[2.0, 2.5, 3.0, 3.5, 4.0, 4.6], &[-3.2, -1.5]]),
+        linear: false,
+        apply: |t, c, p| {
+            p.low_pass = Some(LowPass {
+                corner: t[0].exp() / c.scales.duration,
+                form: 5,
+                damping: t[1].exp(),
+                channel: Channel::Force,
+            })
+        },
+        describe: |t, c| {
+            vec![
+                ("transducer_frequency", t[0].exp() / c.scales.duration, "rad/s"),
+                ("transducer_damping_ratio", t[1].exp(), "1"),
+            ]
+        },
+    };
+    vec![tip, ringing]
 }
