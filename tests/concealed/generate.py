@@ -10,9 +10,10 @@ from . import chain as chain_
 from . import motion as m
 from .calibrate import base_parameters, fit, misfit
 from .effects import FORMS, ORIGIN, allowed
+from .limits import separability
 from .rigs import CHANNELS, draw, phases, simulate
 
-TIERS = {"plain": (5.0, 12.0), "concealed": (1.5, 4.4), "deep": (0.42, 1.0), "faint": (0.12, 0.3)}
+TIERS = {"plain": (5.0, 12.0), "concealed": (1.5, 4.4), "deep": (0.42, 1.0), "faint": (0.03, 0.3)}
 CALM = 0.001      # how far, relatively, the noise-free calibration may move a touch speed
 PHASES = ("approach", "loading", "unloading", "after")
 KIND_P = {"null": (0.6, 0.2, 0.2), "single": (0.78, 0.12, 0.10)}
@@ -23,7 +24,7 @@ UNITS = {"s": {"time": ("s", 1), "force": ("N", 1), "acceleration": ("m/s^2", 1)
 
 def plan(rng, n):
     """Tier and mechanisms wanted for each of n cases, in about the proportions of the open set, shuffled."""
-    share = [("null", 0.18), ("plain", 0.135), ("concealed", 0.355), ("deep", 0.165), ("faint", 0.01), ("pair", 0.08), ("unknown", 0.075)]
+    share = [("null", 0.18), ("plain", 0.135), ("concealed", 0.335), ("deep", 0.165), ("faint", 0.03), ("pair", 0.08), ("unknown", 0.075)]
     count = {t: int(math.floor(p * n)) for t, p in share}
     rest = sorted(share, key=lambda s: -(s[1] * n - math.floor(s[1] * n)))
     for t, _ in rest[:n - sum(count.values())]:
@@ -274,6 +275,9 @@ def attempt(rng, tier, mechanism, used):
         Pt[m.G] = 9.81
     st = max(1, stride // 2)
     oracle = fit(rig, data, Pt, effects=[(e["apply"], s) for e, s in pairs], stride=st, iterations=8, speeds=speeds)
+    limit = None
+    if len(pairs) == 1 and tier != "unknown":
+        limit = separability(rng, rig, base_parameters(rig), names[0], sims, f)
     for e, _ in pairs:
         used[e["key"]] = used.get(e["key"], 0) + 1
     truth = {
@@ -283,7 +287,7 @@ def attempt(rng, tier, mechanism, used):
         "tier": level if tier != "null" else "null", "misfit_share": shares(rig, sims, f),
         "acts": acts(rig, sims, pairs) if pairs else {"approach": 0.0, "loading": 0.5, "unloading": 0.5, "after": 0.0},
         "oracle_misfit": oracle.nrmse, "origin": sorted({e["origin"] for e, _ in pairs}),
-        "forms": [e["form"] for e, _ in pairs], "strengths": [s for _, s in pairs],
+        "limit": limit, "forms": [e["form"] for e, _ in pairs], "strengths": [s for _, s in pairs],
         "hostile": {"wander": hostile[0], "spikes": hostile[1]}, "user_fit_r2": user.r2,
         "true_base": {"M": rig.P[m.M], "k": rig.P[m.K], "p": rig.P[m.PW], "mu": rig.P[m.MU], "g": rig.P[m.G],
                       "travel": rig.P[m.TRAVEL], "sp_k": rig.P[m.SP_K]},

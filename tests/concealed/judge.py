@@ -1,0 +1,196 @@
+"""Judges verdicts (verdict/1) against opened labels. Written for the proof; reads files only."""
+import csv
+import json
+import math
+import tomllib
+from pathlib import Path
+
+import numpy as np
+from scipy import stats
+
+CHANNELS = ("force", "acceleration", "penetration")
+TIES = [{"lowpass_lag", "channel_skew"}, {"gravity", "return_spring"}]
+TARGETS = {"null": (0.98, 0.95), "plain": (0.95, 0.88), "concealed": (0.95, 0.88), "deep": (0.85, 0.72),
+           "pair": (0.70, 0.45), "unknown": (0.85, 0.70), "located": (0.92, 0.85), "gain": (0.90, 0.75)}
+
+
+def table(path):
+    """A recording: {column: array} with the unit stripped from the names; the first column is time."""
+    with open(path, newline="") as f:
+        head = [h.split("[")[0].strip() for h in next(csv.reader(f))]
+    a = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+    return {h: a[:, j] for j, h in enumerate(head)}
+
+
+def files(case):
+    with open(case / "campaign.toml", "rb") as f:
+        return [r["file"] for r in tomllib.load(f)["recording"]]
+
+
+def distance(case, prediction):
+    """Mean over recordings and channels of rms(recording - prediction) / range(recording); None where unusable."""
+    parts = []
+    for name in files(case):
+        a = table(case / name)
+        if not (prediction / name).exists():
+            return None
+        b = table(prediction / name)
+        for c in CHANNELS:
+            if c in a:
+                if c not in b or len(b[c]) != len(a[c]) or not np.isfinite(b[c]).all():
+                    return None
+                parts.append(float(np.sqrt(np.mean((a[c] - b[c]) ** 2)) / max(np.ptp(a[c]), 1e-300)))
+    return float(np.mean(parts)) if parts else None
+
+
+def group(truth):
+    names = truth["missing"]
+    if not names:
+        return "null"
+    if any(n.startswith("unknown:") for n in names):
+        return "unknown"
+    return "pair" if len(names) > 1 else truth["tier"]
+
+
+def band(k, n, level=0.95):
+    """Clopper-Pearson interval of a share."""
+    a = (1 - level) / 2
+    lo = stats.beta.ppf(a, k, n - k + 1) if k > 0 else 0.0
+    hi = stats.beta.ppf(1 - a, k + 1, n - k) if k < n else 1.0
+    return float(lo), float(hi)
+
+
+# what a verdict's parameter should be, where the effect's form is the one that is fitted:
+# (mechanism, form) -> {parameter: value from (true_effect, true_base, strengths)}
+EXACT = {
+    ("guide_friction", "coulomb"): {"friction": lambda e, b, s: e["fr_c"]},
+    ("guide_friction", "coulomb-viscous"): {"friction": lambda e, b, s: e["fr_c"], "friction_viscous": lambda e, b, s: e["fr_v"]},
+    ("guide_friction", "stribeck"): {"friction": lambda e, b, s: e["fr_c"]},
+    ("fluid_drag", "square"): {"drag": lambda e, b, s: e["drag"]},
+    ("return_spring", "preloaded"): {"spring_preload": lambda e, b, s: e["sp_pre"], "spring_rate": lambda e, b, s: e["sp_k"]},
+    ("viscous_damping", "constant"): {"viscous_damping": lambda e, b, s: e["cv"]},
+    ("viscous_damping", "ramp"): {"viscous_damping": lambda e, b, s: e["cv"]},
+    ("force_gain", "high"): {"gain": lambda e, b, s: e["gain"]},
+    ("force_gain", "low"): {"gain": lambda e, b, s: e["gain"]},
+    ("channel_skew", "late"): {"skew": lambda e, b, s: abs(e["skew"][1])},
+    ("channel_skew", "early"): {"skew": lambda e, b, s: abs(e["skew"][1])},
+    ("charge_droop", "first-order"): {"droop_rate": lambda e, b, s: 1.0 / e["droop"][2]},
+    ("lowpass_lag", "first-order"): {"corner": lambda e, b, s: e["lowpass"][3]},
+    ("lowpass_lag", "second-order"): {"corner": lambda e, b, s: e["lowpass"][3]},
+    ("base_compliance", "mass-spring"): {"base_stiffness": lambda e, b, s: e["kb"], "base_mass": lambda e, b, s: e["mb"]},
+    ("base_compliance", "light-damped"): {"base_stiffness": lambda e, b, s: e["kb"]},
+    ("loose_part", "linear"): {"loose_mass": lambda e, b, s: e["lm"], "loose_gap": lambda e, b, s: e["lgap"]},
+    ("gravity", "left-out"): {"gravity": lambda e, b, s: 9.81},
+    ("secondary_stiffening", "hertzian"): {"secondary_depth": lambda e, b, s: e["st_d"]},
+    ("secondary_stiffening", "linear"): {"secondary_depth": lambda e, b, s: e["st_d"]},
+    ("plastic_indentation", "thornton"): {"yield_penetration": lambda e, b, s: e["pl_y"]},
+    ("viscoelastic_relaxation", "maxwell"): {"relaxation_time": lambda e, b, s: e["ve_t"]},
+    ("residual_magnetism", "gap-and-time"): {"magnet_force": lambda e, b, s: e["mg_f"]},
+    ("residual_magnetism", "gap"): {"magnet_force": lambda e, b, s: e["mg_f"]},
+    ("residual_magnetism", "time"): {"magnet_force": lambda e, b, s: e["mg_f"], "magnet_time": lambda e, b, s: e["mg_t"]},
+    ("cyclic_softening", "exponential"): {"softening_share": lambda e, b, s: 0.5 * s},
+    ("cyclic_softening", "logarithmic"): {"softening_share_per_decade": lambda e, b, s: 0.5 * s},
+    ("hysteresis_damping", "hunt-crossley"): {"damping_ratio/reference_speed": lambda e, b, s: e["mu"] / b["k"]},
+    ("squeeze_film", "inverse"): {"squeeze_gap": lambda e, b, s: e["sq_g"]},
+}
+
+
+def found(parameters, name):
+    """Value and interval of a verdict's parameter, or of a ratio a/b of two of them."""
+    parts = name.split("/")
+    p = parameters.get(parts[0])
+    if p is None or p.get("value") is None:
+        return None
+    v, ci = float(p["value"]), p.get("ci95")
+    if len(parts) == 2:
+        q = parameters.get(parts[1])
+        if q is None:
+            return None
+        d = float(q["value"])
+        v, ci = v / d, [c / d for c in ci] if ci else None
+    return v, ci
+
+
+def parameters(verdict, truth):
+    """[(mechanism.parameter, true, found, lo, hi)] for effects named right whose form allows a comparison."""
+    out = []
+    for name, form, s in zip(truth["missing"], truth["forms"], truth["strengths"]):
+        want = EXACT.get((name, form))
+        if not want:
+            continue
+        for m in verdict.get("missing", []):
+            if m.get("mechanism") != name:
+                continue
+            for par, f in want.items():
+                got = found(m.get("parameters", {}), par)
+                if got is None:
+                    continue
+                true = float(f(truth["true_effect"], truth["true_base"], s))
+                v, ci = got
+                if par == "skew":
+                    v, ci = abs(v), sorted(abs(c) for c in ci) if ci else None
+                lo, hi = (ci if ci and None not in ci else (math.nan, math.nan))
+                out.append((f"{name}.{par}", true, v, lo, hi))
+    return out
+
+
+def judge(case, truth, answer):
+    """One case judged: a dict with what was right. `answer` is the folder with verdict.json and predictions."""
+    g = group(truth)
+    want = set(truth["missing"])
+    out = dict(case=case.name, group=g, kind=truth["kind"], truth=truth["missing"], forms=truth["forms"],
+               strength=truth["misfit_over_noise"], limit=truth.get("limit"), hostile=truth.get("hostile", {}),
+               answered=False, detected=False, named=[], also=[], unexplained=False, right=False, located=None,
+               gain=None, before=None, after=None, oracle=truth["oracle_misfit"], parameters=[])
+    try:
+        v = json.loads((answer / "verdict.json").read_text())
+    except (OSError, ValueError) as e:
+        out["why"] = str(e)
+        return out
+    out["answered"] = True
+    out["detected"] = bool(v.get("mismatch", {}).get("detected"))
+    out["named"] = [m.get("mechanism") for m in v.get("missing", [])]
+    out["also"] = sorted({a for m in v.get("missing", []) for a in m.get("also_possible", [])})
+    out["unexplained"] = bool(v.get("unexplained", {}).get("detected"))
+    out["said"] = {"text": "; ".join(m.get("text", "") for m in v.get("missing", [])) or v.get("unexplained", {}).get("text", ""),
+                   "where": (v.get("mismatch", {}).get("where") or [{}])[0], "missing": v.get("missing", [])}
+    names = set(out["named"])
+    for tie in TIES:                                   # of a pair nobody can part, either with the other held open
+        for a in tie & want:
+            b = next(iter(tie - {a}))
+            if b in names and a not in names and a in out["also"]:
+                names = (names - {b}) | {a}
+    out["counted"] = sorted(names)
+    if g == "null":
+        out["right"] = not out["detected"] and not out["named"]
+    elif g == "unknown":
+        out["right"] = out["detected"] and out["unexplained"] and len(out["named"]) <= 1
+    else:
+        out["right"] = out["detected"] and names == want and not out["unexplained"]
+    if want and out["detected"]:
+        w = out["said"]["where"]
+        acts = truth["acts"]
+        out["located"] = w.get("origin") in truth["origin"] and acts.get(w.get("phase"), 0.0) >= 0.5 * max(acts.values())
+    elif want:
+        out["located"] = False
+    out["before"] = distance(case, answer / "predictions" / "before")
+    out["after"] = distance(case, answer / "predictions" / "after")
+    if out["before"] and out["after"] and want and g != "unknown" and out["before"] > 1.02 * out["oracle"]:
+        if out["after"] >= 0.6 * out["oracle"]:
+            out["gain"] = (out["before"] - out["after"]) / (out["before"] - out["oracle"])
+    out["parameters"] = parameters(v, truth)
+    return out
+
+
+def summary(rows):
+    """Per group: n, right, detected, located, median share of the oracle's gain."""
+    out = {}
+    for g in ("null", "plain", "concealed", "deep", "faint", "pair", "unknown"):
+        rs = [r for r in rows if r["group"] == g]
+        if not rs:
+            continue
+        gains = [r["gain"] for r in rs if r["gain"] is not None]
+        out[g] = dict(n=len(rs), right=sum(r["right"] for r in rs), detected=sum(r["detected"] for r in rs),
+                      located=sum(bool(r["located"]) for r in rs if r["detected"]),
+                      gain=float(np.median(gains)) if gains else None)
+    return out

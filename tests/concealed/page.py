@@ -1,0 +1,260 @@
+"""One self-contained page of the proof, and its summary for the README."""
+import html
+import json
+from collections import defaultdict
+
+import numpy as np
+
+from . import figures as fig
+from .judge import TARGETS, band
+
+STYLE = """body{font:15px/1.5 system-ui,sans-serif;color:#1d2126;max-width:1080px;margin:2em auto;padding:0 1em}
+h1{font-size:1.7em;margin-bottom:.2em}h2{margin-top:2.2em;border-bottom:1px solid #d8dce1;padding-bottom:.2em}
+table{border-collapse:collapse;font-size:13px;margin:.8em 0}td,th{padding:.25em .7em;border-bottom:1px solid #e4e7ea;text-align:left}
+td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}.good{color:#2e7d4f}.mid{color:#1f5fa8}.bad{color:#b3261e}.grey{color:#6b7078}
+code{background:#f1f3f5;padding:0 .25em;overflow-wrap:anywhere}img,svg{max-width:100%;height:auto}details{margin:.6em 0}summary{cursor:pointer}
+.case{border-left:3px solid #d8dce1;padding-left:1em;margin:1.4em 0}nav a{margin-right:1em}"""
+SINGLE = ("plain", "concealed", "deep", "faint")
+
+
+def esc(x):
+    return html.escape(str(x))
+
+
+def mark(q, key):
+    t = TARGETS.get(key)
+    return "" if t is None else "good" if q >= t[0] else "mid" if q >= t[1] else "bad"
+
+
+def rows_of(head, body, numeric=()):
+    th = "".join(f'<th class="{"n" if i in numeric else ""}">{h}</th>' for i, h in enumerate(head))
+    tr = "".join("<tr>" + "".join(f'<td class="{"n" if i in numeric else ""}">{c}</td>' for i, c in enumerate(r)) + "</tr>" for r in body)
+    return f"<table><tr>{th}</tr>{tr}</table>"
+
+
+def pct(k, n):
+    return f"{100 * k / n:.0f} %" if n else "-"
+
+
+def located(rows):
+    rs = [r for r in rows if r["truth"] and r["detected"]]
+    return sum(bool(r["located"]) for r in rs), len(rs)
+
+
+def single(rows):
+    rs = [r for r in rows if r["group"] in ("plain", "concealed")]
+    return sum(r["right"] for r in rs), len(rs)
+
+
+def median_gain(rows, group="concealed"):
+    g = [r["gain"] for r in rows if r["group"] == group and r["gain"] is not None]
+    return (float(np.median(g)), len(g)) if g else (None, 0)
+
+
+def lines(rows, summ):
+    """The scoreboard: (name, key of its target, k, n)."""
+    out = []
+    if "null" in summ:
+        out.append(("nothing missing, called so", "null", summ["null"]["right"], summ["null"]["n"]))
+    k, n = single(rows)
+    out.append(("single effect, plain and concealed: named, nothing besides", "concealed", k, n))
+    for g, what in (("deep", "single effect under the noise: named"), ("faint", "faint, a trace of a few sigmas: named"),
+                    ("pair", "pairs: both named and no third"), ("unknown", "outside the vocabulary: unexplained")):
+        if g in summ:
+            out.append((what, g, summ[g]["right"], summ[g]["n"]))
+    k, n = located(rows)
+    out.append(("located: part of the system and phase (of those detected)", "located", k, n))
+    return out
+
+
+def board(rows, summ):
+    body = []
+    for what, key, k, n in lines(rows, summ):
+        if not n:
+            continue
+        lo, hi = band(k, n)
+        t = TARGETS.get(key)
+        body.append([what, n, k, f'<b class="{mark(k / n, key)}">{pct(k, n)}</b>', f"{100 * lo:.0f} to {100 * hi:.0f} %",
+                     f"{100 * t[0]:.0f} %" if t else "-", f"{100 * t[1]:.0f} %" if t else "-"])
+    g, n = median_gain(rows)
+    if g is not None:
+        body.append(["share of the oracle's held-out gain, concealed, median", n, "", f'<b class="{mark(g, "gain")}">{g:.2f}</b>', "", "0.90", "0.75"])
+    return rows_of(["", "cases", "right", "share", "95 % band", "target", "floor"], body, (1, 2, 3, 4, 5, 6))
+
+
+def families(rows):
+    cell = defaultdict(list)
+    for r in rows:
+        if len(r["truth"]) == 1:
+            cell[r["truth"][0], r["group"]].append(r)
+    names = sorted({k[0] for k in cell}, key=lambda s: (s.startswith("unknown"), s))
+    groups = ["plain", "concealed", "deep", "faint", "unknown"]
+    body = []
+    for n in names:
+        line = [esc(n)]
+        for g in groups:
+            rs = cell.get((n, g), [])
+            if not rs:
+                line.append('<span class="grey">·</span>')
+                continue
+            k = sum(r["right"] for r in rs)
+            forms = ", ".join(sorted({r["forms"][0] for r in rs}))
+            line.append(f'<span class="{"good" if k == len(rs) else "bad" if k == 0 else "mid"}" title="{esc(forms)}">{k}/{len(rs)}</span>')
+        line.append(esc(", ".join(sorted({r["forms"][0] for r in rows if r["truth"] == [n]}))))
+        body.append(line)
+    return rows_of(["mechanism"] + groups + ["forms drawn"], body, (1, 2, 3, 4, 5))
+
+
+def parameter_table(rows):
+    by = defaultdict(list)
+    for r in rows:
+        for name, true, got, lo, hi in r["parameters"]:
+            by[name].append((true, got, lo, hi))
+    body, inside, total = [], 0, 0
+    for name in sorted(by):
+        v = by[name]
+        err = [abs(g / t - 1) for t, g, _, _ in v if t]
+        ci = [(lo <= t <= hi) for t, _, lo, hi in v if lo == lo and hi == hi]
+        inside, total = inside + sum(ci), total + len(ci)
+        body.append([esc(name), len(v), f"{100 * np.median(err):.1f} %" if err else "-", f"{sum(ci)}/{len(ci)}"])
+    if not body:
+        return "<p>No effect was named right in a form whose parameters can be compared.</p>"
+    return rows_of(["parameter", "cases", "median error", "inside its 95 % interval"], body, (1, 2, 3)) + \
+        f"<p>All parameters together: {inside} of {total} true values lie inside the interval given ({pct(inside, total)}, nominal 95 %). Only effects drawn in the very form that is fitted can be compared.</p>"
+
+
+def where(rows):
+    body = []
+    for origin in ("contact", "motion", "chain"):
+        rs = [r for r in rows if r["origin"] == [origin] and r["detected"]]
+        if rs:
+            o = sum(r.get("said", {}).get("where", {}).get("origin") == origin for r in rs)
+            k = sum(bool(r["located"]) for r in rs)
+            body.append([origin, len(rs), pct(o, len(rs)), pct(k, len(rs))])
+    return rows_of(["true origin", "detected", "part of the system right", "part and phase right"], body, (1, 2, 3))
+
+
+def alarms(rows):
+    rs = [r for r in rows if r["group"] == "null"]
+    kinds = defaultdict(list)
+    for r in rs:
+        h = r["hostile"]
+        kinds[" and ".join(k for k in ("wander", "spikes") if h.get(k)) or "kind"].append(r)
+    body = [[k, len(v), sum(not r["right"] for r in v), esc(", ".join(f"{r['case']}: {'+'.join(r['named']) or 'unexplained'}" for r in v if not r["right"]))]
+            for k, v in sorted(kinds.items())]
+    return rows_of(["null", "cases", "false alarms", "which"], body, (1, 2))
+
+
+def times(rows, head):
+    t = np.array([r["seconds"] for r in rows])
+    mb = max(r["mb"] for r in rows)
+    return f"<p>A campaign takes {np.median(t):.1f} s in the median, {np.percentile(t, 90):.1f} s for nine of ten, {t.max():.1f} s at worst ({head['jobs']} threads, wall clock, machine shared or not as it was); peak memory {mb:.0f} MB.</p>"
+
+
+def said(r):
+    n = " + ".join(r["named"]) or ("unexplained" if r["unexplained"] else "nothing" if r["answered"] else "no answer")
+    if r["named"] and r["unexplained"]:
+        n += " and unexplained"
+    return n
+
+
+def worst(out, rows, count=6):
+    bad = [r for r in rows if not r["right"]]
+    bad.sort(key=lambda r: -(r["strength"] if r["truth"] else 99))
+    h = []
+    for r in bad[:count]:
+        h.append(f'<div class="case"><h3>{esc(r["case"])}: hidden {esc(" + ".join(r["truth"]) or "nothing")} ({esc(", ".join(r["forms"]))}), said {esc(said(r))}</h3>'
+                 f'<p>{esc(r["group"])}, {esc(r["kind"])}, strength {r["strength"]:.2f}. {esc(r["printed"][-400:])}</p>')
+        h.append(fig.traces(out / "open" / r["case"], out / "verdicts" / r["case"]) + "</div>")
+    rest = "".join(f"<tr><td>{esc(r['case'])}</td><td>{esc(r['group'])}</td><td>{esc(r['kind'])}</td><td>{esc(' + '.join(r['truth']) or 'nothing')}</td><td>{esc(', '.join(r['forms']))}</td><td>{esc(said(r))}</td><td>{r['strength']:.2f}</td></tr>" for r in bad)
+    return "".join(h) + f"<details open><summary>All {len(bad)} cases not answered right</summary><table><tr><th>case</th><th>group</th><th>kind</th><th>hidden</th><th>form</th><th>said</th><th>strength</th></tr>{rest}</table></details>"
+
+
+def follow(out, rows):
+    pool = [r for r in rows if r["right"] and r["group"] == "concealed" and r["gain"] is not None and r["kind"] == "drop-test"] or [r for r in rows if r["right"] and r["truth"]]
+    if not pool:
+        return "<p>No hidden effect was named right.</p>"
+    r = sorted(pool, key=lambda r: (-len(r["parameters"]), r["case"]))[0]
+    case = out / "open" / r["case"]
+    toml = (case / "campaign.toml").read_text().split("[[recording]]")[0]
+    verdict = json.loads((out / "verdicts" / r["case"] / "verdict.json").read_text())
+    short = {k: verdict[k] for k in ("mismatch", "missing", "unexplained") if k in verdict}
+    par = "".join(f"<li>{esc(n)}: true {t:.4g}, found {g:.4g}, interval {lo:.4g} to {hi:.4g}</li>" for n, t, g, lo, hi in r["parameters"])
+    return (f"<p>Case <code>{esc(r['case'])}</code>. The user's simulation, calibrated, with R² {r['r2']:.5f} on what the concealed effect left:</p><pre>{esc(toml.strip())}</pre>"
+            f"<p>Lowest and highest level; orange the simulation recalibrated without that level, blue with what was named; below, what each leaves.</p>"
+            + fig.traces(case, out / "verdicts" / r["case"])
+            + f"<p>The verdict, before the label was opened:</p><pre>{esc(json.dumps(short, indent=1)[:3500])}</pre>"
+            f"<p>The label: {esc(' + '.join(r['truth']))}, form {esc(', '.join(r['forms']))}, {esc(json.dumps(r['effect']))}. "
+            f"Held-out misfit {r['before']:.4f} before, {r['after']:.4f} after, {r['oracle']:.4f} for the oracle that is told the name.</p><ul>{par}</ul>")
+
+
+def bound(rows):
+    rs = [r for r in rows if r.get("limit")]
+    if not rs:
+        return ""
+    exp = sum(r["limit"]["p_right"] for r in rs)
+    got = sum(r["right"] for r in rs)
+    hard = sorted(rs, key=lambda r: r["limit"]["p_right"])[:12]
+    body = [[esc(r["case"]), esc(r["truth"][0]), f"{r['limit']['sigmas']:.1f}", esc(r["limit"]["nearest"]), f"{r['limit']['cosine']:.4f}", f"{r['limit']['p_right']:.3f}", esc(said(r))] for r in hard]
+    return (f"<p>For every single effect the laboratory knows the trace that is left after calibration, whitened and with every nuisance projected out: its length in sigmas, "
+            f"and the cosine with the nearest trace another mechanism would leave. Two-class bound P = Φ(√(λ(1−ρ)/2)); it lets the rest of the vocabulary be known not to be there and takes the noise as known, so it is optimistic. "
+            f"Summed over {len(rs)} cases the bound allows {exp:.1f} right names; {got} were given. The hardest:</p>"
+            + rows_of(["case", "hidden", "sigmas left", "nearest other", "cosine", "bound", "said"], body, (2, 4, 5)))
+
+
+def beside_table(others):
+    body = []
+    for m in others["methods"]:
+        body.append([esc(m["name"]), esc(m["settings"]), f"{m['alarms']}/{m['nulls']}", f"{m['detected']}/{m['effects']}", f"{m['named']}/{m['singles']}",
+                     "-" if m["gain"] is None else f"{m['gain']:.2f}", f"{m['seconds']:.1f}"])
+    notes = "".join(f"<li>{esc(n)}</li>" for n in others["notes"])
+    return rows_of(["method", "settings", "false alarms", "detected", "single effect named", "share of the oracle's gain, median", "s a case"], body, (2, 3, 4, 5, 6)) + f"<ul>{notes}</ul>"
+
+
+def write(out, head, rows, summ, others, real):
+    """DIR/index.html and the two pictures of the README."""
+    score, det = fig.scoreboard(summ, TARGETS), fig.detection(rows)
+    (out / "scoreboard.svg").write_text('<?xml version="1.0"?>\n' + score)
+    (out / "detection.svg").write_text('<?xml version="1.0"?>\n' + det)
+    k, n = single(rows)
+    parts = [
+        f"<!doctype html><meta charset=utf-8><title>Concealed effects, found blind</title><style>{STYLE}</style>",
+        "<h1>Concealed effects, found blind</h1>",
+        f"<p>{head['cases']} campaigns drawn from seed {head['seed']} by a laboratory that shares no code with the diagnosis; effects calibrated away until the base fits with R² over 0.99; "
+        f"{k} of {n} plain and concealed single effects named with nothing besides. {head['date']}, commit <code>{esc(head['commit'])}</code>.</p>",
+        f"<p>Labels sealed before the diagnosis started: sha256 <code>{head['sha256']}</code>, and unchanged when they were opened. Again: <code>tests/prove --seed {head['seed']} --cases {head['cases']} --out DIR</code></p>",
+        '<nav><a href="#board">Scoreboard</a><a href="#follow">One case</a><a href="#worst">Worst cases</a>' + ('<a href="#beside">Beside others</a>' if others else "") + ('<a href="#real">Real recordings</a>' if real else "") + "</nav>",
+        '<h2 id="board">Scoreboard</h2>', board(rows, summ), score,
+        "<h2>By family and strength</h2>", families(rows),
+        "<h2>Detection against strength</h2>", det,
+        "<h2>Limits: what any method could know</h2>", bound(rows),
+        "<h2>What is taken for what</h2>", fig.confusion(rows),
+        "<h2>Where it sits</h2>", where(rows),
+        "<h2>Parameters</h2>", parameter_table(rows),
+        "<h2>Recordings the fit did not see</h2>", fig.gains(rows),
+        "<h2>False alarms</h2>", alarms(rows), "<h2>Time</h2>", times(rows, head),
+        '<h2 id="follow">One case, from recordings to verdict</h2>', follow(out, rows),
+        '<h2 id="worst">The worst cases</h2>', worst(out, rows),
+    ]
+    if others:
+        parts += ['<h2 id="beside">Beside what else one could use</h2>', beside_table(others)]
+    if real:
+        parts += ['<h2 id="real">Real recordings</h2>', real]
+    (out / "index.html").write_text("\n".join(parts))
+
+
+def markdown(head, rows, summ, others):
+    """The table for the README."""
+    out = [f"{head['cases']} concealed cases, seed {head['seed']}, {head['date']}:", "", "| | cases | right | target | floor |", "|---|---|---|---|---|"]
+    for what, key, k, n in lines(rows, summ):
+        if n:
+            t = TARGETS.get(key)
+            out.append(f"| {what} | {n} | {pct(k, n)} | {f'{100 * t[0]:.0f} %' if t else '-'} | {f'{100 * t[1]:.0f} %' if t else '-'} |")
+    g, n = median_gain(rows)
+    if g is not None:
+        out.append(f"| share of the oracle's held-out gain, concealed, median | {n} | {g:.2f} | 0.90 | 0.75 |")
+    if others:
+        out += ["", "| beside, same cases | false alarms | detected | single effect named | gain | s a case |", "|---|---|---|---|---|---|"]
+        for m in others["methods"]:
+            out.append(f"| {m['name']}, {m['settings']} | {m['alarms']}/{m['nulls']} | {m['detected']}/{m['effects']} | {m['named']}/{m['singles']} | {'-' if m['gain'] is None else format(m['gain'], '.2f')} | {m['seconds']:.1f} |")
+    return "\n".join(out)
