@@ -29,7 +29,7 @@ class Fit:
     """Result: parameters, nuisances, prediction and how good it is."""
 
 
-def fit(rig, data, P0, effects=(), stride=1, iterations=12, speeds=None, speed_std=0.004, start=None, zeros=True):
+def fit(rig, data, P0, effects=(), stride=1, iterations=12, speeds=None, speed_std=0.004, start=None, zeros=True, tolerant=False):
     """Fits (k, p, mu_d if the terms hold it) and per recording time offset, displacement zero and touch speed.
 
     data: list of dicts of measured channels on the full grid. Weighted by the rig's noise. Returns a Fit.
@@ -51,22 +51,40 @@ def fit(rig, data, P0, effects=(), stride=1, iterations=12, speeds=None, speed_s
     dt = rig.dt * stride
     vs = max(r.speed for r in rig.recs)
     deltas = {0: 1e-4, 1: 1e-4, 2: 2e-4 / vs if not ind else 1e-4}
+    prior = {}
+    th = np.concatenate([th[:3], np.zeros(4)]) if len(th) < 7 else th
+    if tolerant:
+        for j, (c, std) in enumerate((("force", 0.007), ("acceleration", 0.007), ("penetration", 0.003))):
+            if c in chans:
+                free.append(3 + j)
+                prior[3 + j] = std
+        if not ind:
+            free.append(6)
+            prior[6] = 0.002
+        deltas.update({3: 1e-4, 4: 1e-4, 5: 1e-4, 6: 1e-4})
 
     def sim(th, off, zero, v):
-        return simulate(rig, with_globals(rig, th, P0), effects, off, v if drop else None, zero, stride)
+        P = with_globals(rig, th, P0)
+        P[m.M] *= 1 + th[6]
+        out = simulate(rig, P, effects, off, v if drop else None, zero, stride)
+        for j, c in enumerate(("force", "acceleration", "penetration")):
+            if th[3 + j]:
+                for o in out:
+                    o[c] = o[c] * (1 + th[3 + j])
+        return out
 
     def residuals(s):
         return [np.concatenate([(d[i][c] - s[i][c]) / rig.sigma[c] for c in chans]) for i in range(nr)]
 
-    def cost(res, v):
-        return sum(float(r @ r) for r in res) + (np.sum(((v - v0) / (speed_std * v0)) ** 2) if drop else 0.0)
+    def cost(res, v, th):
+        return sum((th[g] / w) ** 2 for g, w in prior.items()) + sum(float(r @ r) for r in res) + (np.sum(((v - v0) / (speed_std * v0)) ** 2) if drop else 0.0)
 
     def stack(s, i):
         return np.concatenate([s[i][c] / rig.sigma[c] for c in chans])
 
     s = sim(th, off, zero, v)
     res = residuals(s)
-    c0 = cost(res, v)
+    c0 = cost(res, v, th)
     lam = 1e-6
     for it in range(iterations):
         cols = []
@@ -84,6 +102,10 @@ def fit(rig, data, P0, effects=(), stride=1, iterations=12, speeds=None, speed_s
             zcol = [(stack(s2, i) - stack(s, i)) / e for i in range(nr)]
         A = np.zeros((len(free), len(free)))
         b = np.zeros(len(free))
+        for j, g in enumerate(free):
+            if g in prior:
+                A[j, j] += 1 / prior[g] ** 2
+                b[j] -= th[g] / prior[g] ** 2
         parts = []
         for i in range(nr):
             G = np.stack([c[i] for c in cols], 1)
@@ -129,7 +151,8 @@ def fit(rig, data, P0, effects=(), stride=1, iterations=12, speeds=None, speed_s
                 lam = max(lam * 10, 1e-3)
                 continue
             t2, o2, z2, v2 = th.copy(), off.copy(), zero.copy(), v.copy()
-            t2[free] += np.clip(dg, -1.5, 1.5) if not damp else dg
+            t2[free] += dg
+            t2[0] = np.clip(t2[0], th[0] - 1.5, th[0] + 1.5)
             t2[1] = np.clip(t2[1], 0.7, 5.0)
             t2[2] = max(t2[2], 0.0)
             shrink = 1.0
@@ -146,7 +169,7 @@ def fit(rig, data, P0, effects=(), stride=1, iterations=12, speeds=None, speed_s
             try:
                 s2 = sim(t2, o2, z2, v2)
                 r2 = residuals(s2)
-                c2 = cost(r2, v2)
+                c2 = cost(r2, v2, t2)
             except ArithmeticError:
                 c2 = np.inf
             if c2 < c0 * (1 + 1e-12):

@@ -274,7 +274,7 @@ def attempt(rng, tier, mechanism, used):
     if kind == "drop-test" and "gravity" in names:
         Pt[m.G] = 9.81
     st = max(1, stride // 2)
-    oracle = fit(rig, data, Pt, effects=[(e["apply"], s) for e, s in pairs], stride=st, iterations=8, speeds=speeds)
+    oracle = fit(rig, data, Pt, effects=[(e["apply"], s) for e, s in pairs], stride=st, iterations=14, speeds=speeds, tolerant=True)
     limit = None
     if len(pairs) == 1 and tier != "unknown":
         limit = separability(rng, rig, base_parameters(rig), names[0], sims, f)

@@ -220,8 +220,8 @@ def rhs(t, y, mode, mem, P, dy):
     reading = fc
     if P[BMODE] == 2.0:
         reading = P[KB] * (x - y[2]) + P[CB] * (v - y[3])
-        a = (f - reading) / (P[M] - P[MB])
-        dy[3] = (reading - fc) / P[MB]
+        a = (f - P[MB] * P[G] - reading) / (P[M] - P[MB])
+        dy[3] = (reading - fc) / P[MB] + P[G]
     else:
         a = (f - fc + fl) / (P[M] - P[LM])
         if P[LM] > 0.0:
@@ -315,6 +315,8 @@ def run(P, x0, v0, times, scale_x, scale_v, tol, out):
     n = active(P)
     y, w, err = np.zeros(NS), np.zeros(NS), np.zeros(NS)
     y[0], y[1], y[4], y[5] = x0, v0, x0, v0
+    if P[BMODE] == 2.0:
+        y[2], y[3] = x0, v0
     k = np.zeros((7, NS))
     mode = np.zeros(4, np.int64)      # touching, leaving, -, cracked
     mem = np.zeros(2)                 # deepest indentation, turning depth of this contact

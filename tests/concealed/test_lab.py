@@ -1,0 +1,279 @@
+"""The laboratory against closed forms, its own repeatability, and the formats it promises.
+
+Run: python -m pytest tests/concealed (tests/prove sets the environment up).
+"""
+import json
+import tomllib
+
+import numpy as np
+import pytest
+from scipy.special import lambertw
+
+from tests.concealed import chain, motion as m
+from tests.concealed.effects import FORMS
+from tests.concealed.generate import TIERS, generate, label_hash, plan
+from tests.concealed.judge import band, distance, files, judge, table
+
+VOCABULARY = """hysteresis_damping viscous_damping plastic_indentation adhesion viscoelastic_relaxation secondary_stiffening
+cyclic_softening gravity guide_friction fluid_drag squeeze_film base_compliance loose_part return_spring residual_magnetism
+sensor_resonance charge_droop lowpass_lag channel_skew clipping force_gain""".split()
+
+
+def body(**kw):
+    P = np.zeros(m.NP)
+    P[m.KFAC] = 1.0
+    for k, v in kw.items():
+        P[getattr(m, k)] = v
+    return P
+
+
+def ride(P, x0, v0, t, n=4000, scale_x=1e-3, tol=1e-9):
+    times = np.linspace(0, t, n)
+    out = np.zeros((n, 7))
+    touch = m.run(P, x0, v0, times, scale_x, abs(v0), tol, out)
+    assert touch[2] > 0
+    return times, out, touch
+
+
+@pytest.mark.parametrize("k,p,mu", [(3.51e10, 2.79, 2.70e10), (1.85e8, 1.96, 8.77e7), (1e6, 1.0, 3e5), (1e9, 1.5, 2e10)])
+def test_restitution_is_lambert_s(k, p, mu):
+    """Hunt-Crossley between touch and leaving: d e = 1 + W0(-(1+d) exp(-(1+d))), d = mu v0/k; loss and impulse follow."""
+    d = mu / k
+    e = (1 + lambertw(-(1 + d) * np.exp(-(1 + d))).real) / d
+    t, out, touch = ride(body(M=1.0, K=k, PW=p, MU=mu), -1e-4, 1.0, 0.05, 40000)
+    assert touch[0] == pytest.approx(1e-4, rel=1e-9) and touch[1] == pytest.approx(1.0, rel=1e-9)
+    assert -out[-1, 1] == pytest.approx(e, rel=1e-7)
+    impulse = np.trapezoid(out[:, 3], t)
+    assert impulse == pytest.approx(1 + e, rel=2e-4)
+    loss = np.trapezoid(out[:, 3] * out[:, 1], t)
+    assert loss == pytest.approx((1 - e * e) / 2, rel=2e-3)
+
+
+def test_undamped_contact_gives_the_energy_back():
+    _, out, _ = ride(body(M=0.7, K=2e8, PW=1.7), -1e-4, 0.9, 0.05)
+    assert -out[-1, 1] == pytest.approx(0.9, rel=1e-7)
+    x, v = out[:, 0], out[:, 1]
+    energy = 0.5 * 0.7 * v ** 2 + 2e8 * np.maximum(x, 0) ** 2.7 / 2.7
+    assert np.ptp(energy) < 1e-6 * energy[0]
+
+
+def test_walton_braun_restitution_is_root_of_the_stiffnesses():
+    for ratio in (1.3, 2.0, 5.0):
+        _, out, _ = ride(body(M=1.0, K=1e6, PW=1.0, PL=2, PL_R=ratio), -1e-4, 1.0, 0.05)
+        assert -out[-1, 1] == pytest.approx(ratio ** -0.5, rel=1e-6)
+
+
+def test_permanent_set_stays_and_thornton_is_elastic_below_yield():
+    P = body(M=1.0, K=1e8, PW=1.5, PL=1, PL_Y=1e-4, PL_R=0.4)
+    _, out, _ = ride(P, -1e-4, 1.0, 0.05)
+    deepest = out[:, 0].max()
+    on_return = out[(out[:, 6] == 1) & (out[:, 0] > 0)]
+    assert np.all(on_return[on_return[:, 0] < 0.4 * (deepest - 1e-4) * 0.999][:, 3] == 0)
+    a = ride(body(M=1.0, K=1e8, PW=1.5, PL=3, PL_Y=1.0), -1e-4, 1.0, 0.05)[1]
+    assert -a[-1, 1] == pytest.approx(1.0, rel=1e-6)
+    b = ride(body(M=1.0, K=1e8, PW=1.5, PL=3, PL_Y=2e-4), -1e-4, 1.0, 0.05)[1]
+    assert -b[-1, 1] < 0.97
+
+
+def test_friction_and_drag_in_flight():
+    """Coulomb: v^2 = v0^2 - 2 F s / M. Quadratic drag: v = v0 exp(-c s / M)."""
+    _, out, _ = ride(body(M=0.5, K=1e8, PW=1.5, FR=1, FR_C=2.0), -0.05, 1.0, 0.02)
+    s = out[-1, 0] + 0.05
+    assert out[-1, 1] == pytest.approx(np.sqrt(1 - 2 * 2.0 * s / 0.5), rel=1e-8)
+    _, out, _ = ride(body(M=0.5, K=1e8, PW=1.5, DRAG=3.0, DRAG_N=2, DRAG_BACK=1), -0.05, 1.0, 0.02)
+    assert out[-1, 1] == pytest.approx(np.exp(-3.0 * (out[-1, 0] + 0.05) / 0.5), rel=1e-8)
+
+
+def test_gravity_spring_and_preload_conserve_energy():
+    P = body(M=0.4, K=1e7, PW=1.1, G=9.81, SP_PRE=30.0, SP_K=2000.0, TRAVEL=0.003)
+    _, out, _ = ride(P, -0.003, 1e-9, 0.03, scale_x=1e-4)
+    x, v = out[:, 0], out[:, 1]
+    u = x + 0.003
+    e = 0.2 * v ** 2 + 1e7 * np.maximum(x, 0) ** 2.1 / 2.1 - 0.4 * 9.81 * u - 30.0 * u + 1000.0 * u * u
+    assert np.ptp(e) < 1e-5 * (0.2 * (v ** 2).max())
+
+
+def test_viscous_contact_is_the_damped_oscillator():
+    """Linear spring and dashpot until the force clamps at zero: velocity there by the closed solution."""
+    k, c, mass = 1e6, 200.0, 1.0
+    _, out, _ = ride(body(M=mass, K=k, PW=1.0, CV=c), -1e-4, 1.0, 0.02)
+    z = c / 2 / np.sqrt(k * mass)
+    # the dashpot pulls from the instant F = kx + cv = 0; the clamped body then flies: e = exp(-z/sqrt(1-z^2) (pi - 2 asin ...))
+    w, n = np.sqrt(k / mass * (1 - z * z)), z * np.sqrt(k / mass)
+    t = np.linspace(1e-9, np.pi / w, 400001)
+    x = np.exp(-n * t) * np.sin(w * t) / w
+    v = np.exp(-n * t) * (np.cos(w * t) - n / w * np.sin(w * t))
+    i = np.argmax((k * x + c * v <= 0) & (t > 0.2 * np.pi / w))
+    assert -out[-1, 1] == pytest.approx(-v[i], rel=1e-4)
+
+
+@pytest.mark.parametrize("mode", [1, 2])
+def test_moving_stop_and_transducer_tip_conserve_energy(mode):
+    P = body(M=1.0, K=1e8, PW=1.5, BMODE=mode, MB=0.2 if mode == 1 else 0.05, KB=2e7)
+    n = 4000
+    t = np.linspace(0, 0.02, n)
+    out = np.zeros((n, 7))
+    assert m.run(P, -1e-4, 1.0, t, 1e-3, 1.0, 1e-9, out)[2] > 0
+    work = np.trapezoid(out[:, 4 if mode == 2 else 3] * out[:, 1], t)
+    # what the body lost is what it did against the contact (or the transducer)
+    inertia = 1.0 if mode == 1 else 0.95
+    assert 0.5 * inertia * (1 - out[-1, 1] ** 2) == pytest.approx(work, abs=2e-4)
+    assert abs(out[-1, 1]) <= 1.0
+
+
+def test_loose_part_keeps_the_momentum():
+    P = body(M=1.0, K=1e8, PW=1.5, LM=0.2, LGAP=1e-4, LK=5e7, LP=1.0)
+    t, out, _ = ride(P, -1e-4, 1.0, 0.02, 20000)
+    # body and part together change their momentum by the contact's impulse; the part leaves with the rest
+    impulse = np.trapezoid(out[:, 3], t)
+    part = (1.0 - impulse - 0.8 * out[-1, 1]) / 0.2
+    energy = 0.4 * out[-1, 1] ** 2 + 0.1 * part ** 2
+    assert energy == pytest.approx(0.5, rel=3e-3)
+
+
+def test_maxwell_branch_relaxes_by_its_time_constant():
+    n = 2000
+    t = np.linspace(0, 1, n)
+    x = np.where(t < 0.1, t * 1e-2, 1e-3)
+    v = np.where(t < 0.1, 1e-2, 0.0)
+    P = body(M=1.0, K=1e3, PW=1.0, VE_N=1, VE_KIND=0)
+    P[m.VE_K], P[m.VE_T] = 500.0, 0.2
+    out = np.zeros((n, 7))
+    m.imposed(P, t, x, v, out)
+    end = 1.0 + 500 * 1e-2 * 0.2 * (1 - np.exp(-0.5)) * np.exp(-(t - 0.1) / 0.2)
+    late = t > 0.11
+    assert np.allclose(out[late, 3], end[late], rtol=2e-3)
+
+
+def test_filters_do_what_their_names_say():
+    dt, tau = 1e-5, 1e-3
+    t = np.arange(4000) * dt
+    step = (t > 0.005) * 1.0
+    late = t > 0.0052
+    a = chain.filtered(step, dt, "lag", 1, 1 / tau)
+    b = chain.filtered(step, dt, "droop", 1, 1 / tau)
+    assert np.allclose(a[late], 1 - np.exp(-(t[late] - 0.005) / tau), atol=0.02)
+    assert np.allclose(a + b, step, atol=1e-9)
+    ramp = t.copy()
+    assert np.allclose(chain.filtered(ramp, dt, "bessel", 4, 2e4)[2000:] - (ramp[2000:]), np.mean(chain.filtered(ramp, dt, "bessel", 4, 2e4)[2000:] - ramp[2000:]), atol=1e-7)
+    s = chain.shifted(np.sin(2 * np.pi * 100 * t), dt, 3.3e-5)
+    assert np.allclose(s[100:-100], np.sin(2 * np.pi * 100 * (t - 3.3e-5))[100:-100], atol=1e-6)
+    y = chain.noise(np.random.default_rng(1), 200000, 2.0, 0.5)
+    assert y.std() == pytest.approx(2.0, rel=0.02) and np.corrcoef(y[1:], y[:-1])[0, 1] == pytest.approx(0.5, abs=0.01)
+
+
+def test_every_mechanism_has_at_least_two_forms():
+    for v in VOCABULARY:
+        n = sum(k[0] == v for k in FORMS)
+        assert n >= (1 if v == "gravity" else 2), v
+    assert {k[0] for k in FORMS if not k[0].startswith("unknown:")} == set(VOCABULARY)
+    assert len({k[0] for k in FORMS if k[0].startswith("unknown:")}) >= 4
+
+
+def test_plan_covers_tiers_and_mechanisms():
+    p = plan(np.random.default_rng(1), 110)
+    assert len(p) == 110
+    assert {t for t, _ in p} == {"null", "plain", "concealed", "deep", "faint", "pair", "unknown"}
+    assert {x for t, x in p if t == "concealed"} == set(VOCABULARY)
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory):
+    d = tmp_path_factory.mktemp("lab")
+    generate(77, 8, d / "a", None)
+    generate(77, 8, d / "b", None)
+    generate(78, 3, d / "c", None)
+    return d
+
+
+def test_a_seed_gives_the_same_bytes(drawn):
+    a = sorted(p.relative_to(drawn / "a") for p in (drawn / "a").rglob("*") if p.is_file())
+    assert a == sorted(p.relative_to(drawn / "b") for p in (drawn / "b").rglob("*") if p.is_file())
+    for p in a:
+        assert (drawn / "a" / p).read_bytes() == (drawn / "b" / p).read_bytes()
+    assert (drawn / "a/open/s77-001/r01.csv").read_bytes() != (drawn / "c/open/s78-001/r01.csv").read_bytes()
+
+
+def test_the_hash_seals_every_label(drawn):
+    h = label_hash(drawn / "a" / "truth")
+    assert h == label_hash(drawn / "b" / "truth") and len(h) == 64
+    f = drawn / "b" / "truth" / "s77-005.json"
+    old = f.read_text()
+    f.write_text(old.replace('"tier"', '"Tier"'))
+    assert label_hash(drawn / "b" / "truth") != h
+    f.write_text(old)
+    assert label_hash(drawn / "b" / "truth") == h
+
+
+def test_cases_are_recordings_1_and_labels_are_kept_apart(drawn):
+    for case in sorted((drawn / "a" / "open").iterdir()):
+        t = json.loads((drawn / "a" / "truth" / f"{case.name}.json").read_text())
+        for key in ("missing", "kind", "tier", "strength", "origin", "acts", "oracle_misfit", "misfit_over_noise", "base_refit_r2", "base_refit_nrmse", "misfit_share"):
+            assert key in t
+        assert t["base_refit_r2"] > 0.99
+        assert all(v in VOCABULARY or v.startswith("unknown:") for v in t["missing"])
+        if t["tier"] in TIERS and len(t["missing"]) == 1:
+            assert TIERS[t["tier"]][0] * 0.9 < t["misfit_over_noise"] < TIERS[t["tier"]][1] * 1.15
+        c = tomllib.loads((case / "campaign.toml").read_text())
+        assert c["format"] == "recordings/1" and c["campaign"]["kind"] == t["kind"]
+        assert set(c["simulation"]) == {"terms", "k", "p", "mu_d"}
+        if t["kind"] != "indentation":
+            assert c["rig"]["moving_mass"] == pytest.approx(t["true_base"]["M"], rel=0.012)
+        assert len(c["recording"]) == {"drop-test": 10, "contactor-opening": 9, "indentation": 8}[t["kind"]]
+        assert [r["order"] for r in c["recording"]] == list(range(1, len(c["recording"]) + 1))
+        for r in c["recording"]:
+            a = table(case / r["file"])
+            assert set(a) <= {"time", "force", "acceleration", "penetration"} and len(a) >= 3
+            steps = np.diff(a["time"])
+            assert np.allclose(steps, steps[0], rtol=1e-4) and a["time"][0] == 0
+            assert all(np.isfinite(v).all() for v in a.values())
+        text = (case / "campaign.toml").read_text() + (case / "r01.csv").read_text()
+        assert not any(v in text.replace('"gravity"', "").replace('"hysteresis_damping"', "").replace("return_spring_rate", "") for v in VOCABULARY)
+
+
+def test_the_judge_knows_right_from_wrong(drawn, tmp_path):
+    names = {p.stem: json.loads(p.read_text()) for p in (drawn / "a" / "truth").glob("*.json")}
+    for name, t in names.items():
+        case = drawn / "a" / "open" / name
+        answer = tmp_path / name
+        for k in ("before", "after"):
+            (answer / "predictions" / k).mkdir(parents=True)
+            for f in files(case):
+                (answer / "predictions" / k / f).write_bytes((case / f).read_bytes())
+        assert distance(case, answer / "predictions" / "after") == 0.0
+        unknown = any(x.startswith("unknown") for x in t["missing"])
+        best = max(t["acts"], key=t["acts"].get)
+        v = {"mismatch": {"detected": bool(t["missing"]), "where": [{"origin": (t["origin"] or ["contact"])[0], "phase": best}]},
+             "missing": [] if unknown else [{"mechanism": x, "also_possible": [], "parameters": {}} for x in t["missing"]],
+             "unexplained": {"detected": unknown}}
+        (answer / "verdict.json").write_text(json.dumps(v))
+        r = judge(case, t, answer)
+        assert r["right"] and r["gain"] is None
+        assert r["located"] in (True, None)
+        v["missing"].append({"mechanism": "force_gain" if "force_gain" not in t["missing"] else "gravity", "also_possible": []})
+        v["mismatch"]["detected"] = True
+        if unknown:
+            v["missing"].append({"mechanism": "adhesion"})
+        (answer / "verdict.json").write_text(json.dumps(v))
+        assert not judge(case, t, answer)["right"]
+    (answer / "verdict.json").write_text("{")
+    assert not judge(case, t, answer)["answered"]
+
+
+def test_a_tie_held_open_counts():
+    import pathlib
+    import tempfile
+    t = dict(missing=["lowpass_lag"], forms=["first-order"], strengths=[0.1], kind="drop-test", tier="deep", misfit_over_noise=0.5, acts={"loading": 1.0},
+             origin=["chain"], oracle_misfit=0.01, true_effect={}, true_base={})
+    with tempfile.TemporaryDirectory() as d:
+        d = pathlib.Path(d)
+        (d / "campaign.toml").write_text("recording = []\n")
+        for also, right in ((["lowpass_lag"], True), ([], False)):
+            (d / "verdict.json").write_text(json.dumps({"mismatch": {"detected": True}, "missing": [{"mechanism": "channel_skew", "also_possible": also}], "unexplained": {"detected": False}}))
+            assert judge(d, t, d)["right"] is right
+
+
+def test_binomial_band_covers():
+    assert band(0, 10)[0] == 0.0 and band(10, 10)[1] == 1.0
+    lo, hi = band(5, 10)
+    assert lo == pytest.approx(0.1871, abs=1e-3) and hi == pytest.approx(0.8129, abs=1e-3)
