@@ -276,7 +276,12 @@ impl Search<'_> {
                 let s2 = significant(pair, &first, l2);
                 // what takes the residual back to noise is believed sooner than what merely shrinks it
                 let white = l2 < WHITE && l2 < lambda_first - 0.01;
-                let share = if white { 0.15 * SECOND_SHARE } else { SECOND_SHARE };
+                let by_tolerance = pair.names().last() == Some(&"force_gain");
+                let share = match (by_tolerance, white) {
+                    (true, _) => 0.0,
+                    (_, true) => 0.15 * SECOND_SHARE,
+                    _ => SECOND_SHARE,
+                };
                 if s2 >= 1.0 && gain_of(pair, &first) > share * total {
                     chosen = pair.clone();
                     // the second may do without the first, from where the pair has led it

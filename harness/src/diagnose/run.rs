@@ -20,6 +20,9 @@ pub struct Outcome {
     pub candidates: Vec<(String, f64)>,
 }
 
+/// Wander of the residual from which the noise model is not trusted alone.
+const RESTLESS: f64 = 1.5;
+
 /// Diagnoses a campaign.
 ///
 /// # Errors
@@ -55,13 +58,23 @@ pub fn diagnose(c: &Campaign) -> Result<Outcome, Invalid> {
     }
     let search = Search::new(c, &data);
     let base = search.base(c, &guess);
-    let decision = search.decide(base);
+    let mut decision = search.decide(base);
     let before = held_out(&search, &decision.base);
-    let after = if decision.detected && !decision.chosen.make_up.terms.is_empty() {
+    let mut after = if decision.detected && !decision.chosen.make_up.terms.is_empty() {
         Some(held_out(&search, &decision.chosen))
     } else {
         None
     };
+    // where the noise wanders more than its model knows, only what predicts levels not seen better is believed
+    if let Some(a) = &after {
+        if c.levels.len() > 1 && decision.wander.1 > RESTLESS && a.nrmse > before.nrmse {
+            decision.detected = false;
+            decision.unexplained = false;
+            decision.chosen = decision.base.clone();
+            decision.ties.clear();
+            after = None;
+        }
+    }
     let verdict = verdict(c, &search, &decision, &before, after.as_ref());
     let model = search.model(&decision.chosen.make_up, 1.0, 1.0, 0.0);
     let law = Problem::new(&data, &model).physics(&decision.chosen.fit.point.theta).law;
