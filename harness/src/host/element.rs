@@ -1,0 +1,64 @@
+//! A contact element as a body's integrator sees it.
+
+use anyhow::Result;
+use hysteresis_contact::law::{Memory, Parameters};
+
+/// A contact element: force from penetration and velocity, with a memory that moves only when a step is accepted.
+pub trait Element {
+    /// Force, N, positive in compression, at penetration `x` m and velocity `v` m/s, with the memory as it stands.
+    ///
+    /// # Errors
+    /// Where the element refuses: the message says which element and why.
+    fn force(&mut self, x: f64, v: f64) -> Result<f64>;
+
+    /// (dF/dx N/m, dF/dv N s/m), the memory held.
+    ///
+    /// # Errors
+    /// As [`Element::force`].
+    fn derivatives(&mut self, x: f64, v: f64) -> Result<(f64, f64)>;
+
+    /// Accepts a step of `dt` s from (`x0`, `v0`) to (`x1`, `v1`), m and m/s: the memory moves on.
+    ///
+    /// # Errors
+    /// As [`Element::force`].
+    fn advance(&mut self, from: (f64, f64), to: (f64, f64), dt: f64) -> Result<()>;
+
+    /// (stored J, dissipated J) so far; None where the element does not tell.
+    ///
+    /// # Errors
+    /// As [`Element::force`].
+    fn energies(&mut self) -> Result<Option<(f64, f64)>>;
+}
+
+/// The law called directly.
+#[derive(Clone, Debug)]
+pub struct Direct {
+    law: Parameters,
+    memory: Memory,
+}
+
+impl Direct {
+    /// An element never touched.
+    pub fn new(law: Parameters) -> Self {
+        Direct { law, memory: Memory::default() }
+    }
+}
+
+impl Element for Direct {
+    fn force(&mut self, x: f64, v: f64) -> Result<f64> {
+        Ok(self.law.force(&self.memory, x, v))
+    }
+
+    fn derivatives(&mut self, x: f64, v: f64) -> Result<(f64, f64)> {
+        Ok(self.law.derivatives(&self.memory, x, v))
+    }
+
+    fn advance(&mut self, from: (f64, f64), to: (f64, f64), dt: f64) -> Result<()> {
+        self.memory = self.law.advance(&self.memory, from.0, from.1, to.0, to.1, dt);
+        Ok(())
+    }
+
+    fn energies(&mut self) -> Result<Option<(f64, f64)>> {
+        Ok(Some((self.memory.stored, self.memory.dissipated())))
+    }
+}
