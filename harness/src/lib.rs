@@ -2,6 +2,7 @@
 pub mod demo;
 pub mod diagnose;
 pub mod files;
+pub mod fit;
 pub mod host;
 pub mod model;
 pub mod record;

@@ -5,6 +5,7 @@ pub mod decide;
 pub mod heldout;
 pub mod mechanism;
 pub mod mechanisms;
-pub mod prepare;
 pub mod run;
 pub mod search;
+
+pub use crate::fit::prepare;

@@ -2,7 +2,7 @@
 
 use super::decide::{Decision, PHASES};
 use super::heldout::{held_out, HeldOut};
-use super::prepare::{prepare, Invalid};
+use super::prepare::{prepare, Guess, Invalid};
 use super::search::Search;
 use crate::model::estimate::{Data, Problem};
 use crate::record::{Campaign, Kind};
@@ -23,11 +23,12 @@ pub struct Outcome {
 /// Wander of the residual from which the noise model is not trusted alone.
 const RESTLESS: f64 = 1.5;
 
-/// Diagnoses a campaign.
+/// Prepares a campaign and settles what the base fit has to know first: whether the speed was measured at touch or
+/// at the first sample, how far the scatter of an imposed penetration counts, and which samples are spikes.
 ///
 /// # Errors
 /// When the recordings cannot be judged at all.
-pub fn diagnose(c: &Campaign) -> Result<Outcome, Invalid> {
+pub fn ready(c: &Campaign) -> Result<(Data, Guess), Invalid> {
     let (mut data, guess) = prepare(c)?;
     // A photo interrupter measures the speed a little before touch. Whether the recordings' first sample or
     // the touch itself is meant shows in the fit: free fall between the two is not free.
@@ -56,6 +57,15 @@ pub fn diagnose(c: &Campaign) -> Result<Outcome, Invalid> {
     for (r, ch, k) in spikes {
         data.records[r].weight[ch][k] = 0.0;
     }
+    Ok((data, guess))
+}
+
+/// Diagnoses a campaign.
+///
+/// # Errors
+/// When the recordings cannot be judged at all.
+pub fn diagnose(c: &Campaign) -> Result<Outcome, Invalid> {
+    let (data, guess) = ready(c)?;
     let search = Search::new(c, &data);
     let base = search.base(c, &guess);
     let mut decision = search.decide(base);

@@ -28,7 +28,7 @@ const WIDTHS: [usize; 7] = [3, 5, 8, 13, 21, 34, 55];
 /// Smooths by local quadratics whose width grows at each sample as long as the estimates agree within their
 /// confidence (intersection of confidence intervals: Goldenshluger and Nemirovski 1997). `sigma` is the noise's
 /// standard deviation at low frequency. Returns value and slope per sample.
-fn smooth(y: &[f64], sigma: f64) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn smooth(y: &[f64], sigma: f64) -> (Vec<f64>, Vec<f64>) {
     let n = y.len();
     let (mut s, mut d) = (vec![0.0; n], vec![0.0; n]);
     for i in 0..n {

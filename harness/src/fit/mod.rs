@@ -1,0 +1,3 @@
+//! Estimation of the law from recordings.
+
+pub mod prepare;
