@@ -3,6 +3,8 @@
 //! With d = mu v0 / k, u = v / v0, q = p + 1 the phase curve is k x^q / (q m v0^2) = G(u),
 //! G(u) = (d (1 - u) - ln((1 + d)/(1 + d u))) / d^2 (Hunt and Crossley 1975 and later; closed by Lambert's W).
 
+use super::elementary::{cosh, exp, exp_m1, ln_1p, pow, sinh};
+
 /// What an impact comes to, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impact {
@@ -36,7 +38,7 @@ fn l(z: f64) -> f64 {
         }
         sum
     } else {
-        z.ln_1p() - z
+        ln_1p(z) - z
     }
 }
 
@@ -66,10 +68,10 @@ fn rebound(d: f64) -> (f64, f64) {
         (y, 1.0 - y)
     } else {
         // s - e^s = ln(1 + d) - 1 - d in s = ln w0
-        let c = d.ln_1p() - 1.0 - d;
+        let c = ln_1p(d) - 1.0 - d;
         let mut s = c;
         for _ in 0..100 {
-            let e = s.exp();
+            let e = exp(s);
             let next = s - (s - e - c) / (1.0 - e);
             let done = (next - s).abs() <= 1e-16 * s.abs();
             s = next;
@@ -77,7 +79,7 @@ fn rebound(d: f64) -> (f64, f64) {
                 break;
             }
         }
-        let w0 = s.exp();
+        let w0 = exp(s);
         (1.0 - w0, w0)
     }
 }
@@ -132,10 +134,10 @@ fn quadrature(f: impl Fn(f64) -> f64) -> f64 {
     let mut sum = 0.0;
     for i in -280..=280 {
         let t = h * f64::from(i);
-        let a = std::f64::consts::PI * t.sinh();
+        let a = std::f64::consts::PI * sinh(t);
         // position, precise near 0
-        let x = 1.0 / (1.0 + (-a).exp());
-        let w = std::f64::consts::PI * t.cosh() * x / (1.0 + a.exp());
+        let x = 1.0 / (1.0 + exp(-a));
+        let w = std::f64::consts::PI * cosh(t) * x / (1.0 + exp(a));
         if w > 1e-300 && x > 0.0 && w.is_finite() {
             sum += w * f(x);
         }
@@ -154,40 +156,40 @@ pub fn impact(m: f64, v0: f64, k: f64, p: f64, mu: f64) -> Option<Impact> {
     let d = mu * v0 / k;
     let q = p + 1.0;
     let unit = q * m * v0 * v0 / k;
-    let xm = (unit * inward(d, 1.0)).powf(1.0 / q);
+    let xm = pow(unit * inward(d, 1.0), 1.0 / q);
     let lost = loss(d);
     let e = 1.0 - lost;
     // in: u from 1 to 0, delta = 1 - u = s^q takes the root of x^p away
     let time_in = quadrature(|s| {
-        let delta = s.powf(q);
+        let delta = pow(s, q);
         if delta == 0.0 {
             return 0.0;
         }
-        let x = (unit * inward(d, delta)).powf(p / q);
-        q * s.powf(p) / (x * (1.0 + d * (1.0 - delta)))
+        let x = pow(unit * inward(d, delta), p / q);
+        q * pow(s, p) / (x * (1.0 + d * (1.0 - delta)))
     });
     // out: u from 0 to -e
     let time_out = if d < 1e-13 {
         time_in
     } else {
         let (y, _) = rebound(d);
-        let s0 = if d < 1.0 { -(-y).ln_1p() } else { -(y_log(d)) };
+        let s0 = if d < 1.0 { -ln_1p(-y) } else { -(y_log(d)) };
         // w = 1 + d u = w0 e^lambda, lambda from 0 to s0 = -ln w0
         quadrature(|s| {
-            let lam = s0 * s.powf(q);
+            let lam = s0 * pow(s, q);
             if lam == 0.0 {
                 return 0.0;
             }
-            let w0 = (-s0).exp();
+            let w0 = exp(-s0);
             // G = (ln(w/w0) - (w - w0)) / d^2
             let g = if lam < 0.5 {
                 // lambda - w0 (e^lambda - 1) = lambda y - w0 (e^lambda - 1 - lambda)
                 lam * y - w0 * exp_rest(lam)
             } else {
-                lam - w0 * lam.exp_m1()
+                lam - w0 * exp_m1(lam)
             } / (d * d);
-            let x = (unit * g.max(1e-300)).powf(p / q);
-            s0 * q * s.powf(p) / (d * x)
+            let x = pow(unit * g.max(1e-300), p / q);
+            s0 * q * pow(s, p) / (d * x)
         })
     };
     let duration = m * v0 / k * (time_in + time_out);
@@ -202,7 +204,7 @@ pub fn impact(m: f64, v0: f64, k: f64, p: f64, mu: f64) -> Option<Impact> {
         }
     }
     let u = 0.5 * (lo + hi);
-    let peak_force = k * (unit * inward(d, 1.0 - u)).powf(p / q) * (1.0 + d * u);
+    let peak_force = k * pow(unit * inward(d, 1.0 - u), p / q) * (1.0 + d * u);
     Some(Impact {
         deepest: xm,
         restitution: e,
@@ -215,10 +217,10 @@ pub fn impact(m: f64, v0: f64, k: f64, p: f64, mu: f64) -> Option<Impact> {
 
 /// ln w0 for d >= 1.
 fn y_log(d: f64) -> f64 {
-    let c = d.ln_1p() - 1.0 - d;
+    let c = ln_1p(d) - 1.0 - d;
     let mut s = c;
     for _ in 0..100 {
-        let e = s.exp();
+        let e = exp(s);
         let next = s - (s - e - c) / (1.0 - e);
         if (next - s).abs() <= 1e-16 * s.abs() {
             return next;

@@ -1,5 +1,6 @@
 //! From a wanted restitution to the damping that gives it: exactly, or as published closed forms have it.
 
+use super::elementary::exp;
 use super::impact::loss;
 
 /// How the damping ratio d = mu v0 / k is chosen from a restitution e.
@@ -58,7 +59,7 @@ pub fn damping_ratio(e: f64, formula: Formula) -> Option<f64> {
     let d = match formula {
         Formula::HuntCrossley => 1.5 * (1.0 - e),
         Formula::HerbertMcWhannell => 6.0 * (1.0 - e) / ((2.0 * e - 1.0) * (2.0 * e - 1.0) + 3.0),
-        Formula::ZhiyingQishao => 0.75 * (1.0 - e * e) * (2.0 * (1.0 - e)).exp(),
+        Formula::ZhiyingQishao => 0.75 * (1.0 - e * e) * exp(2.0 * (1.0 - e)),
         Formula::SafaeifarFarshidianfar => 1.25 * (1.0 - e) / e,
         Formula::LeeWang => 0.75 * (1.0 - e),
         Formula::LankaraniNikravesh => 0.75 * (1.0 - e * e),

@@ -1,5 +1,7 @@
 //! Theoretical stiffness of contacts from geometry and material.
 
+use super::elementary::{asinh, pow};
+
 /// Coefficient m of the mean displacement m P (1 - nu^2)/(E sqrt(A)) under a uniformly loaded rectangle of
 /// side ratio `ratio` (Timoshenko and Goodier 1951, art. 124): the mean of 1/r over the rectangle in closed form.
 ///
@@ -13,8 +15,8 @@ pub fn rectangle_coefficient(ratio: f64) -> Option<f64> {
     // a^3 + b^3 - s^(3/2) without the cancellation of a^3 for slender faces
     let root = s.sqrt();
     let rest = b * b * b - b * b / (root + a) * (s + a * root + a * a);
-    let integral = 2.0 * (a * a * b * (b / a).asinh() + a * b * b * (a / b).asinh() + rest / 3.0);
-    Some(integral / (std::f64::consts::PI * (a * b).powf(1.5)))
+    let integral = 2.0 * (a * a * b * asinh(b / a) + a * b * b * asinh(a / b) + rest / 3.0);
+    Some(integral / (std::f64::consts::PI * pow(a * b, 1.5)))
 }
 
 /// Compliance h = (1 - nu^2)/E of a half space, 1/Pa.
