@@ -5,6 +5,7 @@ pub mod files;
 pub mod fit;
 pub mod host;
 pub mod model;
+pub mod pack;
 pub mod record;
 pub mod report;
 pub mod scenario;

@@ -13,6 +13,7 @@ pub mod impact;
 mod parameters;
 pub mod reference;
 pub mod restitution;
+mod step;
 pub mod stiffness;
 #[cfg(test)]
 mod tests;
@@ -265,6 +266,27 @@ impl Parameters {
             self.relaxation_exponent
         } else {
             self.exponent
+        }
+    }
+
+    /// The memory as it is while (`x`, `v`) is tried, m and m/s, from (`x0`, `v0`), no time having gone by: the
+    /// Maxwell branches carry the move as the springs they are at that instant.
+    #[inline]
+    pub fn tried(&self, m: &Memory, from: (f64, f64), to: (f64, f64)) -> Memory {
+        if self.relaxation_stiffness > 0.0 {
+            self.advance(m, from.0, from.1, to.0, to.1, 0.0)
+        } else {
+            *m
+        }
+    }
+
+    /// Slope of the Maxwell branches at that instant, N/m.
+    #[inline]
+    pub fn relaxation_slope(&self, x: f64) -> f64 {
+        if self.relaxation_stiffness > 0.0 {
+            self.relaxation_rates(&Memory::default(), x, 1.0).iter().sum()
+        } else {
+            0.0
         }
     }
 

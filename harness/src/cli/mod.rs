@@ -3,6 +3,7 @@
 mod demo;
 mod diagnose;
 mod impact;
+mod pack;
 mod run;
 
 use clap::{Parser, Subcommand};
@@ -27,6 +28,8 @@ enum Command {
     Diagnose(diagnose::Arguments),
     /// Print the exact impact of a mass on the law F = k x^p + mu_d x^p v
     Impact(impact::Arguments),
+    /// Write the element as an FMU, with start values of your own where you give them
+    Pack(pack::Arguments),
     /// Run a scenario (drop test, contactor opening) and draw its impacts
     Run(run::Arguments),
 }
@@ -37,6 +40,7 @@ pub fn main() -> ExitCode {
         Command::Demo(a) => demo::run(&a),
         Command::Diagnose(a) => diagnose::run(&a),
         Command::Impact(a) => impact::run(&a),
+        Command::Pack(a) => pack::run(&a),
         Command::Run(a) => run::run(&a),
     };
     match done {

@@ -1,0 +1,379 @@
+//! One instance of the element: calls in their order, values in and out, steps. No pointer of a host's gets here.
+
+use crate::law::Memory;
+use crate::start;
+use crate::state::{Phase, State};
+use crate::variables::{by_reference, Kind, Role, Variable, PARAMETER_TABLE};
+
+/// Why a call was not done.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Refusal {
+    /// The call cannot be done now; the instance is as it was.
+    Discard(String),
+    /// The call is wrong; the instance is as it was.
+    Error(String),
+}
+
+/// What a call comes to.
+pub type Outcome<T> = Result<T, Refusal>;
+
+fn error<T>(message: String) -> Outcome<T> {
+    Err(Refusal::Error(message))
+}
+
+/// Times agree within this share of themselves, so that t = i h and a running sum of h both pass.
+const TIME_TOLERANCE: f64 = 1e-8;
+
+/// The inputs' bits in [`State::refused`].
+const INPUT_NAMES: [&str; 2] = ["penetration", "velocity"];
+
+/// One instance.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Everything that later answers depend on.
+    pub state: State,
+}
+
+impl Default for Instance {
+    fn default() -> Self {
+        Instance { state: State::new(start::settings()) }
+    }
+}
+
+impl Instance {
+    fn require(&self, call: &str, allowed: &[Phase]) -> Outcome<()> {
+        if allowed.contains(&self.state.phase) {
+            Ok(())
+        } else {
+            error(format!("{} is not allowed while {:?}", call, self.state.phase))
+        }
+    }
+
+    fn find(&self, reference: u32, kind: Kind) -> Outcome<Variable> {
+        match by_reference(reference) {
+            Some(v) if v.kind == kind => Ok(v),
+            Some(v) => error(format!("{} (value reference {}) is {:?}, not {:?}", v.name, reference, v.kind, kind)),
+            None => error(format!("no variable has value reference {}", reference)),
+        }
+    }
+
+    /// fmi2SetupExperiment: start and, where there is one, stop, s.
+    ///
+    /// # Errors
+    /// Out of order, or times that are none.
+    pub fn setup_experiment(&mut self, start: f64, stop: Option<f64>) -> Outcome<()> {
+        self.require("fmi2SetupExperiment", &[Phase::Instantiated])?;
+        let end = stop.unwrap_or(f64::INFINITY);
+        if !start.is_finite() || end.is_nan() || end < start {
+            return error(format!("start {} s and stop {} s: give finite times, stop not before start", start, end));
+        }
+        self.state.time = start;
+        self.state.stop = end;
+        Ok(())
+    }
+
+    /// fmi2EnterInitializationMode.
+    ///
+    /// # Errors
+    /// Out of order.
+    pub fn enter_initialization(&mut self) -> Outcome<()> {
+        self.require("fmi2EnterInitializationMode", &[Phase::Instantiated])?;
+        self.state.phase = Phase::Initialization;
+        Ok(())
+    }
+
+    /// fmi2ExitInitializationMode: a contact that starts loaded has been loaded slowly, see
+    /// [`crate::law::Parameters::start`].
+    ///
+    /// # Errors
+    /// Out of order; a parameter out of its range; an input not finite.
+    pub fn exit_initialization(&mut self) -> Outcome<()> {
+        self.require("fmi2ExitInitializationMode", &[Phase::Initialization])?;
+        self.inputs_are_good()?;
+        self.state.settings.validate().map_err(Refusal::Error)?;
+        let s = &mut self.state;
+        s.memory = s.settings.law.start(s.input[0]);
+        s.last = s.input;
+        s.slope = [f64::NAN; 2];
+        s.phase = Phase::Stepping;
+        self.recommend();
+        Ok(())
+    }
+
+    /// fmi2Terminate.
+    ///
+    /// # Errors
+    /// Out of order.
+    pub fn terminate(&mut self) -> Outcome<()> {
+        self.require("fmi2Terminate", &[Phase::Stepping])?;
+        self.state.phase = Phase::Terminated;
+        Ok(())
+    }
+
+    /// fmi2Reset: start values, as fmi2Instantiate left it.
+    pub fn reset(&mut self) {
+        *self = Instance::default();
+    }
+
+    fn inputs_are_good(&self) -> Outcome<()> {
+        for (i, name) in INPUT_NAMES.iter().enumerate() {
+            if self.state.refused & (1 << i) != 0 {
+                return Err(Refusal::Discard(format!("{} was set to no finite number: set it again", name)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets a variable of `kind`.
+    ///
+    /// # Errors
+    /// No such variable; not to be set, or not now; a number that is not finite (inputs: discard, and the instance
+    /// gives no force and takes no step until a finite one is set).
+    pub fn set(&mut self, reference: u32, kind: Kind, value: f64) -> Outcome<()> {
+        let v = self.find(reference, kind)?;
+        if self.state.phase == Phase::Terminated {
+            return error(format!("{} cannot be set after fmi2Terminate", v.name));
+        }
+        let input = match v.role {
+            Role::Penetration => 0,
+            Role::Velocity => 1,
+            Role::Parameter(i) => {
+                let fixed = PARAMETER_TABLE.get(i).map_or(true, |p| !p.tunable);
+                if fixed && self.state.phase == Phase::Stepping {
+                    return error(format!("{} is fixed: set it before fmi2ExitInitializationMode", v.name));
+                }
+                if !value.is_finite() {
+                    return error(format!("{} is {}: give a finite number", v.name, value));
+                }
+                let mut changed = self.state.settings;
+                changed.set(i, value);
+                if self.state.phase == Phase::Stepping {
+                    changed.validate().map_err(Refusal::Error)?;
+                }
+                self.state.settings = changed;
+                return Ok(());
+            }
+            _ => return error(format!("{} is an output: it cannot be set", v.name)),
+        };
+        if value.is_finite() {
+            self.state.refused &= !(1 << input);
+            self.state.input[input] = value;
+            Ok(())
+        } else {
+            self.state.refused |= 1 << input;
+            Err(Refusal::Discard(format!("{} is {}: give a finite number", v.name, value)))
+        }
+    }
+
+    /// Value of a variable of `kind`; a Boolean is 0 or 1. Outputs that feed through answer to what was set last.
+    ///
+    /// # Errors
+    /// No such variable; an output before fmi2EnterInitializationMode; a force from inputs that are not finite.
+    pub fn get(&self, reference: u32, kind: Kind) -> Outcome<f64> {
+        let v = self.find(reference, kind)?;
+        let s = &self.state;
+        match v.role {
+            Role::Penetration => return Ok(s.input[0]),
+            Role::Velocity => return Ok(s.input[1]),
+            Role::Parameter(i) => return Ok(s.settings.get(i)),
+            _ => {}
+        }
+        if s.phase == Phase::Instantiated {
+            return error(format!("{} is known from fmi2EnterInitializationMode on", v.name));
+        }
+        let memory = self.memory();
+        Ok(match v.role {
+            Role::Force => {
+                self.inputs_are_good()?;
+                let f = self.force(&memory);
+                if !f.is_finite() {
+                    let [x, v] = s.input;
+                    return Err(Refusal::Discard(format!("at penetration {} m, velocity {} m/s force is {}", x, v, f)));
+                }
+                f
+            }
+            Role::Contact => f64::from(u8::from(s.input[0] > s.settings.law.permanent_set(memory.deepest))),
+            Role::StoredEnergy => memory.stored,
+            Role::DissipatedEnergy => memory.dissipated(),
+            Role::DeepestPenetration => memory.deepest,
+            Role::PermanentSet => s.settings.law.permanent_set(memory.deepest),
+            _ => s.recommended,
+        })
+    }
+
+    /// The memory that answers are given from: while initializing, that of the inputs as they are set.
+    fn memory(&self) -> Memory {
+        let s = &self.state;
+        if s.phase == Phase::Initialization {
+            s.settings.law.start(s.input[0])
+        } else {
+            s.memory
+        }
+    }
+
+    /// Where the law is evaluated: at the inputs as set, penetration ahead by the lookahead; and the memory there.
+    fn ahead(&self, memory: &Memory) -> (Memory, f64, f64) {
+        let s = &self.state;
+        let (x, v) = (s.input[0] + s.settings.lookahead * s.step * s.input[1], s.input[1]);
+        if s.phase == Phase::Initialization {
+            (*memory, x, v)
+        } else {
+            (s.settings.law.tried(memory, (s.last[0], s.last[1]), (x, v)), x, v)
+        }
+    }
+
+    #[inline]
+    fn force(&self, memory: &Memory) -> f64 {
+        let (tried, x, v) = self.ahead(memory);
+        self.state.settings.law.force(&tried, x, v)
+    }
+
+    /// (dF/dx N/m, dF/dv N s/m) at the inputs as set, the memory held.
+    fn derivatives(&self) -> (f64, f64) {
+        let s = &self.state;
+        let (tried, x, v) = self.ahead(&self.memory());
+        let (mut fx, mut fv) = s.settings.law.derivatives(&tried, x, v);
+        if fx != 0.0 || fv != 0.0 {
+            fx += s.settings.law.relaxation_slope(x);
+        }
+        fv += fx * s.settings.lookahead * s.step;
+        (fx, fv)
+    }
+
+    /// fmi2GetDirectionalDerivative of one output along one input, per unit of the input.
+    ///
+    /// # Errors
+    /// Before fmi2EnterInitializationMode; no such output or input.
+    pub fn directional(&self, unknown: u32, known: u32) -> Outcome<f64> {
+        if self.state.phase == Phase::Instantiated {
+            return self.require("fmi2GetDirectionalDerivative", &[]).map(|()| 0.0);
+        }
+        self.inputs_are_good()?;
+        let u = self.find(unknown, Kind::Real)?;
+        let k = self.find(known, Kind::Real)?;
+        if matches!(u.role, Role::Penetration | Role::Velocity | Role::Parameter(_)) {
+            return error(format!("{} is no output: it has no directional derivative", u.name));
+        }
+        let d = match (u.role, k.role) {
+            (Role::Force, Role::Penetration) => self.derivatives().0,
+            (Role::Force, Role::Velocity) => self.derivatives().1,
+            (_, Role::Penetration) | (_, Role::Velocity) => 0.0,
+            _ => return error(format!("{} is no input: derivatives are along penetration and velocity", k.name)),
+        };
+        if d.is_finite() {
+            Ok(d)
+        } else {
+            Err(Refusal::Discard(format!("the derivative of {} along {} is {}", u.name, k.name, d)))
+        }
+    }
+
+    /// fmi2SetRealInputDerivatives: how fast an input changes from now to the end of the next step.
+    ///
+    /// # Errors
+    /// Out of order; not an input; an order other than 1; not finite.
+    pub fn set_input_derivative(&mut self, reference: u32, order: i32, value: f64) -> Outcome<()> {
+        let phases = [Phase::Instantiated, Phase::Initialization, Phase::Stepping];
+        self.require("fmi2SetRealInputDerivatives", &phases)?;
+        let v = self.find(reference, Kind::Real)?;
+        let input = match v.role {
+            Role::Penetration => 0,
+            Role::Velocity => 1,
+            _ => return error(format!("{} is no input", v.name)),
+        };
+        if order != 1 {
+            return error(format!("derivative {} of {}: only order 1 is taken", order, v.name));
+        }
+        if !value.is_finite() {
+            return Err(Refusal::Discard(format!("the derivative of {} is {}: give a finite number", v.name, value)));
+        }
+        self.state.slope[input] = value;
+        Ok(())
+    }
+
+    /// fmi2GetRealOutputDerivatives, order 1: the rate of the force while penetration changes as set, or with the
+    /// velocity where nothing was set, and the velocity as set or as over the last step.
+    ///
+    /// # Errors
+    /// Out of order; an order other than 1; an output whose rate is not told.
+    pub fn output_derivative(&self, reference: u32, order: i32) -> Outcome<f64> {
+        self.require("fmi2GetRealOutputDerivatives", &[Phase::Stepping, Phase::Terminated])?;
+        self.inputs_are_good()?;
+        let v = self.find(reference, Kind::Real)?;
+        if order != 1 {
+            return error(format!("derivative {} of {}: only order 1 is told", order, v.name));
+        }
+        if matches!(v.role, Role::Penetration | Role::Velocity | Role::Parameter(_)) {
+            return error(format!("{} is no output", v.name));
+        }
+        if v.role != Role::Force {
+            return Ok(0.0);
+        }
+        let s = &self.state;
+        let or = |set: f64, otherwise: f64| if set.is_nan() { otherwise } else { set };
+        let (xs, vs) = (or(s.slope[0], s.input[1]), or(s.slope[1], s.acceleration));
+        let (fx, fv) = self.derivatives();
+        let law = &s.settings.law;
+        let creep: f64 = law.relaxation_rates(&s.memory, s.input[0], 0.0).iter().sum();
+        let rate = fx * xs + fv * vs + creep;
+        if rate.is_finite() {
+            Ok(rate)
+        } else {
+            Err(Refusal::Discard(format!("the rate of the force is {}", rate)))
+        }
+    }
+
+    fn recommend(&mut self) {
+        let s = &mut self.state;
+        s.recommended = s.settings.law.recommended_step(s.settings.effective_mass, s.input[1], s.memory.stored);
+    }
+
+    /// fmi2DoStep from `time` s over `step` s: the memory follows the inputs from where the last step left them to
+    /// what is set now, or to where the input derivatives take that by the end of the step. True where contact
+    /// began or ended.
+    ///
+    /// # Errors
+    /// Out of order; a time that is not where the instance stands; a step that is none or leads past the stop time;
+    /// inputs that are not finite (discard); an answer that is not finite (discard, the instance as before).
+    pub fn do_step(&mut self, time: f64, step: f64) -> Outcome<bool> {
+        self.require("fmi2DoStep", &[Phase::Stepping])?;
+        let s = &self.state;
+        if !(step.is_finite() && step > 0.0) {
+            return error(format!("communicationStepSize is {}: give a finite step above 0 s", step));
+        }
+        let tolerance = TIME_TOLERANCE * time.abs().max(s.time.abs()).max(step);
+        if !time.is_finite() || (time - s.time).abs() > tolerance {
+            return error(format!("currentCommunicationPoint is {} s, the instance stands at {} s", time, s.time));
+        }
+        if time + step > s.stop + tolerance {
+            return error(format!("a step to {} s leads past the stop time {} s", time + step, s.stop));
+        }
+        self.inputs_are_good()?;
+        let [x, v] = s.input;
+        let [xs, vs] = s.slope;
+        let mut to = s.input;
+        if !vs.is_nan() {
+            to[1] = v + step * vs;
+            to[0] = x + step * (if xs.is_nan() { v + 0.5 * step * vs } else { xs });
+        } else if !xs.is_nan() {
+            to[0] = x + step * xs;
+        }
+        let from = s.last;
+        let memory = s.settings.law.advance(&s.memory, from[0], from[1], to[0], to[1], step);
+        let probe = s.settings.law.force(&memory, to[0], to[1]);
+        if !(probe.is_finite() && memory.work.is_finite() && memory.stored.is_finite()) {
+            let message = format!("at penetration {} m, velocity {} m/s force is {} N", to[0], to[1], probe);
+            return Err(Refusal::Discard(message));
+        }
+        let changed = (from[0] > 0.0) != (to[0] > 0.0);
+        let s = &mut self.state;
+        s.memory = memory;
+        s.acceleration = (to[1] - from[1]) / step;
+        s.input = to;
+        s.last = to;
+        s.slope = [f64::NAN; 2];
+        s.step = step;
+        s.time = time + step;
+        self.recommend();
+        Ok(changed)
+    }
+}

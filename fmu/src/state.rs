@@ -1,0 +1,193 @@
+//! The whole state of an instance, and its bytes.
+
+use crate::law::{Memory, BRANCHES};
+use crate::variables::{Settings, PARAMETERS};
+
+/// Where an instance stands in its life.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Phase {
+    /// fmi2Instantiate returned it, or fmi2Reset.
+    Instantiated = 0,
+    /// Between fmi2EnterInitializationMode and fmi2ExitInitializationMode.
+    Initialization = 1,
+    /// May step.
+    Stepping = 2,
+    /// After fmi2Terminate.
+    Terminated = 3,
+}
+
+/// Everything that a later answer depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    /// Phase.
+    pub phase: Phase,
+    /// Parameters.
+    pub settings: Settings,
+    /// Memory of the law at the last communication point.
+    pub memory: Memory,
+    /// Time, s.
+    pub time: f64,
+    /// End of the experiment, s; infinite where the host named none.
+    pub stop: f64,
+    /// Inputs (penetration m, velocity m/s) as set.
+    pub input: [f64; 2],
+    /// Their derivatives as set since the last step; NaN for none.
+    pub slope: [f64; 2],
+    /// Inputs at the end of the last step.
+    pub last: [f64; 2],
+    /// Rate of change of the velocity over the last step, m/s^2.
+    pub acceleration: f64,
+    /// Size of the last step, s; 0 before any.
+    pub step: f64,
+    /// Step recommended, s.
+    pub recommended: f64,
+    /// Which inputs were refused last and wait for a finite value: bit 0 penetration, bit 1 velocity.
+    pub refused: u8,
+}
+
+impl State {
+    /// A state never stepped.
+    pub fn new(settings: Settings) -> Self {
+        State {
+            phase: Phase::Instantiated,
+            settings,
+            memory: Memory::default(),
+            time: 0.0,
+            stop: f64::INFINITY,
+            input: [0.0; 2],
+            slope: [f64::NAN; 2],
+            last: [0.0; 2],
+            acceleration: 0.0,
+            step: 0.0,
+            recommended: 0.0,
+            refused: 0,
+        }
+    }
+}
+
+const MAGIC: [u8; 8] = *b"tdstate1";
+const NUMBERS: usize = PARAMETERS + 4 + BRANCHES + 11;
+/// Length of a state in bytes: magic, phase, refused, numbers, checksum; the same on every platform.
+pub const BYTES: usize = 8 + 2 + 8 * NUMBERS + 8;
+
+/// Fowler, Noll and Vo's hash FNV-1a, 64 bits: finds bytes that were cut or changed.
+fn checksum(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3))
+}
+
+/// The state as bytes, little endian.
+pub fn to_bytes(s: &State) -> [u8; BYTES] {
+    let mut o = [0u8; BYTES];
+    let mut n = 0;
+    let mut put = |b: &[u8]| {
+        o[n..n + b.len()].copy_from_slice(b);
+        n += b.len();
+    };
+    put(&MAGIC);
+    put(&[s.phase as u8, s.refused]);
+    for i in 0..PARAMETERS {
+        put(&s.settings.get(i).to_le_bytes());
+    }
+    let m = &s.memory;
+    for v in [m.deepest, m.released, m.work, m.stored].iter().chain(&m.relaxation) {
+        put(&v.to_le_bytes());
+    }
+    let rest = [
+        s.time,
+        s.stop,
+        s.input[0],
+        s.input[1],
+        s.slope[0],
+        s.slope[1],
+        s.last[0],
+        s.last[1],
+        s.acceleration,
+        s.step,
+        s.recommended,
+    ];
+    for v in rest {
+        put(&v.to_le_bytes());
+    }
+    let sum = checksum(&o[..BYTES - 8]);
+    o[BYTES - 8..].copy_from_slice(&sum.to_le_bytes());
+    o
+}
+
+/// The state of bytes that [`to_bytes`] wrote.
+///
+/// # Errors
+/// What is wrong with them.
+pub fn from_bytes(b: &[u8]) -> Result<State, &'static str> {
+    if b.len() != BYTES {
+        return Err("not as long as a state of this version");
+    }
+    if b[..8] != MAGIC {
+        return Err("not a state of this model and version");
+    }
+    let mut eight = [0u8; 8];
+    eight.copy_from_slice(&b[BYTES - 8..]);
+    if u64::from_le_bytes(eight) != checksum(&b[..BYTES - 8]) {
+        return Err("changed since they were written");
+    }
+    let phase = match b[8] {
+        0 => Phase::Instantiated,
+        1 => Phase::Initialization,
+        2 => Phase::Stepping,
+        3 => Phase::Terminated,
+        _ => return Err("of no known phase"),
+    };
+    let mut n = 10;
+    let mut take = || {
+        let mut eight = [0u8; 8];
+        eight.copy_from_slice(&b[n..n + 8]);
+        n += 8;
+        f64::from_le_bytes(eight)
+    };
+    let mut settings = Settings::default();
+    for i in 0..PARAMETERS {
+        settings.set(i, take());
+    }
+    let mut memory = Memory { deepest: take(), released: take(), work: take(), stored: take(), ..Memory::default() };
+    for f in &mut memory.relaxation {
+        *f = take();
+    }
+    Ok(State {
+        phase,
+        settings,
+        memory,
+        time: take(),
+        stop: take(),
+        input: [take(), take()],
+        slope: [take(), take()],
+        last: [take(), take()],
+        acceleration: take(),
+        step: take(),
+        recommended: take(),
+        refused: b[9],
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_round_trip_and_damage_is_found() {
+        let mut s = State::new(Settings::default());
+        s.phase = Phase::Stepping;
+        s.memory.relaxation = [1.0, 2.0, 3.0];
+        s.memory.work = 0.125;
+        s.slope = [4.0, 5.0];
+        s.time = 7.0;
+        s.refused = 2;
+        let b = to_bytes(&s);
+        assert_eq!(from_bytes(&b), Ok(s));
+        for i in 0..BYTES {
+            let mut c = b;
+            c[i] ^= 1;
+            assert!(from_bytes(&c).is_err(), "byte {}", i);
+        }
+        assert!(from_bytes(&b[1..]).is_err());
+    }
+}

@@ -1,0 +1,249 @@
+//! The variable table: what the modelDescription must say too.
+
+use crate::law::Parameters;
+
+/// Name of the model, and of its shared library.
+pub const MODEL: &str = "HysteresisContact";
+/// Categories that are logged; the modelDescription lists the same.
+pub const LOG_CATEGORIES: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logContact"];
+/// Number of parameters.
+pub const PARAMETERS: usize = 23;
+
+/// Type of a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// fmi2Real.
+    Real,
+    /// fmi2Integer.
+    Integer,
+    /// fmi2Boolean.
+    Boolean,
+}
+
+/// What a variable is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Penetration, m.
+    Penetration,
+    /// Velocity, m/s.
+    Velocity,
+    /// Force, N: feeds through.
+    Force,
+    /// Whether the surfaces touch: feeds through.
+    Contact,
+    /// Energy the contact could give back, J.
+    StoredEnergy,
+    /// Energy it has turned into heat and set, J.
+    DissipatedEnergy,
+    /// Deepest penetration so far, m.
+    DeepestPenetration,
+    /// Permanent set, m.
+    PermanentSet,
+    /// Step that resolves the contact, s.
+    RecommendedStep,
+    /// Parameter, by its place in [`PARAMETER_TABLE`].
+    Parameter(usize),
+}
+
+/// One variable.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Variable {
+    /// Value reference, the same space for all types.
+    pub reference: u32,
+    /// Name: a contract.
+    pub name: &'static str,
+    /// Type.
+    pub kind: Kind,
+    /// Unit; empty for none.
+    pub unit: &'static str,
+    /// What it is.
+    pub role: Role,
+}
+
+/// One parameter.
+#[derive(Clone, Copy)]
+pub struct Parameter {
+    /// Name.
+    pub name: &'static str,
+    /// Type.
+    pub kind: Kind,
+    /// Unit.
+    pub unit: &'static str,
+    /// Whether it may change between steps.
+    pub tunable: bool,
+    get: fn(&Settings) -> f64,
+    set: fn(&mut Settings, f64),
+}
+
+/// What the parameters set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The law's own.
+    pub law: Parameters,
+    /// Macro-steps by which the law is evaluated ahead of the inputs, -10 to 10.
+    pub lookahead: f64,
+    /// Mass that recommended_step is told for, kg, > 0.
+    pub effective_mass: f64,
+}
+
+impl Settings {
+    /// Value of a parameter by its place in the table.
+    pub fn get(&self, i: usize) -> f64 {
+        PARAMETER_TABLE.get(i).map_or(0.0, |p| (p.get)(self))
+    }
+
+    /// Sets a parameter by its place in the table.
+    pub fn set(&mut self, i: usize, value: f64) {
+        if let Some(p) = PARAMETER_TABLE.get(i) {
+            (p.set)(self, value);
+        }
+    }
+
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// Names the parameter, its value and what it may be.
+    pub fn validate(&self) -> Result<(), String> {
+        self.law.validate().map_err(|e| e.to_string())?;
+        let lookahead = self.lookahead;
+        if lookahead.is_nan() || lookahead.abs() > 10.0 {
+            return Err(format!("lookahead is {lookahead}: give -10 to 10"));
+        }
+        let mass = self.effective_mass;
+        if !(mass.is_finite() && mass > 0.0) {
+            return Err(format!("effective_mass is {mass}: give a finite number above 0"));
+        }
+        Ok(())
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { law: Parameters::default(), lookahead: 0.0, effective_mass: 1.0 }
+    }
+}
+
+macro_rules! real {
+    ($name:ident, $unit:expr) => {
+        Parameter {
+            name: stringify!($name),
+            kind: Kind::Real,
+            unit: $unit,
+            tunable: false,
+            get: |s| s.law.$name,
+            set: |s, v| s.law.$name = v,
+        }
+    };
+}
+
+macro_rules! integer {
+    ($name:ident) => {
+        Parameter {
+            name: stringify!($name),
+            kind: Kind::Integer,
+            unit: "",
+            tunable: false,
+            get: |s| f64::from(s.law.$name),
+            set: |s, v| s.law.$name = v as i32,
+        }
+    };
+}
+
+macro_rules! tunable {
+    ($name:ident, $unit:expr) => {
+        Parameter {
+            name: stringify!($name),
+            kind: Kind::Real,
+            unit: $unit,
+            tunable: true,
+            get: |s| s.$name,
+            set: |s, v| s.$name = v,
+        }
+    };
+}
+
+/// The parameters, in the order of their value references from [`FIRST_PARAMETER`] on.
+pub static PARAMETER_TABLE: [Parameter; PARAMETERS] = [
+    real!(stiffness, "N/m^p"),
+    real!(exponent, "1"),
+    real!(hysteresis_damping, "N.s/m^(p+1)"),
+    real!(damping_exponent_offset, "1"),
+    real!(viscous_damping, "N.s/m"),
+    real!(viscous_ramp, "m"),
+    real!(yield_penetration, "m"),
+    real!(plastic_ratio, "1"),
+    integer!(plastic_form),
+    real!(plastic_unloading_exponent, "1"),
+    integer!(plastic_damping_form),
+    real!(adhesion_force, "N"),
+    real!(adhesion_range, "m"),
+    integer!(adhesion_form),
+    real!(relaxation_stiffness, "N/m^q"),
+    real!(relaxation_time, "s"),
+    real!(relaxation_spread, "1"),
+    real!(relaxation_exponent, "1"),
+    real!(secondary_stiffness, "N/m^r"),
+    real!(secondary_depth, "m"),
+    real!(secondary_exponent, "1"),
+    tunable!(lookahead, "1"),
+    tunable!(effective_mass, "kg"),
+];
+
+/// Value reference of the first parameter.
+pub const FIRST_PARAMETER: u32 = 100;
+
+const fn variable(reference: u32, name: &'static str, kind: Kind, unit: &'static str, role: Role) -> Variable {
+    Variable { reference, name, kind, unit, role }
+}
+
+/// Inputs and outputs.
+pub static SIGNALS: [Variable; 9] = [
+    variable(0, "penetration", Kind::Real, "m", Role::Penetration),
+    variable(1, "velocity", Kind::Real, "m/s", Role::Velocity),
+    variable(2, "force", Kind::Real, "N", Role::Force),
+    variable(3, "contact", Kind::Boolean, "", Role::Contact),
+    variable(4, "stored_energy", Kind::Real, "J", Role::StoredEnergy),
+    variable(5, "dissipated_energy", Kind::Real, "J", Role::DissipatedEnergy),
+    variable(6, "deepest_penetration", Kind::Real, "m", Role::DeepestPenetration),
+    variable(7, "permanent_set", Kind::Real, "m", Role::PermanentSet),
+    variable(8, "recommended_step", Kind::Real, "s", Role::RecommendedStep),
+];
+
+/// The variable of a value reference.
+#[inline]
+pub fn by_reference(reference: u32) -> Option<Variable> {
+    if let Some(v) = SIGNALS.get(reference as usize) {
+        return Some(*v);
+    }
+    let i = reference.checked_sub(FIRST_PARAMETER)? as usize;
+    let p = PARAMETER_TABLE.get(i)?;
+    Some(variable(reference, p.name, p.kind, p.unit, Role::Parameter(i)))
+}
+
+/// Every variable, inputs and outputs first.
+pub fn all() -> impl Iterator<Item = Variable> {
+    let last = FIRST_PARAMETER + PARAMETERS as u32;
+    (0..SIGNALS.len() as u32).chain(FIRST_PARAMETER..last).filter_map(by_reference)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn references_and_names_are_unique_and_every_parameter_reads_what_was_set() {
+        let all: Vec<Variable> = all().collect();
+        assert_eq!(all.len(), SIGNALS.len() + PARAMETERS);
+        for (i, v) in all.iter().enumerate() {
+            assert_eq!(by_reference(v.reference), Some(*v));
+            assert!(all.iter().skip(i + 1).all(|w| w.name != v.name && w.reference != v.reference));
+        }
+        let mut s = Settings::default();
+        for i in 0..PARAMETERS {
+            s.set(i, 40.0 + i as f64);
+        }
+        for i in 0..PARAMETERS {
+            assert_eq!(s.get(i), 40.0 + i as f64, "{}", PARAMETER_TABLE[i].name);
+        }
+    }
+}

@@ -1,0 +1,349 @@
+//! Packs the element into an FMU: description, binaries with their start values, icon, documentation, licence.
+//!
+//! The same input gives the same bytes: no clock, no path, no order of a file system gets in.
+
+use anyhow::{bail, ensure, Context, Result};
+use hysteresis_contact::start::{GUID_LENGTH, GUID_OFFSET, MARKER, VALUES_OFFSET};
+use hysteresis_contact::variables::{self, Kind, Role, Settings, LOG_CATEGORIES, MODEL, PARAMETERS, PARAMETER_TABLE};
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::{Reader, Writer, XmlVersion};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::io::{Cursor, Write};
+use std::path::{Path, PathBuf};
+
+/// The description's source.
+pub const DESCRIPTION: &str = include_str!("../../modelDescription/modelDescription.xml");
+
+/// What goes in as it stands: path inside the FMU, bytes.
+const ATTACHED: [(&str, &[u8]); 4] = [
+    ("documentation/index.html", include_bytes!("../../modelDescription/documentation/index.html")),
+    ("documentation/licenses/LICENSE.txt", include_bytes!("../../modelDescription/documentation/licenses/LICENSE.txt")),
+    (
+        "documentation/licenses/license.spdx",
+        include_bytes!("../../modelDescription/documentation/licenses/license.spdx"),
+    ),
+    ("model.png", include_bytes!("../../modelDescription/model.png")),
+];
+
+/// A platform's shared library.
+#[derive(Clone, Debug)]
+pub struct Binary {
+    /// Platform as FMI 2.0 names it: linux64, win64, win32, darwin64.
+    pub platform: String,
+    /// The library as it was built.
+    pub bytes: Vec<u8>,
+}
+
+/// File name of the library inside an FMU.
+///
+/// # Errors
+/// A platform that FMI 2.0 does not name.
+pub fn library_name(platform: &str) -> Result<String> {
+    Ok(match platform {
+        "linux64" | "linux32" => format!("{MODEL}.so"),
+        "win64" | "win32" => format!("{MODEL}.dll"),
+        "darwin64" => format!("{MODEL}.dylib"),
+        _ => bail!("platform {platform:?}: give linux64, linux32, win64, win32 or darwin64"),
+    })
+}
+
+/// The library of this machine, as cargo left it beside the running program.
+///
+/// # Errors
+/// Where it is not there: says where it was looked for.
+pub fn built_library() -> Result<Binary> {
+    ensure!(
+        cfg!(all(target_os = "linux", target_arch = "x86_64")),
+        "FMI 2.0 has no folder for this machine: pass --binary PLATFORM=FILE"
+    );
+    let program = std::env::current_exe().context("the program's own path is not known: pass --binary linux64=FILE")?;
+    let mut looked = Vec::new();
+    for folder in program.ancestors().skip(1).take(2) {
+        for path in [folder.join("libhysteresis_contact.so"), folder.join("deps/libhysteresis_contact.so")] {
+            match std::fs::read(&path) {
+                Ok(bytes) => return Ok(Binary { platform: "linux64".into(), bytes }),
+                Err(_) => looked.push(path.display().to_string()),
+            }
+        }
+    }
+    bail!("the element's library is at none of {}: run `cargo build --release --workspace`", looked.join(", "))
+}
+
+/// Reads a library given as PLATFORM=FILE.
+///
+/// # Errors
+/// Not of that form; cannot be read.
+pub fn library(given: &str) -> Result<Binary> {
+    let (platform, path) =
+        given.split_once('=').with_context(|| format!("--binary {given}: give PLATFORM=FILE, e.g. win64=x.dll"))?;
+    library_name(platform)?;
+    let bytes = std::fs::read(path).with_context(|| format!("{path}: cannot be read; give the built library"))?;
+    Ok(Binary { platform: platform.into(), bytes })
+}
+
+/// Start values for parameters named, the rest as by default.
+///
+/// # Errors
+/// No such parameter (names the nearest); a value out of its range; not a whole number where one is wanted.
+pub fn settings(starts: &[(String, f64)]) -> Result<Settings> {
+    let mut s = Settings::default();
+    for (name, value) in starts {
+        let Some(i) = PARAMETER_TABLE.iter().position(|p| p.name == name) else {
+            let names: Vec<&str> = PARAMETER_TABLE.iter().map(|p| p.name).collect();
+            bail!("{name} is no parameter: give one of {}", names.join(", "));
+        };
+        ensure!(
+            PARAMETER_TABLE[i].kind == Kind::Real || (value.fract() == 0.0 && value.abs() < 1e9),
+            "{name} is {value}: give a whole number"
+        );
+        s.set(i, *value);
+    }
+    s.validate().map_err(anyhow::Error::msg)?;
+    Ok(s)
+}
+
+/// Writes an FMU to `out` with the libraries given and `starts` as start values.
+///
+/// # Errors
+/// As [`settings`]; a library that is not the element's; the description and the variable table at odds; a file
+/// that cannot be written (none is left half-written).
+pub fn pack(out: &Path, starts: &[(String, f64)], binaries: &[Binary]) -> Result<()> {
+    let bytes = archive(starts, binaries)?;
+    crate::files::write(out, &bytes).with_context(|| format!("{}: cannot be written", out.display()))
+}
+
+/// The bytes of the FMU that [`pack`] writes.
+///
+/// # Errors
+/// As [`pack`].
+pub fn archive(starts: &[(String, f64)], binaries: &[Binary]) -> Result<Vec<u8>> {
+    ensure!(!binaries.is_empty(), "no library to pack: give one at least");
+    check(DESCRIPTION)?;
+    let s = settings(starts)?;
+    let values: Vec<f64> = (0..PARAMETERS).map(|i| s.get(i)).collect();
+    let guid = guid(&values);
+    let mut files: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+    for (path, bytes) in ATTACHED {
+        files.insert(path.into(), bytes.to_vec());
+    }
+    for b in binaries {
+        let patched = patch(&b.bytes, &guid, &values).with_context(|| format!("library for {}", b.platform))?;
+        files.insert(format!("binaries/{}/{}", b.platform, library_name(&b.platform)?), patched);
+    }
+    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let options = |mode| {
+        zip::write::SimpleFileOptions::default()
+            .compression_method(zip::CompressionMethod::Deflated)
+            .last_modified_time(zip::DateTime::default())
+            .unix_permissions(mode)
+    };
+    zip.start_file("modelDescription.xml", options(0o644))?;
+    zip.write_all(description(DESCRIPTION, &guid, &values)?.as_bytes())?;
+    for (path, bytes) in &files {
+        zip.start_file(path.as_str(), options(if path.starts_with("binaries") { 0o755 } else { 0o644 }))?;
+        zip.write_all(bytes)?;
+    }
+    Ok(zip.finish()?.into_inner())
+}
+
+/// A GUID that changes with the description or a start value.
+fn guid(values: &[f64]) -> String {
+    let mut h = Sha256::new();
+    h.update(DESCRIPTION.as_bytes());
+    for v in values {
+        h.update(v.to_le_bytes());
+    }
+    let hex: String = h.finalize().iter().take(16).map(|b| format!("{b:02x}")).collect();
+    format!("{{{}-{}-{}-{}-{}}}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..])
+}
+
+/// A library with GUID and start values of its own.
+fn patch(library: &[u8], guid: &str, values: &[f64]) -> Result<Vec<u8>> {
+    let mut o = library.to_vec();
+    let length = VALUES_OFFSET + 8 * values.len();
+    let found: Vec<usize> = o
+        .windows(length)
+        .enumerate()
+        // the marker alone may also stand in code that searches for it
+        .filter(|(_, w)| w.starts_with(&MARKER) && w[GUID_OFFSET] == b'{' && w[GUID_OFFSET + GUID_LENGTH - 1] == b'}')
+        .map(|(i, _)| i)
+        .collect();
+    let [at] = found[..] else {
+        bail!("has its block of start values {} times, not once: give the library that touchdown builds", found.len());
+    };
+    o[at + GUID_OFFSET..at + GUID_OFFSET + GUID_LENGTH].copy_from_slice(guid.as_bytes());
+    for (i, v) in values.iter().enumerate() {
+        let p = at + VALUES_OFFSET + 8 * i;
+        o[p..p + 8].copy_from_slice(&v.to_le_bytes());
+    }
+    Ok(o)
+}
+
+/// A tag with one attribute's value changed, the rest in place.
+fn with_attribute(tag: &BytesStart<'_>, name: &str, value: &str) -> Result<BytesStart<'static>> {
+    let mut o = BytesStart::new(tag.name().as_ref().to_string());
+    for a in tag.attributes() {
+        let a = a?;
+        let key = a.key.as_ref().to_string();
+        if key == name {
+            o.push_attribute((name, value));
+        } else {
+            o.push_attribute((key.as_str(), &*a.normalized_value(XmlVersion::Implicit1_0)?));
+        }
+    }
+    Ok(o)
+}
+
+fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>> {
+    Ok(match tag.try_get_attribute(name)? {
+        Some(a) => Some(a.normalized_value(XmlVersion::Implicit1_0)?.into_owned()),
+        None => None,
+    })
+}
+
+/// The description with its GUID and start values.
+fn description(source: &str, guid: &str, values: &[f64]) -> Result<String> {
+    let mut reader = Reader::from_str(source);
+    let mut writer = Writer::new(Vec::new());
+    let mut parameter = None;
+    loop {
+        let event = reader.read_event()?;
+        let written = match &event {
+            Event::Eof => break,
+            Event::Start(t) if t.name().as_ref() == "fmiModelDescription" => {
+                Event::Start(with_attribute(t, "guid", guid)?)
+            }
+            Event::Start(t) if t.name().as_ref() == "ScalarVariable" => {
+                let name = attribute(t, "name")?;
+                parameter = PARAMETER_TABLE.iter().position(|p| Some(p.name) == name.as_deref());
+                event
+            }
+            Event::Empty(t) if matches!(t.name().as_ref(), "Real" | "Integer") => match parameter {
+                Some(i) => Event::Empty(with_attribute(t, "start", &format!("{}", Number(values[i])))?),
+                None => event,
+            },
+            _ => event,
+        };
+        writer.write_event(written)?;
+    }
+    Ok(String::from_utf8(writer.into_inner())?)
+}
+
+/// A number that reads back to the same bits, with an exponent where it is shorter.
+struct Number(f64);
+
+impl std::fmt::Display for Number {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (plain, exponent) = (format!("{}", self.0), format!("{:e}", self.0));
+        f.write_str(if exponent.len() < plain.len() { &exponent } else { &plain })
+    }
+}
+
+/// Holds a description against the variable table.
+///
+/// # Errors
+/// The first thing at odds: a variable, its reference, type or unit, a log category, the model's name.
+pub fn check(source: &str) -> Result<()> {
+    let mut reader = Reader::from_str(source);
+    let mut seen: Vec<(String, u32, bool)> = Vec::new();
+    let mut categories = Vec::new();
+    loop {
+        match reader.read_event()? {
+            Event::Eof => break,
+            Event::Start(t) | Event::Empty(t) => match t.name().as_ref() {
+                "CoSimulation" => {
+                    let id = attribute(&t, "modelIdentifier")?;
+                    ensure!(id.as_deref() == Some(MODEL), "modelIdentifier is {id:?}, the library is {MODEL}");
+                }
+                "Category" => categories.extend(attribute(&t, "name")?),
+                "ScalarVariable" => {
+                    let name = attribute(&t, "name")?.context("a ScalarVariable has no name")?;
+                    let reference = attribute(&t, "valueReference")?.unwrap_or_default();
+                    let reference = reference.parse().with_context(|| format!("{name}: valueReference"))?;
+                    let tunable = attribute(&t, "variability")?.as_deref() == Some("tunable");
+                    seen.push((name, reference, tunable));
+                }
+                kind @ ("Real" | "Integer" | "Boolean" | "String" | "Enumeration") => {
+                    let Some((name, reference, tunable)) = seen.last() else { continue };
+                    let Some(v) = variables::by_reference(*reference).filter(|v| v.name == name) else {
+                        bail!("{name} with value reference {reference} is not in the variable table");
+                    };
+                    ensure!(format!("{:?}", v.kind) == kind, "{name} is {:?} in the table", v.kind);
+                    let unit = attribute(&t, "unit")?.unwrap_or_default();
+                    ensure!(unit == v.unit, "{name} has unit {unit:?}, in the table {:?}", v.unit);
+                    if let Role::Parameter(i) = v.role {
+                        ensure!(*tunable == PARAMETER_TABLE[i].tunable, "{name}: variability and table are at odds");
+                        let start: f64 = attribute(&t, "start")?.unwrap_or_default().parse().context(v.name)?;
+                        let wanted = Settings::default().get(i);
+                        ensure!(start == wanted, "{name} starts at {start}, in the library at {wanted}");
+                    }
+                }
+                _ => {}
+            },
+            _ => {}
+        }
+    }
+    for v in variables::all() {
+        ensure!(seen.iter().filter(|(n, _, _)| n == v.name).count() == 1, "{} is not there once", v.name);
+    }
+    ensure!(categories == LOG_CATEGORIES, "log categories are {categories:?}, in the library {LOG_CATEGORIES:?}");
+    Ok(())
+}
+
+/// Packs the element of this machine into a folder, for a run of its own.
+///
+/// # Errors
+/// As [`built_library`] and [`pack`].
+pub fn into_folder(folder: &Path, starts: &[(String, f64)]) -> Result<PathBuf> {
+    let out = folder.join(format!("{MODEL}.fmu"));
+    pack(&out, starts, &[built_library()?])?;
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_description_agrees_with_the_table_and_disagreement_is_named() {
+        check(DESCRIPTION).unwrap();
+        for (from, to, named) in [
+            ("\"hysteresis_damping\"", "\"hysteresis_dampinG\"", "hysteresis_dampinG"),
+            ("unit=\"J\"", "unit=\"N\"", "stored_energy"),
+            ("start=\"1e8\"", "start=\"1e9\"", "stiffness"),
+            ("valueReference=\"122\"", "valueReference=\"121\"", "effective_mass"),
+            ("logContact", "logFoo", "logFoo"),
+        ] {
+            let e = check(&DESCRIPTION.replacen(from, to, 1)).unwrap_err().to_string();
+            assert!(e.contains(named), "{e}");
+        }
+    }
+
+    #[test]
+    fn start_values_reach_library_and_description_and_change_the_guid() {
+        let mut library = vec![7u8; 100];
+        library.extend(MARKER);
+        library.extend(hysteresis_contact::start::UNPACKED_GUID);
+        library.extend([0u8; 2]);
+        library.extend(vec![0u8; 8 * PARAMETERS + 50]);
+        let b = Binary { platform: "linux64".into(), bytes: library };
+        let starts = [("stiffness".to_string(), 2.5e9), ("plastic_form".to_string(), 1.0)];
+        let (one, again) = (archive(&starts, &[b.clone()]).unwrap(), archive(&starts, &[b.clone()]).unwrap());
+        assert_eq!(one, again);
+        let other = archive(&[], &[b.clone()]).unwrap();
+        let text = |bytes: Vec<u8>| {
+            let mut z = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
+            std::io::read_to_string(z.by_name("modelDescription.xml").unwrap()).unwrap()
+        };
+        let (one, other) = (text(one), text(other));
+        assert!(one.contains("start=\"2.5e9\"") && !other.contains("start=\"2.5e9\""), "{one}");
+        let guid = |t: &str| t.split("guid=\"").nth(1).unwrap()[..38].to_string();
+        assert_ne!(guid(&one), guid(&other));
+        assert!(archive(&[("stiffnes".into(), 1.0)], &[b.clone()]).is_err());
+        assert!(archive(&[("stiffness".into(), -1.0)], &[b.clone()]).is_err());
+        assert!(archive(&[("plastic_form".into(), 0.5)], &[b]).is_err());
+        let foreign = Binary { platform: "linux64".into(), bytes: vec![0; 1000] };
+        assert!(archive(&[], &[foreign]).is_err());
+    }
+}
