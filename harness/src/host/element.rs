@@ -28,6 +28,12 @@ pub trait Element {
     /// # Errors
     /// As [`Element::force`].
     fn energies(&mut self) -> Result<Option<(f64, f64)>>;
+
+    /// Longest step, s, the integrator should take next; None: any. An element that holds its force between
+    /// communication points gives the time to the next one.
+    fn longest_step(&self) -> Option<f64> {
+        None
+    }
 }
 
 /// The law called directly.

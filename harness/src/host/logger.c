@@ -1,0 +1,42 @@
+/* The variadic half of the host's logger: formats an FMU's message and hands the text on. */
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+/* First field of what the host passes as componentEnvironment; see log.rs. */
+struct host_log {
+    void (*line)(void *environment, int status, const char *category, const char *text);
+};
+
+void touchdown_host_logger(void *environment, const char *instance, int status, const char *category,
+                           const char *message, ...) {
+    const struct host_log *host = environment;
+    char small[512];
+    char *text = small;
+    va_list arguments;
+    int length;
+
+    (void)instance;
+    if (!host || !host->line) return;
+    if (!category) category = "";
+    if (!message) message = "";
+    va_start(arguments, message);
+    length = vsnprintf(small, sizeof small, message, arguments);
+    va_end(arguments);
+    if (length < 0) {
+        host->line(environment, status, category, message);
+        return;
+    }
+    if ((size_t)length >= sizeof small) {
+        text = malloc((size_t)length + 1);
+        if (text) {
+            va_start(arguments, message);
+            vsnprintf(text, (size_t)length + 1, message, arguments);
+            va_end(arguments);
+        } else {
+            text = small;
+        }
+    }
+    host->line(environment, status, category, text);
+    if (text != small) free(text);
+}
