@@ -58,16 +58,17 @@ struct Kept {
     state: State,
 }
 
-/// Hands a line to a host's logger; formatted here and passed as "%s", so nothing in it is taken for a format.
+/// Hands a line to a host's logger, formatted here, with every % doubled: safe for a host that prints it as a format,
+/// readable in one whose callback takes no further arguments and would show a bare "%s".
 fn tell(logger: Logger, environment: *mut c_void, name: &CStr, status: Status, category: usize, message: &str) {
     let log = match logger {
         Some(log) => log,
         None => return,
     };
     let clean = |s: &str| CString::new(s.replace('\0', " ")).unwrap_or_default();
-    let (category, message) = (clean(LOG_CATEGORIES[category]), clean(message));
+    let (category, message) = (clean(LOG_CATEGORIES[category]), clean(&message.replace('%', "%%")));
     // SAFETY: the host gave the logger for this; every pointer is to a string that ends with 0 and outlives the call
-    unsafe { log(environment, name.as_ptr(), status, category.as_ptr(), b"%s\0".as_ptr().cast(), message.as_ptr()) }
+    unsafe { log(environment, name.as_ptr(), status, category.as_ptr(), message.as_ptr()) }
 }
 
 impl Component {

@@ -233,7 +233,7 @@ impl Instance {
         let s = &self.state;
         let (tried, x, v) = self.ahead(&self.memory());
         let (mut fx, mut fv) = s.settings.law.derivatives(&tried, x, v);
-        if fx != 0.0 || fv != 0.0 {
+        if s.settings.law.relaxation_stiffness > 0.0 && s.settings.law.pushes(&tried, x, v) {
             fx += s.settings.law.relaxation_slope(x);
         }
         fv += fx * s.settings.lookahead * s.step;

@@ -280,6 +280,16 @@ impl Parameters {
         }
     }
 
+    /// Whether anything pushes at (`x` m, `v` m/s): the surfaces meet and the force is not clamped.
+    #[inline]
+    pub fn pushes(&self, m: &Memory, x: f64, v: f64) -> bool {
+        if x <= 0.0 {
+            return false;
+        }
+        let (a, b) = self.push(m, x, v, if x > m.deepest { x } else { m.deepest });
+        a.0 + b.0 > 0.0
+    }
+
     /// Slope of the Maxwell branches at that instant, N/m.
     #[inline]
     pub fn relaxation_slope(&self, x: f64) -> f64 {
