@@ -329,9 +329,10 @@ mod tests {
         library.extend(vec![0u8; 8 * PARAMETERS + 50]);
         let b = Binary { platform: "linux64".into(), bytes: library };
         let starts = [("stiffness".to_string(), 2.5e9), ("plastic_form".to_string(), 1.0)];
-        let (one, again) = (archive(&starts, &[b.clone()]).unwrap(), archive(&starts, &[b.clone()]).unwrap());
+        let (one, again) =
+            (archive(&starts, std::slice::from_ref(&b)).unwrap(), archive(&starts, std::slice::from_ref(&b)).unwrap());
         assert_eq!(one, again);
-        let other = archive(&[], &[b.clone()]).unwrap();
+        let other = archive(&[], std::slice::from_ref(&b)).unwrap();
         let text = |bytes: Vec<u8>| {
             let mut z = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
             std::io::read_to_string(z.by_name("modelDescription.xml").unwrap()).unwrap()
@@ -340,8 +341,8 @@ mod tests {
         assert!(one.contains("start=\"2.5e9\"") && !other.contains("start=\"2.5e9\""), "{one}");
         let guid = |t: &str| t.split("guid=\"").nth(1).unwrap()[..38].to_string();
         assert_ne!(guid(&one), guid(&other));
-        assert!(archive(&[("stiffnes".into(), 1.0)], &[b.clone()]).is_err());
-        assert!(archive(&[("stiffness".into(), -1.0)], &[b.clone()]).is_err());
+        assert!(archive(&[("stiffnes".into(), 1.0)], std::slice::from_ref(&b)).is_err());
+        assert!(archive(&[("stiffness".into(), -1.0)], std::slice::from_ref(&b)).is_err());
         assert!(archive(&[("plastic_form".into(), 0.5)], &[b]).is_err());
         let foreign = Binary { platform: "linux64".into(), bytes: vec![0; 1000] };
         assert!(archive(&[], &[foreign]).is_err());
