@@ -6,6 +6,8 @@ pub mod fit;
 pub mod host;
 pub mod model;
 pub mod pack;
+pub mod progress;
 pub mod record;
 pub mod report;
 pub mod scenario;
+pub mod tableau;

@@ -3,9 +3,10 @@
 use anyhow::{Context, Result};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use touchdown::files;
-use touchdown::report::{Chart, Page, Style};
-use touchdown::scenario::{simulate, Scenario};
+use touchdown::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
+use touchdown::report::run::{page, Done};
+use touchdown::scenario::{element_for, simulate, table, Case, Outcome, Scenario, Through};
+use touchdown::{files, report};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -14,77 +15,77 @@ pub struct Arguments {
     /// Folder for results.csv, summary.json and report.html
     #[arg(long)]
     out: PathBuf,
+    /// FMU to run instead of our own
+    #[arg(long, conflicts_with = "direct")]
+    fmu: Option<PathBuf>,
+    /// Call the law directly, without an FMU
+    #[arg(long)]
+    direct: bool,
+    /// Write results.parquet too
+    #[arg(long)]
+    parquet: bool,
+}
+
+impl Arguments {
+    fn through(&self, case: &Case) -> Through {
+        match (&self.fmu, &case.fmu) {
+            _ if self.direct => Through::Direct,
+            (Some(f), _) => Through::Fmu(f.clone()),
+            (None, Some(f)) => Through::Fmu(self.scenario.parent().map_or(f.clone(), |d| d.join(f))),
+            (None, None) => Through::Own,
+        }
+    }
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
-    let s = Scenario::load(&a.scenario)?;
-    let o = simulate(&s).with_context(|| format!("{}", a.scenario.display()))?;
-    let mut csv =
-        String::from("time [s],penetration [m],velocity [m/s],force [N],stored energy [J],dissipated energy [J]\n");
-    for r in &o.rows {
-        csv += &format!(
-            "{:e},{:e},{:e},{:e},{:e},{:e}\n",
-            r.time, r.penetration, r.velocity, r.force, r.stored, r.dissipated
-        );
+    let scenario = Scenario::load(&a.scenario)?;
+    let cases = scenario.cases();
+    catch_interrupts();
+    let progress = Progress::new("run", cases.len() as u64);
+    let mut outcomes: Vec<(usize, Outcome, String)> = Vec::new();
+    for (i, case) in cases.iter().enumerate() {
+        let named = || format!("{}: {}", a.scenario.display(), case.name);
+        let (mut element, name) = element_for(&a.through(case), &case.law).with_context(named)?;
+        let mut watch = |m: &touchdown::scenario::Moment| {
+            progress.note(&|| format!("{:.6} s simulated, impact {}, {} steps", m.time, m.impacts, m.steps));
+            !interrupted()
+        };
+        let o = simulate(case, element.as_mut(), &mut watch).with_context(named)?;
+        progress.add(1);
+        let stop = o.interrupted || interrupted();
+        outcomes.push((i, o, name));
+        if stop {
+            break;
+        }
     }
-    let column = |f: fn(&touchdown::scenario::Row) -> f64| o.rows.iter().map(f).collect::<Vec<f64>>();
-    let (t, x, f) = (column(|r| r.time), column(|r| r.penetration), column(|r| r.force));
-    let head = [
-        "touch, s",
-        "speed, m/s",
-        "deepest, m",
-        "peak force, N",
-        "duration, s",
-        "restitution",
-        "lost, J",
-        "rebound, m",
-    ];
-    let rows: Vec<Vec<String>> = o
-        .bounces
-        .iter()
-        .map(|b| {
-            let figures = [b.touch, b.impact_speed, b.deepest, b.peak_force, b.duration, b.restitution, b.energy_lost];
-            let mut r: Vec<String> = figures.iter().map(|v| format!("{v:.6e}")).collect();
-            r.push(b.rebound_height.map_or(String::from("-"), |v| format!("{v:.6e}")));
-            r
-        })
-        .collect();
+    drop(progress);
+    let cut = interrupted() && (outcomes.len() < cases.len() || outcomes.last().is_some_and(|o| o.1.interrupted));
     let title = a.scenario.file_stem().map_or(String::from("run"), |n| n.to_string_lossy().into_owned());
-    let html = Page::new(&title)
-        .section("Impacts")
-        .table(&head, &rows)
-        .figure(
-            &Chart::new("Force", "time [s]", "force [N]").series("contact", &t, &f, Style::After).svg(),
-            "Force against time",
-        )
-        .figure(
-            &Chart::new("Force", "penetration [m]", "force [N]").series("contact", &x, &f, Style::After).svg(),
-            "Force against penetration",
-        )
-        .figure(
-            &Chart::new("Energy", "time [s]", "energy [J]")
-                .series("stored", &t, &column(|r| r.stored), Style::After)
-                .series("dissipated", &t, &column(|r| r.dissipated), Style::Before)
-                .svg(),
-            "Energy in the contact",
-        )
-        .html();
-    let summary = serde_json::to_string_pretty(&serde_json::json!({"impacts": o.bounces}))? + "\n";
-    for (name, text) in [("results.csv", &csv), ("summary.json", &summary), ("report.html", &html)] {
-        let path = a.out.join(name);
-        files::write(&path, text.as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))?;
+    let done: Vec<Done> =
+        outcomes.iter().map(|(i, o, element)| Done { case: &cases[*i], outcome: o, element }).collect();
+    let summary = report::run::summary(&title, &done, cases.len(), cut);
+    let pairs: Vec<(&Case, &Outcome)> = done.iter().map(|d| (d.case, d.outcome)).collect();
+    let rows = table(&pairs);
+    let json = serde_json::to_string_pretty(&summary)? + "\n";
+    let mut out = vec![
+        ("results.csv", rows.csv().into_bytes()),
+        ("summary.json", json.into_bytes()),
+        ("report.html", page(&title, &done, &summary).html().into_bytes()),
+    ];
+    if a.parquet {
+        out.push(("results.parquet", rows.parquet().context("results.parquet: cannot be made")?));
     }
-    for (i, b) in o.bounces.iter().enumerate() {
-        println!(
-            "impact {}: {:.6} m/s, deepest {:.6e} m, peak {:.6e} N, restitution {:.6}, lasts {:.6e} s",
-            i + 1,
-            b.impact_speed,
-            b.deepest,
-            b.peak_force,
-            b.restitution,
-            b.duration
-        );
+    for (name, bytes) in &out {
+        let path = a.out.join(name);
+        files::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))?;
+    }
+    for line in report::run::lines(&done, &summary) {
+        println!("{line}");
     }
     println!("pictures: {}", a.out.join("report.html").display());
+    if cut {
+        println!("interrupted: {} of {} runs, the last one as far as it came", done.len(), cases.len());
+        return Ok(ExitCode::from(INTERRUPTED_CODE));
+    }
     Ok(ExitCode::SUCCESS)
 }

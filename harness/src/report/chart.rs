@@ -11,7 +11,21 @@ pub enum Style {
     Before,
     /// After: a blue line.
     After,
+    /// One of many: a line in the n-th of eight colours, from 0 on, over again beyond.
+    Line(usize),
 }
+
+/// Colours of [`Style::Line`]: told apart without red and green (after Okabe and Ito 2008).
+const COLOURS: [RGBColor; 8] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 0, 0),
+    RGBColor(130, 110, 60),
+];
 
 struct Series {
     name: String,
@@ -100,6 +114,7 @@ impl Chart {
                 Style::Measured => RGBColor(120, 120, 120),
                 Style::Before => RGBColor(200, 40, 40),
                 Style::After => RGBColor(30, 80, 200),
+                Style::Line(n) => COLOURS[n % COLOURS.len()],
             };
             if s.style == Style::Measured {
                 chart

@@ -2,6 +2,7 @@
 
 mod chart;
 mod page;
+pub mod run;
 
 pub use chart::{Chart, Style};
 pub use page::Page;
