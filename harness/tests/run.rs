@@ -80,6 +80,11 @@ fn golden_impacts_hold_to_a_millionth_on_the_law() {
     golden(&["--direct"]);
 }
 
+#[test]
+fn golden_impacts_hold_to_a_millionth_through_the_fmu() {
+    golden(&[]);
+}
+
 const THREE: &str = "kind = \"drop_test\"\nmodel = \"three_mass\"\nimpact_speed = 1.0\n\
     [masses]\naccelerometer = 0.05\nbody = 0.85\ntip = 0.1\n\
     [contact]\nstiffness = 3.51e10\nexponent = 2.79\nhysteresis_damping = 2.70e10\n";

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use touchdown::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
 use touchdown::report::run::{page, Done};
-use touchdown::scenario::{element_for, simulate, table, Case, Outcome, Scenario, Through};
+use touchdown::scenario::{simulate, table, Case, Outcome, Scenario, Source, Through};
 use touchdown::{files, report};
 
 #[derive(clap::Args)]
@@ -15,7 +15,7 @@ pub struct Arguments {
     /// Folder for results.csv, summary.json and report.html
     #[arg(long)]
     out: PathBuf,
-    /// FMU to run instead of our own
+    /// FMU to run instead of our own, which is packed on the fly
     #[arg(long, conflicts_with = "direct")]
     fmu: Option<PathBuf>,
     /// Call the law directly, without an FMU
@@ -39,13 +39,16 @@ impl Arguments {
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
     let scenario = Scenario::load(&a.scenario)?;
-    let cases = scenario.cases();
+    let mut cases = scenario.cases();
+    let mut source = Source::new();
     catch_interrupts();
     let progress = Progress::new("run", cases.len() as u64);
     let mut outcomes: Vec<(usize, Outcome, String)> = Vec::new();
-    for (i, case) in cases.iter().enumerate() {
-        let named = || format!("{}: {}", a.scenario.display(), case.name);
-        let (mut element, name) = element_for(&a.through(case), &case.law).with_context(named)?;
+    for (i, case) in cases.iter_mut().enumerate() {
+        let of = if case.name.is_empty() { String::new() } else { format!(" ({})", case.name) };
+        let named = || format!("{}{of}", a.scenario.display());
+        let (mut element, name) = source.element(&a.through(case), case).with_context(named)?;
+        let case = &*case;
         let mut watch = |m: &touchdown::scenario::Moment| {
             progress.note(&|| format!("{:.6} s simulated, impact {}, {} steps", m.time, m.impacts, m.steps));
             !interrupted()

@@ -3,6 +3,7 @@
 use hysteresis_contact::law::stiffness::{half_space, rectangular_faces};
 use hysteresis_contact::law::Parameters;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Key at fault, and the cure.
@@ -39,14 +40,36 @@ impl Faces {
     }
 }
 
+/// Names of an FMU's variables; absent: those of our own.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Variables {
+    /// Input, a length, positive into the stop.
+    pub penetration: Option<String>,
+    /// Input, a speed; empty where the FMU takes none.
+    pub velocity: Option<String>,
+    /// Output, a force, positive in compression.
+    pub force: Option<String>,
+}
+
 macro_rules! contact {
     ($($(#[$doc:meta])* $name:ident: $type:ty,)*) => {
         /// The contact's parameters by the names of the FMU's contract; what is absent is neutral.
         #[derive(Clone, Debug, Default, Deserialize)]
         #[serde(deny_unknown_fields)]
         pub struct Contact {
-            /// FMU to use, a path from the scenario's folder; absent: our own.
+            /// FMU to use, a path from the scenario's folder; absent: our own. It gets the parameters given here,
+            /// no others; `stiffness` and `exponent` may then be absent.
             pub fmu: Option<PathBuf>,
+            /// Names of that FMU's variables.
+            #[serde(default)]
+            pub variables: Variables,
+            /// Further parameters of that FMU by its own names.
+            #[serde(default)]
+            pub parameters: BTreeMap<String, f64>,
+            /// Hold that FMU's force over macro-steps of this length, s, > 0; absent: it answers at once, or its
+            /// steps are tried out and taken back.
+            pub macro_step: Option<f64>,
             /// Faces whose theoretical stiffness is taken, p = 1, instead of `stiffness` and `exponent`.
             pub faces: Option<Faces>,
             $($(#[$doc])* pub $name: Option<$type>,)*
@@ -60,6 +83,18 @@ macro_rules! contact {
                 $(if let Some(v) = self.$name { p.$name = v; })*
                 p
             }
+
+            /// Parameters of the law that are given, by name.
+            pub fn given(&self) -> Vec<(String, f64)> {
+                let mut all = Vec::new();
+                $(if let Some(v) = self.$name { all.push((stringify!($name).to_string(), f64::from(v))); })*
+                all
+            }
+        }
+
+        /// Every parameter of a law, by name.
+        pub fn named(p: &Parameters) -> Vec<(String, f64)> {
+            vec![$((stringify!($name).to_string(), f64::from(p.$name))),*]
         }
     };
 }
@@ -116,6 +151,14 @@ impl Contact {
     /// The key at fault and the cure.
     pub fn parameters(&self) -> Result<Parameters, Fault> {
         let mut p = self.over(Parameters::default());
+        if self.fmu.is_none() {
+            let alone = |key, empty: bool| if empty { Ok(()) } else { Err((key, "it with fmu only".to_string())) };
+            alone("variables", self.variables == Variables::default())?;
+            alone("parameters", self.parameters.is_empty())?;
+        }
+        if self.macro_step.is_some_and(|h| !(h.is_finite() && h > 0.0)) {
+            return Err(("macro_step", "a time above 0, in s, or leave it out".into()));
+        }
         match (&self.faces, self.stiffness, self.exponent) {
             (Some(_), Some(_), _) => return Err(("faces", "either stiffness or faces, not both".into())),
             (Some(f), None, e) => {
@@ -125,6 +168,7 @@ impl Contact {
                 p.stiffness = f.stiffness()?;
                 p.exponent = 1.0;
             }
+            (None, _, _) if self.fmu.is_some() => {}
             (None, None, _) => return Err(("stiffness", "k in N/m^p, or faces = { a, b, .. }".into())),
             (None, _, None) => return Err(("exponent", "p, 0.5 to 5".into())),
             _ => {}

@@ -208,7 +208,8 @@ impl Scenario {
         let name = path.display();
         let text = std::fs::read_to_string(path)
             .with_context(|| format!("{name}: cannot be read; give the path of a scenario file"))?;
-        Scenario::parse(&text).map_err(|(line, what)| match line {
+        let dir = path.parent().unwrap_or(Path::new(""));
+        Scenario::parse(&text).and_then(|s| s.check_files(&text, dir).map(|()| s)).map_err(|(line, what)| match line {
             Some(n) => anyhow!("{name}:{n}: {what}"),
             None => anyhow!("{name}: {what}"),
         })
@@ -231,6 +232,19 @@ impl Scenario {
                 Err((line, format!("{of}{key}: give {cure}")))
             }
         }
+    }
+
+    /// Sees that every FMU named is there.
+    fn check_files(&self, text: &str, dir: &Path) -> Result<(), (Option<usize>, String)> {
+        let tips = self.tip.iter().enumerate().map(|(i, t)| ("tip.contact", i, &t.contact));
+        for (table, i, c) in self.contact.iter().map(|c| ("contact", 0, c)).chain(tips) {
+            if let Some(f) = c.fmu.as_ref().filter(|f| !dir.join(f).is_file()) {
+                let line = line_of(text, table, i, "fmu");
+                let cure = "give its path from the scenario's folder";
+                return Err((line, format!("[{table}] fmu: there is no file {}; {cure}", dir.join(f).display())));
+            }
+        }
+        Ok(())
     }
 
     /// All drop heights, m; empty with an impact speed or a contactor.

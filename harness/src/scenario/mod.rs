@@ -15,14 +15,14 @@ mod rig;
 mod simulate;
 mod source;
 
-pub use contact::{Contact, Faces};
+pub use contact::{Contact, Faces, Variables};
 pub use file::{Compare, Kind, Masses, Model, PhotoInterrupters, Scenario, Sensors, Tip};
 pub use interrupters::{recover, Recovered};
 pub use plan::{Case, Start};
 pub use results::{peak, table, Exact, SensorPeak, Table};
 pub use rig::{Bodies, Link, Rig, Spring};
 pub use simulate::{simulate, Balance, Bounce, Event, Moment, Outcome, Row};
-pub use source::{element_for, Through};
+pub use source::{Source, Through};
 
 /// Standard gravity, m/s^2.
 pub const GRAVITY: f64 = 9.80665;

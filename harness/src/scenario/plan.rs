@@ -1,6 +1,6 @@
 //! One case for every tip, drop height and comparison a scenario asks for.
 
-use super::contact::Contact;
+use super::contact::{Contact, Variables};
 use super::file::{Compare, Kind, Model, PhotoInterrupters, Scenario, Tip};
 use super::rig::{Bodies, Link, Rig, Spring};
 use super::GRAVITY;
@@ -33,8 +33,16 @@ pub struct Case {
     pub start: Start,
     /// The contact.
     pub law: Parameters,
-    /// FMU the scenario names, a path from the scenario's folder.
+    /// Parameters of the law that the file gives, by name: what an FMU of somebody else's gets.
+    pub given: Vec<(String, f64)>,
+    /// FMU of somebody else's, if any; a path from the scenario's folder, as the file gives it.
     pub fmu: Option<PathBuf>,
+    /// Names of that FMU's variables.
+    pub variables: Variables,
+    /// Further parameters of that FMU by its own names.
+    pub parameters: Vec<(String, f64)>,
+    /// Macro-step over which that FMU's force is held, s.
+    pub macro_step: Option<f64>,
     /// Impacts at most.
     pub impacts: usize,
     /// Rebound height taken as rest, m.
@@ -57,11 +65,12 @@ impl Case {
         self.drop_height().or(self.rig.spring.map(|s| s.travel))
     }
 
-    /// Whether nothing but the plain law acts on one body from touch on, so that law::impact knows the answer.
+    /// Whether nothing but the plain law, and no FMU of somebody else's, acts on one body from touch on, so that
+    /// law::impact knows the answer.
     pub fn is_free_and_plain(&self) -> bool {
         let r = &self.rig;
         let free = r.count() == 1 && r.gravity_after == 0.0 && r.friction == 0.0 && r.spring.is_none();
-        free && super::contact::is_plain(&self.law)
+        free && self.fmu.is_none() && super::contact::is_plain(&self.law)
     }
 }
 
@@ -95,8 +104,12 @@ impl Scenario {
                         compare: other.map(|c| c.name.clone()),
                         rig: self.rig(tip),
                         start: *start,
+                        given: given(contact, other),
                         law: other.map_or(law, |c| with_stiffness(&law, c)),
                         fmu: contact.fmu.clone(),
+                        variables: contact.variables.clone(),
+                        parameters: contact.parameters.clone().into_iter().collect(),
+                        macro_step: contact.macro_step,
                         impacts: self.most_impacts(),
                         rest_height: self.rest_height,
                         interrupters: self.photo_interrupters,
@@ -144,6 +157,17 @@ impl Scenario {
             }),
         }
     }
+}
+
+fn given(contact: &Contact, other: Option<&Compare>) -> Vec<(String, f64)> {
+    let mut all = contact.given();
+    if contact.faces.is_some() || other.is_some() {
+        let law = contact.parameters().unwrap_or_default();
+        let law = other.map_or(law, |c| with_stiffness(&law, c));
+        all.retain(|(n, _)| n != "stiffness" && n != "exponent");
+        all.extend([("stiffness".to_string(), law.stiffness), ("exponent".to_string(), law.exponent)]);
+    }
+    all
 }
 
 fn with_stiffness(law: &Parameters, c: &Compare) -> Parameters {

@@ -367,6 +367,9 @@ pub fn simulate(case: &Case, element: &mut dyn Element, watch: &mut dyn FnMut(&M
         if o.bounces.is_empty() {
             active.extend((0..case.interrupters.map_or(0, |p| p.count)).map(|j| INTERRUPTERS + j));
         }
+        if let Some(most) = run.element.longest_step() {
+            h = h.min(most);
+        }
         let (mut z, grow) = loop {
             let (z, e) = run.step(t, &y, h, &k0)?;
             let mut err: f64 = 0.0;
