@@ -35,16 +35,23 @@ def _resonant(w, zeta):
     return np.ravel(bd), np.ravel(ad)
 
 
-def shifted(y, dt, by):
-    """y(t - by): a channel that comes `by` seconds late."""
+def shifted(y, dt, by, drift=0.0):
+    """y(t - by - drift t): a channel that comes `by` seconds late, by a clock that may run at another rate."""
     t = np.arange(len(y)) * dt
-    return CubicSpline(t, y)(np.clip(t - by, t[0], t[-1]))
+    return CubicSpline(t, y)(np.clip(t - by - drift * t, t[0], t[-1]))
 
 
-def clipped(y, limit, soft):
-    """Clipping at +-limit; soft: a knee that starts at 85 % of the limit and saturates at it."""
-    if not soft:
+def clipped(y, limit, soft, dt=1.0):
+    """Clipping at +-limit; soft: True for a knee that starts at 85 % of the limit and saturates at it, or the time [s]
+    an overloaded amplifier takes to let go."""
+    if soft is False:
         return np.clip(y, -limit, limit)
+    if soft is not True:
+        out = np.clip(y, -limit, limit)
+        n = max(int(round(soft / dt)), 1)
+        for i in np.flatnonzero((np.abs(y[:-1]) > limit) & (np.abs(y[1:]) <= limit)):
+            out[i + 1:i + 1 + n] = np.sign(y[i]) * limit
+        return out
     knee = 0.85 * limit
     over = np.abs(y) - knee
     return np.where(over > 0, np.sign(y) * (knee + (limit - knee) * np.tanh(over / (limit - knee))), y)
@@ -56,18 +63,24 @@ def through(sig, dt, chain):
     if "resonance" in chain:
         f, zeta = chain["resonance"]
         b, a = _resonant(float(2 * np.pi * f * dt), zeta)
-        out["force"] = signal.lfilter(b, a, out["force"])
+        u = out["force"]
+        out["force"] = signal.lfilter(b, a, u)
+        if "second_mode" in chain:
+            apart, share = chain["second_mode"]
+            b, a = _resonant(float(2 * np.pi * f * apart * dt), zeta)
+            out["force"] = (1 - share) * out["force"] + share * signal.lfilter(b, a, u)
     if "gain" in chain:
         out["force"] = out["force"] * chain["gain"]
     if "droop" in chain:
         ch, order, tau = chain["droop"]
-        out[ch] = filtered(out[ch], dt, "droop", order, 1.0 / tau)
+        share = chain.get("droop_share", 1.0)
+        out[ch] = share * filtered(out[ch], dt, "droop", order, 1.0 / tau) + (1 - share) * out[ch]
     if "lowpass" in chain:
         ch, kind, order, corner = chain["lowpass"]
         out[ch] = filtered(out[ch], dt, kind, order, corner)
     if "skew" in chain:
         ch, by = chain["skew"]
-        out[ch] = shifted(out[ch], dt, by)
+        out[ch] = shifted(out[ch], dt, by, chain.get("skew_drift", 0.0))
     if "bent" in chain:
         x = out["penetration"]
         out["penetration"] = x + chain["bent"] * x * np.abs(x) / chain["bent_ref"]

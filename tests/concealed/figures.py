@@ -12,7 +12,7 @@ from .judge import CHANNELS, band, files, table
 
 BLUE, ORANGE, GREY, RED, GREEN = "#1f5fa8", "#d9822b", "#8a8f98", "#b3261e", "#2e7d4f"
 plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
-                     "grid.alpha": 0.25, "legend.frameon": False, "svg.hashsalt": "touchdown"})
+                     "grid.alpha": 0.25, "legend.frameon": False, "svg.hashsalt": "touchdown", "svg.fonttype": "none"})
 LABEL = {"force": "force [N]", "acceleration": "acceleration [m/s²]", "penetration": "penetration [m]"}
 
 
@@ -58,6 +58,35 @@ def detection(rows):
     ax.set_xscale("log")
     ax.set_ylim(-0.1, 1.05)
     ax.set_xlabel("strength: misfit of the calibrated base over noise")
+    ax.set_ylabel("share of cases")
+    ax.legend(loc="lower right")
+    return svg(fig)
+
+
+def limits(rows):
+    """Right names against the length of the trace that is left, beside the two-class bound averaged over the same cases."""
+    fig, ax = plt.subplots(figsize=(7, 3.4))
+    one = [r for r in rows if r.get("limit") and r["limit"]["sigmas"] > 0]
+    if not one:
+        plt.close(fig)
+        return ""
+    one.sort(key=lambda r: r["limit"]["sigmas"])
+    parts = [q for q in np.array_split(np.arange(len(one)), max(min(len(one) // 6, 8), 1)) if len(q)]
+    x, y, lo, hi, best = [], [], [], [], []
+    for q in parts:
+        rs = [one[i] for i in q]
+        k = sum(r["right"] for r in rs)
+        l, h = band(k, len(rs))
+        x.append(np.exp(np.mean(np.log([r["limit"]["sigmas"] for r in rs]))))
+        y.append(k / len(rs)); lo.append(l); hi.append(h)
+        best.append(np.mean([r["limit"]["p_right"] for r in rs]))
+        ax.annotate(str(len(rs)), (x[-1], -0.03), ha="center", va="top", fontsize=7, color=GREY)
+    ax.plot(x, best, "s--", ms=4, color=ORANGE, label="best any method could do (two-class bound, mean)")
+    ax.plot(x, y, "o-", color=BLUE, label="named right, nothing besides")
+    ax.fill_between(x, lo, hi, color=BLUE, alpha=0.15)
+    ax.set_xscale("log")
+    ax.set_ylim(-0.1, 1.05)
+    ax.set_xlabel("trace left after calibration, nuisances projected out [sigmas]")
     ax.set_ylabel("share of cases")
     ax.legend(loc="lower right")
     return svg(fig)

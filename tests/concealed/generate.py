@@ -163,7 +163,7 @@ def record(rng, rig, pairs, hostile):
             if c == "penetration":
                 y += (0.004 * rig.ref["x"] if rig.kind == "indentation" else 2e-6) * rng.standard_normal()
             if "unclipped" in s and s["chain"]["clip"][0] == c:
-                y = chain_.clipped(y, s["limit"] * gain[c], s["chain"]["clip"][2])
+                y = chain_.clipped(y, s["limit"] * gain[c], s["chain"]["clip"][2], rig.dt)
             q = 2 * span[c] / 2 ** 14
             row[c] = np.round(y / q) * q
         data.append(row)
@@ -204,7 +204,7 @@ def write_case(folder, name, rig, data, told, mass, user, units):
 def attempt(rng, tier, mechanism, used):
     """One try at a case; None where it does not come out as wanted."""
     group = "null" if tier == "null" else "single"
-    if tier in ("pair", "unknown"):
+    if tier == "pair":
         kind = "drop-test"
     else:
         kinds = [k for k in KINDS if mechanism is None or any(allowed(*f, k, CHANNELS) for f in FORMS if f[0] == mechanism)]

@@ -22,6 +22,17 @@ def table(path):
     return {h: a[:, j] for j, h in enumerate(head)}
 
 
+SI = {"s": 1.0, "ms": 1e-3, "N": 1.0, "kN": 1e3, "mN": 1e-3, "m": 1.0, "mm": 1e-3, "um": 1e-6, "m/s^2": 1.0, "g": 9.80665}
+
+
+def si(path):
+    """A recording in SI units: {column: array}."""
+    with open(path, newline="") as f:
+        head = next(csv.reader(f))
+    units = {h.split("[")[0].strip(): h.split("[")[1].strip(" ]") if "[" in h else "" for h in head}
+    return {c: v * SI.get(units[c], 1.0) for c, v in table(path).items()}
+
+
 def files(case):
     with open(case / "campaign.toml", "rb") as f:
         return [r["file"] for r in tomllib.load(f)["recording"]]
@@ -81,6 +92,7 @@ EXACT = {
     ("base_compliance", "light-damped"): {"base_stiffness": lambda e, b, s: e["kb"]},
     ("loose_part", "linear"): {"loose_mass": lambda e, b, s: e["lm"], "loose_gap": lambda e, b, s: e["lgap"]},
     ("gravity", "left-out"): {"gravity": lambda e, b, s: 9.81},
+    ("gravity", "inclined"): {"gravity": lambda e, b, s: e["g"]},
     ("secondary_stiffening", "hertzian"): {"secondary_depth": lambda e, b, s: e["st_d"]},
     ("secondary_stiffening", "linear"): {"secondary_depth": lambda e, b, s: e["st_d"]},
     ("plastic_indentation", "thornton"): {"yield_penetration": lambda e, b, s: e["pl_y"]},

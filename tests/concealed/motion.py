@@ -34,7 +34,8 @@ CORR_F, CORR_W = 56, 57                          # unknown: corrugated surface
 RATE, RATE_V = 58, 59                            # unknown: stiffness that grows with speed
 VE_N, VE_KIND = 60, 61                           # Maxwell branches: how many, on x (0) or on x^p (1)
 VE_K, VE_T = 62, 70                              # eight stiffnesses, eight time constants
-NP = 80
+ST_W, PL_M, SP_K3, MG_EDDY = 78, 79, 80, 81      # width of a layer's onset, power of a return, cubic spring, eddy fade
+NP = 82
 NS = 15
 
 
@@ -55,7 +56,8 @@ def skeleton(x, deepest, P):
     """Force without rate [N]: power law, or the branch that plasticity returns on.
 
     1 permanent set a (deepest - y), same exponent. 2 Walton and Braun 1986: straight return, steeper than the
-    tangent by the ratio. 3 Thornton 1997: return with the radius grown as the load it lost.
+    tangent by the ratio. 3 Thornton 1997: return with the radius grown as the load it lost. 4 Oliver and Pharr 1992:
+    return with its own power, to a set that grows with the square of what lies beyond yield.
     """
     if x <= 0.0:
         return 0.0
@@ -71,6 +73,9 @@ def skeleton(x, deepest, P):
     if P[PL] == 2.0:
         k2 = P[PL_R] * p * top / deepest
         return max(0.0, min(virgin(x, P), top - k2 * (deepest - x)))
+    if P[PL] == 4.0:
+        d = P[PL_R] * (deepest - P[PL_Y]) ** 2 / deepest
+        return top * ((x - d) / (deepest - d)) ** P[PL_M] if x > d else 0.0
     k = P[K] * P[KFAC]
     ku = k * math.sqrt(k * deepest ** p / top)
     d = deepest - (top / ku) ** (1.0 / p)
@@ -129,7 +134,11 @@ def contact_force(x, v, touching, leaving, deepest, turn, cracked, y, P):
             if P[CV_THIN] > 0.0:
                 c /= 1.0 + abs(v) / P[CV_THIN]
             f += c * v
-        if P[ST_K] != 0.0 and x > P[ST_D]:
+        if P[ST_K] != 0.0 and P[ST_W] > 0.0:
+            w, d = P[ST_W], P[ST_D]
+            e = w * (math.log1p(math.exp((x - d) / w)) - math.log1p(math.exp(-d / w)))
+            f += P[ST_K] * e ** P[ST_P]
+        elif P[ST_K] != 0.0 and x > P[ST_D]:
             f += P[ST_K] * (x - P[ST_D]) ** P[ST_P]
         if P[CORR_F] != 0.0:
             f += P[CORR_F] * math.sin(2.0 * math.pi * x / P[CORR_W]) * min(1.0, x / P[CORR_W])
@@ -164,6 +173,8 @@ def others(t, x, v, z, P):
     """Every force on the body but contact and loose part [N], and the bristle's speed."""
     f = P[M] * P[G] + P[SP_PRE] - P[SP_K] * (x + P[TRAVEL])
     dz = 0.0
+    if P[SP_K3] != 0.0:
+        f -= P[SP_K3] * (x + P[TRAVEL]) ** 3
     if P[FR] != 0.0:
         q, dz = friction(v, z, P)
         f -= q
@@ -184,7 +195,7 @@ def others(t, x, v, z, P):
         if P[MG_Z] > 0.0:
             m /= (1.0 + max(x + P[TRAVEL], 0.0) / P[MG_Z]) ** 2
         if P[MG_T] > 0.0:
-            m *= math.exp(-t / P[MG_T])
+            m *= 1.0 / (1.0 + t / P[MG_T]) ** 2 if P[MG_EDDY] > 0.0 else math.exp(-t / P[MG_T])
         f -= m
     if P[JAM] != 0.0:
         f -= P[JAM] * math.exp(-((x - P[JAM_X]) / P[JAM_W]) ** 2) * math.tanh(v / 0.003)

@@ -6,7 +6,8 @@ from collections import defaultdict
 import numpy as np
 
 from . import figures as fig
-from .judge import TARGETS, band
+from .effects import STRANGE
+from .judge import TARGETS, TIES, band, summary
 
 STYLE = """body{font:15px/1.5 system-ui,sans-serif;color:#1d2126;max-width:1080px;margin:2em auto;padding:0 1em}
 h1{font-size:1.7em;margin-bottom:.2em}h2{margin-top:2.2em;border-bottom:1px solid #d8dce1;padding-bottom:.2em}
@@ -62,6 +63,9 @@ def lines(rows, summ):
                     ("pair", "pairs: both named and no third"), ("unknown", "outside the vocabulary: unexplained")):
         if g in summ:
             out.append((what, g, summ[g]["right"], summ[g]["n"]))
+    for want, what in ((False, "single effect in a form the diagnosis fits"), (True, "single effect in a form it does not fit")):
+        rs = [r for r in rows if r["group"] in ("plain", "concealed", "deep") and r.get("strange") is want]
+        out.append((what, "form", sum(r["right"] for r in rs), len(rs)))
     k, n = located(rows)
     out.append(("located: part of the system and phase (of those detected)", "located", k, n))
     return out
@@ -98,11 +102,12 @@ def families(rows):
                 line.append('<span class="grey">·</span>')
                 continue
             k = sum(r["right"] for r in rs)
-            forms = ", ".join(sorted({r["forms"][0] for r in rs}))
+            forms = ", ".join(f"{r['forms'][0]}: {said(r)}" for r in rs)
             line.append(f'<span class="{"good" if k == len(rs) else "bad" if k == 0 else "mid"}" title="{esc(forms)}">{k}/{len(rs)}</span>')
-        line.append(esc(", ".join(sorted({r["forms"][0] for r in rows if r["truth"] == [n]}))))
+        drawn = sorted({r["forms"][0] for r in rows if r["truth"] == [n]})
+        line.append(esc(", ".join(f + ("*" if (n, f) in STRANGE else "") for f in drawn)))
         body.append(line)
-    return rows_of(["mechanism"] + groups + ["forms drawn"], body, (1, 2, 3, 4, 5))
+    return rows_of(["mechanism"] + groups + ["forms drawn (* not one the diagnosis fits)"], body, (1, 2, 3, 4, 5))
 
 
 def parameter_table(rows):
@@ -148,7 +153,8 @@ def alarms(rows):
 def times(rows, head):
     t = np.array([r["seconds"] for r in rows])
     mb = max(r["mb"] for r in rows)
-    return f"<p>A campaign takes {np.median(t):.1f} s in the median, {np.percentile(t, 90):.1f} s for nine of ten, {t.max():.1f} s at worst ({head['jobs']} threads, wall clock, machine shared or not as it was); peak memory {mb:.0f} MB.</p>"
+    cpu = np.median([r["cpu"] for r in rows])
+    return f"<p>Processor time {cpu:.1f} s a campaign in the median. A campaign takes {np.median(t):.1f} s in the median, {np.percentile(t, 90):.1f} s for nine of ten, {t.max():.1f} s at worst ({head['jobs']} threads, wall clock, machine shared or not as it was); peak memory {mb:.0f} MB.</p>"
 
 
 def said(r):
@@ -202,6 +208,39 @@ def bound(rows):
             + rows_of(["case", "hidden", "sigmas left", "nearest other", "cosine", "bound", "said"], body, (2, 4, 5)))
 
 
+def ties(rows):
+    """How the pairs that such recordings cannot part were answered."""
+    body = []
+    for tie in TIES:
+        rs = [r for r in rows if len(r["truth"]) == 1 and r["truth"][0] in tie and r["detected"]]
+        if rs:
+            named = sum(r["named"] == r["truth"] for r in rs)
+            other = sum(bool(r["named"]) and r["named"][0] in tie and r["named"] != r["truth"] for r in rs)
+            open_ = sum(bool(set(r["named"]) & tie) and bool((tie - set(r["named"])) & set(r["also"])) for r in rs)
+            body.append([esc(" or ".join(sorted(tie))), len(rs), named, other, open_])
+    return rows_of(["tie", "detected", "named itself", "named as the other", "other held open"], body, (1, 2, 3, 4)) if body else ""
+
+
+def one_level_table(res):
+    if not res:
+        return ""
+    right, held = sum(r["right"] for r in res), sum(r["held"] and not r["right"] for r in res)
+    silent = sum(r["silent"] for r in res)
+    body = [[esc(r["case"]), esc(r["truth"][0]), f"{r['strength']:.2f}", esc(" + ".join(r["named"]) or ("unexplained" if r["unexplained"] else "nothing")), esc(", ".join(r["also"]))] for r in res]
+    return (f"<p>One level only: {len(res)} effects that were named right from all levels, diagnosed again from the highest level's recordings alone. {right} named right, {held} held open beside another name, "
+            f"{silent} not detected, {len(res) - right - held - silent} named wrong or unexplained.</p>" + rows_of(["case", "hidden", "strength", "said from one level", "held open"], body, (2,)))
+
+
+def real_table(found):
+    body = []
+    for r in found:
+        gain = f"{r['before'] / r['after']:.2f}" if r["before"] and r["after"] else "-"
+        shown = {True: "yes", False: "no", None: "-"}[r.get("as_shown")]
+        body.append([esc(r["campaign"]), esc(" + ".join(r["named"]) or "nothing"), "-" if r["before"] is None else f"{100 * r['before']:.2f} %",
+                     "-" if r["after"] is None else f"{100 * r['after']:.2f} %", gain, shown, f"{r['seconds']:.0f} s"])
+    return rows_of(["campaign", "named", "held-out before", "after", "times less", "as the recordings themselves show", "time"], body, (2, 3, 4, 6))
+
+
 def beside_table(others):
     body = []
     for m in others["methods"]:
@@ -211,23 +250,36 @@ def beside_table(others):
     return rows_of(["method", "settings", "false alarms", "detected", "single effect named", "share of the oracle's gain, median", "s a case"], body, (2, 3, 4, 5, 6)) + f"<ul>{notes}</ul>"
 
 
-def write(out, head, rows, summ, others, real):
+def write(out, head, rows, others, real, single_level):
     """DIR/index.html and the two pictures of the README."""
+    out.mkdir(parents=True, exist_ok=True)
+    parts = [f"<!doctype html><meta charset=utf-8><title>Concealed effects, found blind</title><style>{STYLE}</style>", "<h1>Concealed effects, found blind</h1>"]
+    if rows:
+        parts += blind(out, head, rows, others, real, single_level)
+    if others:
+        parts += ['<h2 id="beside">Beside what else one could use</h2>', beside_table(others)]
+    if real:
+        parts += ['<h2 id="real">Real recordings</h2>', real_table(real[0]), real[1]]
+    (out / "index.html").write_text("\n".join(parts))
+
+
+def blind(out, head, rows, others, real, single_level):
+    """The page's parts on concealed cases."""
+    summ = summary(rows)
     score, det = fig.scoreboard(summ, TARGETS), fig.detection(rows)
     (out / "scoreboard.svg").write_text('<?xml version="1.0"?>\n' + score)
     (out / "detection.svg").write_text('<?xml version="1.0"?>\n' + det)
     k, n = single(rows)
-    parts = [
-        f"<!doctype html><meta charset=utf-8><title>Concealed effects, found blind</title><style>{STYLE}</style>",
-        "<h1>Concealed effects, found blind</h1>",
+    return [
         f"<p>{head['cases']} campaigns drawn from seed {head['seed']} by a laboratory that shares no code with the diagnosis; effects calibrated away until the base fits with R² over 0.99; "
-        f"{k} of {n} plain and concealed single effects named with nothing besides. {head['date']}, commit <code>{esc(head['commit'])}</code>.</p>",
+        f"{k} of {n} plain and concealed single effects named with nothing besides. {head['date']}, commit <code>{esc(head['commit'])}</code>, binary <code>{esc(head['binary'])}</code>.</p>",
         f"<p>Labels sealed before the diagnosis started: sha256 <code>{head['sha256']}</code>, and unchanged when they were opened. Again: <code>tests/prove --seed {head['seed']} --cases {head['cases']} --out DIR</code></p>",
-        '<nav><a href="#board">Scoreboard</a><a href="#follow">One case</a><a href="#worst">Worst cases</a>' + ('<a href="#beside">Beside others</a>' if others else "") + ('<a href="#real">Real recordings</a>' if real else "") + "</nav>",
+        '<nav><a href="#board">Scoreboard</a><a href="#limits">Limits</a><a href="#follow">One case</a><a href="#worst">Worst cases</a>' + ('<a href="#beside">Beside others</a>' if others else "") + ('<a href="#real">Real recordings</a>' if real else "") + "</nav>",
         '<h2 id="board">Scoreboard</h2>', board(rows, summ), score,
         "<h2>By family and strength</h2>", families(rows),
+        "<p>Strength is the misfit of the calibrated base over the noise, noise-free: plain 5 to 12, concealed 1.5 to 4.4, deep 0.42 to 1.0, faint 0.03 to 0.3.</p>",
         "<h2>Detection against strength</h2>", det,
-        "<h2>Limits: what any method could know</h2>", bound(rows),
+        '<h2 id="limits">Limits: what any method could know</h2>', bound(rows), fig.limits(rows), ties(rows), one_level_table(single_level),
         "<h2>What is taken for what</h2>", fig.confusion(rows),
         "<h2>Where it sits</h2>", where(rows),
         "<h2>Parameters</h2>", parameter_table(rows),
@@ -236,25 +288,50 @@ def write(out, head, rows, summ, others, real):
         '<h2 id="follow">One case, from recordings to verdict</h2>', follow(out, rows),
         '<h2 id="worst">The worst cases</h2>', worst(out, rows),
     ]
-    if others:
-        parts += ['<h2 id="beside">Beside what else one could use</h2>', beside_table(others)]
-    if real:
-        parts += ['<h2 id="real">Real recordings</h2>', real]
-    (out / "index.html").write_text("\n".join(parts))
 
 
-def markdown(head, rows, summ, others):
-    """The table for the README."""
-    out = [f"{head['cases']} concealed cases, seed {head['seed']}, {head['date']}:", "", "| | cases | right | target | floor |", "|---|---|---|---|---|"]
-    for what, key, k, n in lines(rows, summ):
-        if n:
-            t = TARGETS.get(key)
-            out.append(f"| {what} | {n} | {pct(k, n)} | {f'{100 * t[0]:.0f} %' if t else '-'} | {f'{100 * t[1]:.0f} %' if t else '-'} |")
-    g, n = median_gain(rows)
-    if g is not None:
-        out.append(f"| share of the oracle's held-out gain, concealed, median | {n} | {g:.2f} | 0.90 | 0.75 |")
+def markdown(head, rows, others, real):
+    """The tables for the README."""
+    out = []
+    if rows:
+        out += [f"{head['cases']} concealed cases, seed {head['seed']}, {head['date']}, commit {head['commit']}; labels sha256 `{head['sha256'][:16]}`:", "",
+                "| | cases | right | 95 % band | target | floor |", "|---|---|---|---|---|---|"]
+        for what, key, k, n in lines(rows, summary(rows)):
+            if n:
+                t, (lo, hi) = TARGETS.get(key), band(k, n)
+                out.append(f"| {what} | {n} | {pct(k, n)} | {100 * lo:.0f} to {100 * hi:.0f} % | {f'{100 * t[0]:.0f} %' if t else '-'} | {f'{100 * t[1]:.0f} %' if t else '-'} |")
+        g, n = median_gain(rows)
+        if g is not None:
+            out.append(f"| share of the oracle's held-out gain, concealed, median | {n} | {g:.2f} | | 0.90 | 0.75 |")
+        out += ["", f"A campaign took {np.median([r['seconds'] for r in rows]):.0f} s in the median on the wall, {np.median([r['cpu'] for r in rows]):.0f} s of processor."]
     if others:
-        out += ["", "| beside, same cases | false alarms | detected | single effect named | gain | s a case |", "|---|---|---|---|---|---|"]
+        out += ["", f"Beside, on the first {others['cases']} of these cases:", "", "| | false alarms | detected | single effect named | share of the oracle's gain | s a case |", "|---|---|---|---|---|---|"]
         for m in others["methods"]:
             out.append(f"| {m['name']}, {m['settings']} | {m['alarms']}/{m['nulls']} | {m['detected']}/{m['effects']} | {m['named']}/{m['singles']} | {'-' if m['gain'] is None else format(m['gain'], '.2f')} | {m['seconds']:.1f} |")
+    if real:
+        out += ["", "Real recordings:", "", "| campaign | named | held-out misfit before | after | as the recordings themselves show |", "|---|---|---|---|---|"]
+        for r in real:
+            q = lambda x: "-" if x is None else f"{100 * x:.2f} %"
+            out.append(f"| {r['campaign']} | {' + '.join(r['named']) or 'nothing'}{' + unexplained' if r.get('unexplained') else ''} | {q(r['before'])} | {q(r['after'])} | { {True: 'yes', False: 'no', None: '-'}[r.get('as_shown')]} |")
     return "\n".join(out)
+
+
+START, END = "<!-- proof: written by tests/prove --readme -->", "<!-- end of proof -->"
+
+
+def readme(root, out, head, rows, others, real):
+    """Puts tables and pictures between the markers in README.md; keeps the rest of it."""
+    path = root / "README.md"
+    text = path.read_text()
+    if START not in text or END not in text:
+        raise SystemExit(f"{path}: the lines '{START}' and '{END}' are missing; put them where the tables belong")
+    lines_ = [START, "", markdown(head, rows, others, real), ""]
+    if rows:
+        pictures = root / "tests" / "concealed" / "pictures"
+        pictures.mkdir(exist_ok=True)
+        for name in ("scoreboard.svg", "detection.svg"):
+            (pictures / name).write_text((out / name).read_text())
+        lines_ += ["![right answers by group](tests/concealed/pictures/scoreboard.svg)", "", "![detected and named right against strength](tests/concealed/pictures/detection.svg)", ""]
+    temp = path.with_suffix(".md.part")
+    temp.write_text(text[:text.index(START)] + "\n".join(lines_) + text[text.index(END):])
+    temp.replace(path)

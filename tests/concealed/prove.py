@@ -1,6 +1,7 @@
 """The proof: draw, seal, diagnose blind, open, judge, one page. Run by tests/prove."""
 import argparse
 import datetime
+import hashlib
 import json
 import os
 import subprocess
@@ -9,6 +10,7 @@ import time
 from pathlib import Path
 
 from . import page
+from .effects import STRANGE
 from .generate import generate, label_hash
 from .judge import judge, summary
 
@@ -18,6 +20,8 @@ ROOT = Path(__file__).resolve().parents[2]
 def built(given):
     """The touchdown binary: the one given, or the launcher's, built if needed."""
     if given:
+        if not given.is_file():
+            sys.exit(f"--touchdown {given}: no such file")
         return given
     r = subprocess.run([str(ROOT / "harness" / "touchdown"), "--version"], stdout=subprocess.DEVNULL)
     if r.returncode not in (0, 2):
@@ -29,91 +33,174 @@ def built(given):
 
 
 def diagnose(binary, campaign, out, jobs):
-    """Diagnoses one campaign: exit code, seconds, peak memory [MB], what it printed."""
+    """Diagnoses one campaign: exit code, seconds on the wall and of processor, peak memory [MB], what it printed."""
     log = out / "log"
     log.mkdir(parents=True, exist_ok=True)
     with open(log / f"{campaign.name}.txt", "wb") as f:
         t0 = time.monotonic()
         p = subprocess.Popen([str(binary), "diagnose", str(campaign), "--out", str(out), "--jobs", str(jobs)], stdout=f, stderr=subprocess.STDOUT)
-        _, status, use = os.wait4(p.pid, 0)
+        try:
+            _, status, use = os.wait4(p.pid, 0)
+        except KeyboardInterrupt:
+            p.terminate()
+            raise
         p.returncode = os.waitstatus_to_exitcode(status)
-    return dict(code=p.returncode, seconds=time.monotonic() - t0, mb=use.ru_maxrss / 1024, printed=(log / f"{campaign.name}.txt").read_text(errors="replace").strip())
+    return dict(code=p.returncode, seconds=time.monotonic() - t0, cpu=use.ru_utime + use.ru_stime, mb=use.ru_maxrss / 1024,
+                printed=(log / f"{campaign.name}.txt").read_text(errors="replace").strip())
+
+
+def diagnose_all(binary, cases, out, jobs, what):
+    """Diagnoses every case, keeping what this very binary has answered before (out/runs.json); nothing is lost by Ctrl-C."""
+    kept = out / "runs.json"
+    version = hashlib.sha256(Path(binary).read_bytes()).hexdigest()[:12]
+    runs = json.loads(kept.read_text()) if kept.exists() else {}
+    runs = {k: r for k, r in runs.items() if r["binary"] == version and (r["code"] != 0 or (out / k / "verdict.json").exists())}
+    todo = [c for c in cases if c.name not in runs]
+    t0 = time.monotonic()
+    for i, c in enumerate(todo):
+        verdict = out / c.name / "verdict.json"
+        verdict.unlink(missing_ok=True)              # an answer of another binary is no answer
+        runs[c.name] = dict(diagnose(binary, c, out, jobs), binary=version)
+        temp = kept.with_suffix(".part")
+        temp.write_text(json.dumps(runs))
+        temp.replace(kept)
+        progress(i + 1, len(todo), t0, what)
+    return runs, version
 
 
 def progress(i, n, t0, what):
     left = (time.monotonic() - t0) / i * (n - i)
-    print(f"\r{what} {i}/{n}, {left:.0f} s to go   ", end="\n" if i == n else "", file=sys.stderr, flush=True)
+    end = "\n" if i == n or not sys.stderr.isatty() else ""
+    if sys.stderr.isatty() or i == n or i % 5 == 0:
+        print(f"\r{what} {i}/{n}, {left:.0f} s to go   ", end=end, file=sys.stderr, flush=True)
 
 
-def main():
+def one_level(binary, out, rows, count, jobs):
+    """The first `count` single effects named right, once more with the highest level's recordings only."""
+    pool = [r for r in rows if r["right"] and r["group"] in ("plain", "concealed", "deep")][:count]
+    folder = out / "one-level" / "open"
+    for r in pool:
+        src, dst = out / "open" / r["case"], folder / r["case"]
+        if dst.exists():
+            continue
+        dst.mkdir(parents=True)
+        head, *parts = (src / "campaign.toml").read_text().split("[[recording]]")
+        key = ("drop_height", "spring_preload", "level")
+        level = [next(line.split("=")[1].split("#")[0].strip() for line in p.splitlines() if line.split("=")[0].strip() in key) for p in parts]
+        keep = [p for p, q in zip(parts, level) if q == level[-1]]
+        (dst / "campaign.toml").write_text("[[recording]]".join([head] + keep))
+        for p in keep:
+            name = next(line.split('"')[1] for line in p.splitlines() if line.startswith("file"))
+            (dst / name).write_bytes((src / name).read_bytes())
+    runs, _ = diagnose_all(binary, [folder / r["case"] for r in pool], out / "one-level" / "verdicts", jobs, "one level only")
+    res = []
+    for r in pool:
+        truth = json.loads((out / "truth" / f"{r['case']}.json").read_text())
+        q = judge(folder / r["case"], truth, out / "one-level" / "verdicts" / r["case"])
+        held = bool(set(r["truth"]) & set(q["also"]))
+        res.append(dict(case=r["case"], truth=r["truth"], strength=r["strength"], named=q["named"], also=q["also"], right=q["right"], held=held,
+                        silent=q["answered"] and not q["detected"], unexplained=q["unexplained"], seconds=runs[r["case"]]["seconds"]))
+    return res
+
+
+def options():
     a = argparse.ArgumentParser(prog="tests/prove", description="Concealed effects, found blind: draws cases from a seed, diagnoses them, judges, writes DIR/index.html.")
     a.add_argument("--seed", type=int, required=True)
-    a.add_argument("--cases", type=int, required=True)
+    a.add_argument("--cases", type=int, required=True, help="how many; 0 with --real for real recordings only")
     a.add_argument("--out", type=Path, required=True)
     a.add_argument("--beside", action="store_true", help="run PySINDy, gplearn, a Gaussian process and plain recalibration on the same cases")
     a.add_argument("--beside-cases", type=int, help="only on the first so many of them")
-    a.add_argument("--real", type=Path, help="folder of real campaigns: one section each")
+    a.add_argument("--one-level", type=int, default=10, metavar="N", help="diagnose N of the effects named right once more from one level only (default 10)")
+    a.add_argument("--real", type=Path, metavar="FOLDER", help="folder of real campaigns: one section each")
+    a.add_argument("--readme", action="store_true", help="write table and pictures into README.md and tests/concealed/pictures")
     a.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     a.add_argument("--touchdown", type=Path, help="another touchdown binary than the one the launcher builds")
-    a.add_argument("--again", action="store_true", help="keep the cases --out holds already (same seed and number), diagnose and judge anew")
+    a.add_argument("--again", action="store_true", help="keep the cases --out holds already (same seed and number) and what this binary answered; judge anew")
     o = a.parse_args()
-    if o.cases < 1:
+    if o.cases < (0 if o.real else 1):
         a.error("--cases must be at least 1")
-    if o.real and not any(p.is_dir() for p in o.real.glob("*/")):
-        a.error(f"--real {o.real}: no campaign folder there")
-    out = o.out
-    mark = out / "drawn.json"
-    binary = built(o.touchdown)
+    if o.one_level < 0 or o.jobs < 1 or (o.beside_cases is not None and o.beside_cases < 1):
+        a.error("--one-level cannot be negative; --jobs and --beside-cases must be at least 1")
+    if o.real and not any((p / "campaign.toml").exists() for p in o.real.glob("*/")):
+        a.error(f"--real {o.real}: no folder with a campaign.toml there")
+    mark = o.out / "drawn.json"
     if mark.exists() and o.again:
         m = json.loads(mark.read_text())
         if (m["seed"], m["cases"]) != (o.seed, o.cases):
-            a.error(f"{out} holds {m['cases']} cases of seed {m['seed']}")
-        sealed = m["sha256"]
-        draw_s = m["seconds"]
-        if label_hash(out / "truth") != sealed:
-            sys.exit("the labels are not those that were sealed")
-    elif (out / "open").exists():
-        a.error(f"{out / 'open'} is there already: give another --out, or --again")
-    else:
-        t0 = time.monotonic()
-        generate(o.seed, o.cases, out, lambda i, n, *_: progress(i, n, t0, "drawing"))
-        draw_s = time.monotonic() - t0
-        sealed = label_hash(out / "truth")
-        mark.write_text(json.dumps(dict(seed=o.seed, cases=o.cases, sha256=sealed, seconds=draw_s)))
-    print(f"seed {o.seed}, {o.cases} cases drawn; labels sealed before the diagnosis, sha256 {sealed}", flush=True)
+            a.error(f"{o.out} holds {m['cases']} cases of seed {m['seed']}")
+    elif (o.out / "open").exists():
+        a.error(f"{o.out / 'open'} is there already: give another --out, or --again")
+    return o
 
-    cases = sorted((out / "open").iterdir())
-    runs, t0 = {}, time.monotonic()
-    for i, c in enumerate(cases):
-        runs[c.name] = diagnose(binary, c, out / "verdicts", o.jobs)
-        progress(i + 1, len(cases), t0, "diagnosing")
-    if label_hash(out / "truth") != sealed:
-        sys.exit("the labels changed while they were sealed: nothing is proved")
+
+def draw(o):
+    """Draws and seals the labels, or takes those drawn before: (sha256, seconds the drawing took)."""
+    out, mark = o.out, o.out / "drawn.json"
+    if mark.exists():
+        m = json.loads(mark.read_text())
+        if label_hash(out / "truth") != m["sha256"]:
+            sys.exit("the labels are not those that were sealed")
+        return m["sha256"], m["seconds"]
+    t0 = time.monotonic()
+    generate(o.seed, o.cases, out, lambda i, n, *_: progress(i, n, t0, "drawing"))
+    sealed, seconds = label_hash(out / "truth"), time.monotonic() - t0
+    mark.write_text(json.dumps(dict(seed=o.seed, cases=o.cases, sha256=sealed, seconds=seconds)))
+    return sealed, seconds
+
+
+def opened(cases, out, runs):
+    """Opens the labels and judges every case."""
     rows = []
     for c in cases:
         truth = json.loads((out / "truth" / f"{c.name}.json").read_text())
         r = judge(c, truth, out / "verdicts" / c.name)
-        r.update(seconds=runs[c.name]["seconds"], mb=runs[c.name]["mb"], code=runs[c.name]["code"], printed=runs[c.name]["printed"], acts=truth["acts"],
-                 origin=truth["origin"], effect=truth["true_effect"], r2=truth["base_refit_r2"])
+        r.update({k: runs[c.name].get(k) for k in ("seconds", "cpu", "mb", "code", "printed")})
+        r.update(acts=truth["acts"], origin=truth["origin"], effect=truth["true_effect"], r2=truth["base_refit_r2"],
+                 strange=any((m, f) in STRANGE for m, f in zip(truth["missing"], truth["forms"])))
         rows.append(r)
-    summ = summary(rows)
+    return rows
+
+
+def main():
+    o = options()
+    out = o.out
+    binary = built(o.touchdown)
     commit = subprocess.run(["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
-    head = dict(seed=o.seed, cases=len(cases), sha256=sealed, date=datetime.date.today().isoformat(), commit=commit, jobs=o.jobs, draw_s=draw_s)
-    (out / "scores.json").write_text(json.dumps(dict(head=head, summary=summ, cases=rows), indent=1))
-    others = None
-    if o.beside:
-        from .beside import compare
-        n = o.beside_cases or len(cases)
-        others = compare(out, rows[:n], lambda i, m, t, what: progress(i, m, t, what))
-        (out / "beside.json").write_text(json.dumps(others, indent=1))
+    head = dict(seed=o.seed, cases=o.cases, date=datetime.date.today().isoformat(), commit=commit, jobs=o.jobs)
+    rows, single_level, others = [], None, None
+    if o.cases:
+        sealed, head["draw_s"] = draw(o)
+        head["sha256"] = sealed
+        print(f"seed {o.seed}, {o.cases} cases drawn; labels sealed before the diagnosis, sha256 {sealed}", flush=True)
+        cases = sorted((out / "open").iterdir())
+        runs, head["binary"] = diagnose_all(binary, cases, out / "verdicts", o.jobs, "diagnosing")
+        if label_hash(out / "truth") != sealed:
+            sys.exit("the labels changed while they were sealed: nothing is proved")
+        rows = opened(cases, out, runs)
+        if o.one_level:
+            single_level = one_level(binary, out, rows, o.one_level, o.jobs)
+        (out / "scores.json").write_text(json.dumps(dict(head=head, summary=summary(rows), one_level=single_level, cases=rows), indent=1))
+        if o.beside:
+            from .beside import compare
+            others = compare(out, rows[:o.beside_cases or len(rows)], progress)
+            (out / "beside.json").write_text(json.dumps(others, indent=1))
+        elif (out / "beside.json").exists() and o.again:
+            others = json.loads((out / "beside.json").read_text())
     real = None
     if o.real:
         from .real import sections
-        real = sections(o.real, out / "real", lambda c, d: diagnose(binary, c, d, o.jobs))
-    page.write(out, head, rows, summ, others, real)
-    print(page.markdown(head, rows, summ, others))
+        found, real = sections(o.real, out / "real", lambda c, d: diagnose(binary, c, d, o.jobs))
+        (out / "real.json").write_text(json.dumps(found, indent=1))
+        real = (found, real)
+    page.write(out, head, rows, others, real, single_level)
+    print(page.markdown(head, rows, others, real and real[0]))
+    if o.readme:
+        page.readme(ROOT, out, head, rows, others, real and real[0])
     print(f"page: {out / 'index.html'}")
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except KeyboardInterrupt:
+        sys.exit("\nstopped; --again goes on where this ended")

@@ -219,7 +219,7 @@ def simulate(rig, P, effects=(), offsets=None, speeds=None, zeros=None, stride=1
         limit = ch.get("clip_limit") or share * max(np.abs(s[c]).max() for s in outs)
         for s in outs:
             s["unclipped"] = s[c]
-            s[c] = chain_.clipped(s[c], limit, soft)
+            s[c] = chain_.clipped(s[c], limit, soft, rig.dt * stride)
             s["limit"] = limit
     return outs
 

@@ -1,0 +1,40 @@
+"""Effects outside the vocabulary."""
+import numpy as np
+
+from . import motion as m
+from .forms import chained, form, setter
+
+
+@form("unknown:fracture", "crack", "contact", "di")
+def _(rng, rig):
+    return setter(CRACK_F=rng.uniform(0.35, 0.8) * rig.ref["Fmax"], CRACK_D=lambda s: min(0.4 * s, 0.7))
+
+
+@form("unknown:bent_scale", "quadratic", "chain", "d", ["penetration"])
+def _(rng, rig):
+    way = rng.choice([-1, 1])
+    return chained(bent=lambda s: way * 0.5 * s, bent_ref=rig.ref["xmax"])
+
+
+@form("unknown:corrugated", "periodic", "contact", "di")
+def _(rng, rig):
+    return setter(CORR_F=lambda s: 0.2 * s * rig.ref["F"], CORR_W=rng.uniform(0.25, 0.6) * rig.ref["x"])
+
+
+@form("unknown:jam", "bump", "motion", "dc")
+def _(rng, rig):
+    return setter(JAM=lambda s: 0.5 * s * rig.ref["F"], JAM_X=rng.uniform(0.2, 0.6) * rig.ref["x"], JAM_W=rng.uniform(0.05, 0.12) * rig.ref["x"])
+
+
+@form("unknown:rate_stiffness", "logarithmic", "contact", "d")
+def _(rng, rig):
+    return setter(RATE=lambda s: 0.5 * s, RATE_V=rng.uniform(0.05, 0.3) * rig.ref["v"])
+
+
+@form("unknown:temperature", "swing", "contact", "dci")
+def _(rng, rig):
+    walk = np.sin(2 * np.pi * (np.arange(40) / rng.uniform(3.5, 6.0) + rng.random()))
+
+    def apply(s, P, ch, r):
+        P[m.KFAC] *= 1 + 0.3 * min(s, 1.5) * walk[r.order]
+    return apply

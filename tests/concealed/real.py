@@ -1,0 +1,198 @@
+"""Real recordings: what the base misses, what was named, what the held-out levels say, and how the truth is known.
+
+The truth is read off the recordings themselves or off a second sensor, never off a campaign's name: a permanent set is
+where the force ends on the way back, relaxation is what it loses in a hold, adhesion is a pull below its baseline,
+clipping is a peak the other sensor saw and this one did not. A folder X-other-sensor belongs to X.
+"""
+import json
+
+import numpy as np
+
+from . import figures as fig
+from .judge import CHANNELS, distance, files, si, table
+
+def set_left(a):
+    """Depth at which the force has ended on the way back, over the deepest point; None where it does not come back."""
+    f, x = a["force"], a["penetration"]
+    top = int(np.argmax(f))
+    back = np.flatnonzero(f[top:] < 0.02 * f[top])
+    return float(x[top + back[0]] / x.max()) if len(back) and x.max() > 0 else None
+
+
+def hold_loss(a):
+    """Share of the force lost while the penetration stands still near its deepest, and how long [s] that is."""
+    f, x, t = a["force"], a["penetration"], a["time"]
+    still = np.flatnonzero(x > x.max() - 0.03 * np.ptp(x))
+    if len(still) < 10 or f[still[0]] <= 0:
+        return None
+    i, j = still[0], still[-1]
+    k = max(len(still) // 20, 1)
+    return float(1 - f[j - k:j + 1].mean() / f[i:j + 1].max()), float(t[j] - t[i])
+
+
+def pull_off(a):
+    """Deepest pull while leaving, in standard deviations of the baseline before touch and as a share of the peak."""
+    f, x = a["force"], a["penetration"]
+    top = int(np.argmax(f))
+    n = max(int(np.argmax(x > 0)) // 2, 5)
+    base = f[:n]
+    low = base.mean() - f[top:].min()
+    return float(low / max(base.std(), 1e-300)), float(low / (f[top] - base.mean()))
+
+
+def indentation(case):
+    """Sentences on what an indentation's own recordings tell, and the names they support."""
+    rec = [si(case / n) for n in files(case)]
+    say, names = [], set()
+    sets = [s for s in map(set_left, rec) if s is not None]
+    holds = [h for h in map(hold_loss, rec) if h]
+    pulls = [pull_off(a) for a in rec]
+    pull = float(np.median([p[1] for p in pulls]))
+    if sets and np.median(sets) > 0.3:
+        names.add("plastic_indentation")
+        say.append(f"On the way back the force has ended at {100 * np.median(sets):.0f} % of the depth reached (median of {len(sets)}; {100 * min(sets):.0f} to {100 * max(sets):.0f} %): a permanent set.")
+    if holds and np.median([h[0] for h in holds]) > 0.15 and np.median([h[1] for h in holds]) > 0.1 * np.ptp(rec[0]["time"]):
+        names.add("viscoelastic_relaxation")
+        say.append(f"While the penetration is held for {np.median([h[1] for h in holds]):.3g} s the force falls by {100 * np.median([h[0] for h in holds]):.0f} %: relaxation.")
+    if np.median([p[0] for p in pulls]) > 10 and pull > 0.02:
+        names.add("adhesion")
+        say.append(f"While leaving, the force goes {np.median([p[0] for p in pulls]):.0f} standard deviations below its baseline, {100 * pull:.1f} % of the peak: a pull.")
+    return say or ["The recordings alone show neither a permanent set, nor a loss in a hold, nor a pull."], names
+
+
+def peak(a, c="acceleration"):
+    return float(np.abs(a[c]).max())
+
+
+def delay(a, b, c="acceleration"):
+    """Seconds that b comes after a: the shift that brings b's rise and fall onto a's, both as shares of a common level.
+
+    Only what lies below 70 % of the lower peak is compared, so clipping does not count."""
+    top = 0.7 * min(peak(a, c), peak(b, c))
+    dt = min(np.median(np.diff(a["time"])), np.median(np.diff(b["time"]))) / 4
+    t = np.arange(max(a["time"][0], b["time"][0]), min(a["time"][-1], b["time"][-1]), dt)
+    ya, yb = (np.clip(np.interp(t, q["time"], q[c]), -top, top) for q in (a, b))
+    ya, yb = ya - ya.mean(), yb - yb.mean()
+    n = int(0.01 / dt)
+    lags = np.arange(-n, n + 1)
+    r = [float(np.dot(ya[n:-n], yb[n + k:len(yb) - n + k])) for k in lags]
+    return float(lags[int(np.argmax(r))] * dt)
+
+
+def recovered(answer, name):
+    """What the diagnosis says the body really did (answer/recovered/<recording>), where it says it; else None."""
+    p = answer / "recovered" / name
+    return si(p) if p.exists() else None
+
+
+def second_sensor(low, high, answer):
+    """Rows (recording, true peak, recorded, predicted after, recovered, delay) of a sensor judged by the better one."""
+    out = []
+    for n in files(low):
+        if not (high / n).exists():
+            continue
+        a, b = si(high / n), si(low / n)
+        after = answer / "predictions" / "after" / n
+        q = recovered(answer, n)
+        out.append((n, peak(a), peak(b), peak(si(after)) if after.exists() else None, peak(q) if q else None, delay(a, b)))
+    return out
+
+
+def partner(case):
+    """The campaign of the same drops by the other sensor, if the folder holds one."""
+    if case.name.endswith("-other-sensor"):
+        p = case.parent / case.name[:-len("-other-sensor")]
+    else:
+        p = case.parent / (case.name + "-other-sensor")
+    return p if (p / "campaign.toml").exists() else None
+
+
+def misses(case, answer):
+    """Where the recalibrated base misses: (channel, rms over range) and the part of each recording it is worst in."""
+    tot, when = {}, np.zeros(4)
+    for n in files(case):
+        a, p = table(case / n), answer / "predictions" / "before" / n
+        if not p.exists():
+            return None
+        b = table(p)
+        for c in CHANNELS:
+            if c in a and c in b and len(a[c]) == len(b[c]):
+                e = a[c] - b[c]
+                tot.setdefault(c, []).append(float(np.sqrt(np.mean(e ** 2)) / max(np.ptp(a[c]), 1e-300)))
+                when += [float(np.sum(q ** 2)) / max(np.ptp(a[c]), 1e-300) ** 2 for q in np.array_split(e, 4)]
+    return {c: float(np.mean(v)) for c, v in tot.items()}, when / max(when.sum(), 1e-300)
+
+
+def section(case, out, diagnose):
+    """One campaign: (dict of what was found, html)."""
+    run = diagnose(case, out)
+    answer = out / case.name
+    r = dict(campaign=case.name, seconds=run["seconds"], named=[], before=None, after=None, supported=None, peaks=None)
+    kind = (case / "campaign.toml").read_text()
+    h = [f"<h3>{fig_esc(case.name)}</h3>"]
+    try:
+        v = json.loads((answer / "verdict.json").read_text())
+    except (OSError, ValueError):
+        h.append(f"<p>No verdict (exit code {run['code']}): {fig_esc(run['printed'][-600:])}</p>")
+        return r, "".join(h)
+    r["named"] = [m.get("mechanism") for m in v.get("missing", [])]
+    r["also"] = sorted({x for m in v.get("missing", []) for x in m.get("also_possible", [])})
+    r["unexplained"] = bool(v.get("unexplained", {}).get("detected"))
+    r["before"], r["after"] = (distance(case, answer / "predictions" / k) for k in ("before", "after"))
+    m = misses(case, answer)
+    if m:
+        by = ", ".join(f"{c} {100 * q:.2f} % of its range" for c, q in m[0].items())
+        quarter = int(np.argmax(m[1]))
+        h.append(f"<p><b>What the base misses.</b> Recalibrated without the level it predicts, it is off by {by} (rms); {100 * m[1][quarter]:.0f} % of that lies in the {('first', 'second', 'third', 'last')[quarter]} quarter of a recording.</p>")
+    h.append(f"<p><b>What was named.</b> {fig_esc(' + '.join(r['named']) or 'nothing')}{', with something unexplained besides' if r['unexplained'] else ''}"
+             + (f"; held open: {fig_esc(', '.join(r['also']))}" if r["also"] else "") + f". {fig_esc('; '.join(x.get('text', '') for x in v.get('missing', [])) or v.get('unexplained', {}).get('text', ''))} ({r['seconds']:.0f} s)</p>")
+    if r["before"] and r["after"]:
+        h.append(f"<p><b>Held-out misfit</b> (mean over recordings and channels, rms over range): {100 * r['before']:.3f} % before, {100 * r['after']:.3f} % after, {r['before'] / r['after']:.2f} times less.</p>")
+    h.append("<p><b>How the truth is known.</b> ")
+    if '"indentation"' in kind:
+        say, names = indentation(case)
+        r["supported"] = sorted(names)
+        ok = bool(names & set(r["named"]))
+        h.append(" ".join(say) + (f" Named {'as the recordings show' if ok else 'otherwise than the recordings show'}." if names else "") + "</p>")
+        r["as_shown"] = ok if names else None
+    else:
+        other = partner(case)
+        if other is None:
+            h.append("No second sensor: only the levels held out can tell.</p>")
+        else:
+            mine, theirs = (float(np.median([peak(si(c / n)) for n in files(c)])) for c in (case, other))
+            if mine < theirs:
+                rows = second_sensor(case, other, answer)
+                r["peaks"] = rows
+                cut = np.array([b / a for _, a, b, *_ in rows])
+                lag = np.array([q[-1] for q in rows])
+                h.append(f"The second accelerometer of the same drops saw {100 * (1 / cut.max() - 1):.0f} to {100 * (1 / cut.min() - 1):.0f} % higher peaks; this one comes {1e3 * np.median(lag):.2f} ms later (cross-correlation below the clipped level). "
+                         f"So clipping and lag are the truth here; named: {'clipping' if 'clipping' in r['named'] else 'not clipping'}, {'lag' if {'lowpass_lag', 'channel_skew'} & set(r['named'] + r['also']) else 'no lag'}.</p>")
+                r["as_shown"] = "clipping" in r["named"]
+                cell = lambda x: "-" if x is None else f"{x:.0f}"
+                off = lambda x, a: "-" if x is None else f"{100 * (x / a - 1):+.1f} %"
+                h.append("<table><tr><th>recording</th><th class=n>true peak (other sensor) [m/s²]</th><th class=n>recorded</th><th class=n>off by</th><th class=n>recovered by the diagnosis</th><th class=n>off by</th></tr>"
+                         + "".join(f"<tr><td>{fig_esc(n)}</td><td class=n>{a:.0f}</td><td class=n>{b:.0f}</td><td class=n>{off(b, a)}</td><td class=n>{cell(q)}</td><td class=n>{off(q, a)}</td></tr>" for n, a, b, _, q, _ in rows) + "</table>")
+                got = [abs(q / a - 1) for _, a, _, _, q, _ in rows if q]
+                r["peak_error"] = float(np.median(got)) if got else None
+                h.append(f"<p>The true peak is recovered within {100 * max(got):.1f} % at worst, {100 * np.median(got):.1f} % in the median.</p>" if got
+                         else "<p>The diagnosis wrote no recovered motion beside its verdict, so the true peak is not recovered.</p>")
+            else:
+                h.append("This is the sensor that saw the higher peaks; it judges the other one below or above. What it misses itself only the levels held out can tell.</p>")
+    h.append(fig.traces(case, answer))
+    return r, "".join(h)
+
+
+def fig_esc(x):
+    import html
+    return html.escape(str(x))
+
+
+def sections(folder, out, diagnose, only=None):
+    """All campaigns of the folder: (results, html). `diagnose(campaign, out)` runs the tool."""
+    res, parts = [], []
+    for case in sorted(p for p in folder.iterdir() if (p / "campaign.toml").exists()):
+        r, h = section(case, out, diagnose)
+        res.append(r)
+        parts.append(h)
+    return res, "\n".join(parts)
