@@ -41,6 +41,16 @@ def shifted(y, dt, by, drift=0.0):
     return CubicSpline(t, y)(np.clip(t - by - drift * t, t[0], t[-1]))
 
 
+def played(y, width):
+    """A pick-up with play: follows only once the slack of `width` is taken up (Prandtl's play operator)."""
+    out = np.empty(len(y))
+    at = y[0] - 0.5 * width                  # the first motion is upwards: the slack is already taken up
+    for i, v in enumerate(y):
+        at = min(max(at, v - 0.5 * width), v + 0.5 * width)
+        out[i] = at
+    return out
+
+
 def clipped(y, limit, soft, dt=1.0):
     """Clipping at +-limit; soft: True for a knee that starts at 85 % of the limit and saturates at it, or the time [s]
     an overloaded amplifier takes to let go."""
@@ -81,6 +91,8 @@ def through(sig, dt, chain):
     if "skew" in chain:
         ch, by = chain["skew"]
         out[ch] = shifted(out[ch], dt, by, chain.get("skew_drift", 0.0))
+    if "play" in chain:
+        out["penetration"] = played(out["penetration"], chain["play"])
     if "bent" in chain:
         x = out["penetration"]
         out["penetration"] = x + chain["bent"] * x * np.abs(x) / chain["bent_ref"]

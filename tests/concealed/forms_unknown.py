@@ -1,4 +1,4 @@
-"""Effects outside the vocabulary."""
+"""Effects outside the vocabulary. The diagnosis has stand-ins for some of them; those marked strange it has not."""
 import numpy as np
 
 from . import motion as m
@@ -26,15 +26,30 @@ def _(rng, rig):
     return setter(JAM=lambda s: 0.5 * s * rig.ref["F"], JAM_X=rng.uniform(0.2, 0.6) * rig.ref["x"], JAM_W=rng.uniform(0.05, 0.12) * rig.ref["x"])
 
 
-@form("unknown:rate_stiffness", "logarithmic", "contact", "d")
+@form("unknown:rate_stiffness", "logarithmic", "contact", "d", strange=True)
 def _(rng, rig):
     return setter(RATE=lambda s: 0.5 * s, RATE_V=rng.uniform(0.05, 0.3) * rig.ref["v"])
 
 
-@form("unknown:temperature", "swing", "contact", "dci")
+@form("unknown:temperature", "swing", "contact", "dci", strange=True)
 def _(rng, rig):
     walk = np.sin(2 * np.pi * (np.arange(40) / rng.uniform(3.5, 6.0) + rng.random()))
 
     def apply(s, P, ch, r):
         P[m.KFAC] *= 1 + 0.3 * min(s, 1.5) * walk[r.order]
     return apply
+
+
+@form("unknown:shaken_rig", "hum", "motion", "dc", strange=True)
+def _(rng, rig):
+    w = 2 * np.pi * rng.uniform(0.25, 1.2) / rig.ref["T"]
+    phase = rng.uniform(0, 2 * np.pi, len(rig.recs))            # another one each time the rig is released
+
+    def apply(s, P, ch, r):
+        P[m.VIB], P[m.VIB_W], P[m.VIB_PH] = 0.3 * s * rig.ref["F"], w, phase[r.order - 1]
+    return apply
+
+
+@form("unknown:play", "pick-up", "chain", "d", ["penetration"], strange=True)
+def _(rng, rig):
+    return chained(play=lambda s: 0.3 * s * rig.ref["x"])

@@ -35,7 +35,8 @@ RATE, RATE_V = 58, 59                            # unknown: stiffness that grows
 VE_N, VE_KIND = 60, 61                           # Maxwell branches: how many, on x (0) or on x^p (1)
 VE_K, VE_T = 62, 70                              # eight stiffnesses, eight time constants
 ST_W, PL_M, SP_K3, MG_EDDY = 78, 79, 80, 81      # width of a layer's onset, power of a return, cubic spring, eddy fade
-NP = 82
+VIB, VIB_W, VIB_PH = 82, 83, 84                  # unknown: the rig is shaken: force, angular frequency, phase
+NP = 85
 NS = 15
 
 
@@ -199,6 +200,8 @@ def others(t, x, v, z, P):
         f -= m
     if P[JAM] != 0.0:
         f -= P[JAM] * math.exp(-((x - P[JAM_X]) / P[JAM_W]) ** 2) * math.tanh(v / 0.003)
+    if P[VIB] != 0.0:
+        f += P[VIB] * math.sin(P[VIB_W] * t + P[VIB_PH])
     return f, dz
 
 

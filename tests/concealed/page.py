@@ -18,6 +18,16 @@ code{background:#f1f3f5;padding:0 .25em;overflow-wrap:anywhere}img,svg{max-width
 SINGLE = ("plain", "concealed", "deep", "faint")
 
 
+def seeds(head):
+    """The seeds in words."""
+    return "seed " + ", ".join(str(s) for s, _ in head["sets"]) if len(head["sets"]) == 1 else "seeds " + ", ".join(str(s) for s, _ in head["sets"])
+
+
+def command(head):
+    """The command that draws and judges the same cases again."""
+    return "tests/prove " + " ".join(f"{s}/{n}" for s, n in head["sets"])
+
+
 def esc(x):
     return html.escape(str(x))
 
@@ -271,9 +281,9 @@ def blind(out, head, rows, others, real, single_level):
     (out / "detection.svg").write_text('<?xml version="1.0"?>\n' + det)
     k, n = single(rows)
     return [
-        f"<p>{head['cases']} campaigns drawn from seed {head['seed']} by a laboratory that shares no code with the diagnosis; effects calibrated away until the base fits with R² over 0.99; "
+        f"<p>{head['cases']} campaigns drawn from {seeds(head)} by a laboratory that shares no code with the diagnosis; effects calibrated away until the base fits with R² over 0.99; "
         f"{k} of {n} plain and concealed single effects named with nothing besides. {head['date']}, commit <code>{esc(head['commit'])}</code>, binary <code>{esc(head['binary'])}</code>.</p>",
-        f"<p>Labels sealed before the diagnosis started: sha256 <code>{head['sha256']}</code>, and unchanged when they were opened. Again: <code>tests/prove --seed {head['seed']} --cases {head['cases']} --out DIR</code></p>",
+        f"<p>Labels sealed before the diagnosis started: sha256 <code>{head['sha256']}</code>, and unchanged when they were opened. Again: <code>{command(head)}</code></p>",
         '<nav><a href="#board">Scoreboard</a><a href="#limits">Limits</a><a href="#follow">One case</a><a href="#worst">Worst cases</a>' + ('<a href="#beside">Beside others</a>' if others else "") + ('<a href="#real">Real recordings</a>' if real else "") + "</nav>",
         '<h2 id="board">Scoreboard</h2>', board(rows, summ), score,
         "<h2>By family and strength</h2>", families(rows),
@@ -294,7 +304,7 @@ def markdown(head, rows, others, real):
     """The tables for the README."""
     out = []
     if rows:
-        out += [f"{head['cases']} concealed cases, seed {head['seed']}, {head['date']}, commit {head['commit']}; labels sha256 `{head['sha256'][:16]}`:", "",
+        out += [f"{head['cases']} concealed cases, {seeds(head)}, {head['date']}, commit {head['commit']}; labels sha256 `{head['sha256'][:16]}`:", "",
                 "| | cases | right | 95 % band | target | floor |", "|---|---|---|---|---|---|"]
         for what, key, k, n in lines(rows, summary(rows)):
             if n:

@@ -20,8 +20,6 @@ ROOT = Path(__file__).resolve().parents[2]
 def built(given):
     """The touchdown binary: the one given, or the launcher's, built if needed."""
     if given:
-        if not given.is_file():
-            sys.exit(f"--touchdown {given}: no such file")
         return given
     r = subprocess.run([str(ROOT / "harness" / "touchdown"), "--version"], stdout=subprocess.DEVNULL)
     if r.returncode not in (0, 2):
@@ -103,33 +101,44 @@ def one_level(binary, out, rows, count, jobs):
     return res
 
 
+def a_set(text):
+    """SEED/N as (seed, n)."""
+    seed, _, n = text.partition("/")
+    if not (seed.isdigit() and n.isdigit() and int(n) > 0):
+        raise argparse.ArgumentTypeError(f"{text}: a set is SEED/N, two whole numbers, N at least 1")
+    return int(seed), int(n)
+
+
 def options():
-    a = argparse.ArgumentParser(prog="tests/prove", description="Concealed effects, found blind: draws cases from a seed, diagnoses them, judges, writes DIR/index.html.")
-    a.add_argument("--seed", type=int, required=True)
-    a.add_argument("--cases", type=int, required=True, help="how many; 0 with --real for real recordings only")
-    a.add_argument("--out", type=Path, required=True)
+    a = argparse.ArgumentParser(prog="tests/prove", description="Concealed effects, found blind: draws N cases from each seed, seals their labels, diagnoses them, opens the labels, judges, writes DIR/index.html.")
+    a.add_argument("sets", metavar="SEED/N", type=a_set, nargs="*", help="N cases drawn from SEED; may be given several times")
+    a.add_argument("--out", type=Path, default=ROOT / "out" / "proof", help="folder of cases, labels, verdicts and the page (default out/proof)")
     a.add_argument("--beside", action="store_true", help="run PySINDy, gplearn, a Gaussian process and plain recalibration on the same cases")
     a.add_argument("--beside-cases", type=int, help="only on the first so many of them")
     a.add_argument("--one-level", type=int, default=10, metavar="N", help="diagnose N of the effects named right once more from one level only (default 10)")
-    a.add_argument("--real", type=Path, metavar="FOLDER", help="folder of real campaigns: one section each")
+    a.add_argument("--real", type=Path, metavar="FOLDER", help="folder of real campaigns: one section each; with or without SEED/N")
     a.add_argument("--readme", action="store_true", help="write table and pictures into README.md and tests/concealed/pictures")
     a.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     a.add_argument("--touchdown", type=Path, help="another touchdown binary than the one the launcher builds")
-    a.add_argument("--again", action="store_true", help="keep the cases --out holds already (same seed and number) and what this binary answered; judge anew")
+    a.add_argument("--again", action="store_true", help="keep the cases --out holds already (same sets) and what this binary answered; judge anew")
     o = a.parse_args()
-    if o.cases < (0 if o.real else 1):
-        a.error("--cases must be at least 1")
+    if not o.sets and not o.real:
+        a.error("give SEED/N, how many cases to draw from which seed (or --real FOLDER)")
+    if len({s for s, _ in o.sets}) < len(o.sets):
+        a.error("a seed is given twice: it would draw the same cases again")
     if o.one_level < 0 or o.jobs < 1 or (o.beside_cases is not None and o.beside_cases < 1):
         a.error("--one-level cannot be negative; --jobs and --beside-cases must be at least 1")
     if o.real and not any((p / "campaign.toml").exists() for p in o.real.glob("*/")):
         a.error(f"--real {o.real}: no folder with a campaign.toml there")
+    if o.touchdown and not o.touchdown.is_file():
+        a.error(f"--touchdown {o.touchdown}: no such file")
     mark = o.out / "drawn.json"
-    if mark.exists() and o.again:
-        m = json.loads(mark.read_text())
-        if (m["seed"], m["cases"]) != (o.seed, o.cases):
-            a.error(f"{o.out} holds {m['cases']} cases of seed {m['seed']}")
-    elif (o.out / "open").exists():
-        a.error(f"{o.out / 'open'} is there already: give another --out, or --again")
+    if o.sets and mark.exists() and o.again:
+        held = [tuple(s) for s in json.loads(mark.read_text())["sets"]]
+        if held != o.sets:
+            a.error(f"{o.out} holds {' '.join(f'{s}/{n}' for s, n in held)}")
+    elif o.sets and (o.out / "open").exists():
+        a.error(f"{o.out / 'open'} is there already: give another --out, or --again where its drawing had ended")
     return o
 
 
@@ -141,10 +150,12 @@ def draw(o):
         if label_hash(out / "truth") != m["sha256"]:
             sys.exit("the labels are not those that were sealed")
         return m["sha256"], m["seconds"]
-    t0 = time.monotonic()
-    generate(o.seed, o.cases, out, lambda i, n, *_: progress(i, n, t0, "drawing"))
+    t0, total, done = time.monotonic(), sum(n for _, n in o.sets), 0
+    for seed, n in o.sets:
+        generate(seed, n, out, lambda i, *_: progress(done + i, total, t0, "drawing"))
+        done += n
     sealed, seconds = label_hash(out / "truth"), time.monotonic() - t0
-    mark.write_text(json.dumps(dict(seed=o.seed, cases=o.cases, sha256=sealed, seconds=seconds)))
+    mark.write_text(json.dumps(dict(sets=o.sets, sha256=sealed, seconds=seconds)))
     return sealed, seconds
 
 
@@ -166,12 +177,13 @@ def main():
     out = o.out
     binary = built(o.touchdown)
     commit = subprocess.run(["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
-    head = dict(seed=o.seed, cases=o.cases, date=datetime.date.today().isoformat(), commit=commit, jobs=o.jobs)
+    total = sum(n for _, n in o.sets)
+    head = dict(sets=o.sets, cases=total, date=datetime.date.today().isoformat(), commit=commit, jobs=o.jobs)
     rows, single_level, others = [], None, None
-    if o.cases:
+    if o.sets:
         sealed, head["draw_s"] = draw(o)
         head["sha256"] = sealed
-        print(f"seed {o.seed}, {o.cases} cases drawn; labels sealed before the diagnosis, sha256 {sealed}", flush=True)
+        print(f"{total} cases drawn from {page.seeds(head)}; labels sealed before the diagnosis, sha256 {sealed}", flush=True)
         cases = sorted((out / "open").iterdir())
         runs, head["binary"] = diagnose_all(binary, cases, out / "verdicts", o.jobs, "diagnosing")
         if label_hash(out / "truth") != sealed:
