@@ -28,7 +28,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let o = diagnosis::diagnose(&c)?;
     let out = a.out.join("diagnosis");
     answer::write(&c, &o, &out).with_context(|| format!("{}: cannot be written", out.display()))?;
-    println!("{}", answer::sentence(&o));
+    print!("{}", answer::summary(&o));
     println!("pictures: {}", out.join("report.html").display());
     Ok(ExitCode::SUCCESS)
 }

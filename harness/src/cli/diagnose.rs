@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
-use touchdown::diagnose::{answer, run as diagnosis};
+use touchdown::diagnose::answer;
+use touchdown::diagnose::run::{self as diagnosis, Failure, Settings};
 use touchdown::record;
 
 #[derive(clap::Args)]
@@ -21,6 +22,9 @@ pub struct Arguments {
     /// Threads (default: one a processor)
     #[arg(long)]
     jobs: Option<usize>,
+    /// Judge N campaigns simulated from the base fit, to calibrate the false-alarm probability (default: theory)
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    bootstrap: usize,
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
@@ -40,33 +44,49 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
                 c.folder
             ));
         }
+        let dir = a.out.join(&c.folder);
+        answer::room(&dir).with_context(|| format!("{}: cannot be written", dir.display()))?;
         campaigns.push(c);
+    }
+    for c in &campaigns {
+        for w in &c.warnings {
+            eprintln!("touchdown: {}: {w}", c.dir.display());
+        }
     }
     let stop = Arc::new(AtomicBool::new(false));
     let flag = stop.clone();
-    ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst)).ok();
-    let terminal = std::io::stderr().is_terminal();
-    let bar = if terminal && campaigns.len() > 1 {
-        ProgressBar::new(campaigns.len() as u64).with_style(
-            ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} {eta}")
+    ctrlc::set_handler(move || {
+        // the second one does not wait for the stage to end
+        if flag.swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+    })
+    .ok();
+    let count = campaigns.len();
+    let bar = if std::io::stderr().is_terminal() {
+        ProgressBar::new(count as u64).with_style(
+            ProgressStyle::with_template("{bar:20} {pos}/{len} {elapsed} {msg}")
                 .unwrap_or_else(|_| ProgressStyle::default_bar()),
         )
     } else {
         ProgressBar::hidden()
     };
+    bar.enable_steady_tick(std::time::Duration::from_millis(250));
     let mut failed = false;
-    let count = campaigns.len();
     for (i, c) in campaigns.iter().enumerate() {
-        if stop.load(Ordering::SeqCst) {
-            eprintln!("stopped; the answers of {i} of {count} campaigns are complete in {}", a.out.display());
-            return Ok(ExitCode::from(130));
-        }
-        bar.set_message(c.folder.clone());
-        match diagnosis::diagnose(c) {
+        let stage = |text: &str| bar.set_message(format!("{}: {text}", c.folder));
+        let stopped = || stop.load(Ordering::SeqCst);
+        let settings = Settings { bootstrap: a.bootstrap, stage: &stage, stopped: &stopped };
+        match diagnosis::diagnose_with(c, &settings) {
             Ok(o) => {
                 let dir = a.out.join(&c.folder);
                 answer::write(c, &o, &dir).with_context(|| format!("{}: cannot be written", dir.display()))?;
-                bar.suspend(|| println!("{}: {}", c.folder, answer::sentence(&o)));
+                bar.suspend(|| print!("{}", answer::summary(&o)));
+            }
+            Err(Failure::Stopped) => {
+                bar.finish_and_clear();
+                eprintln!("touchdown: stopped; the answers of {i} of {count} campaigns are whole in {}", a.out.display());
+                return Ok(ExitCode::from(130));
             }
             Err(e) => {
                 failed = true;
@@ -76,5 +96,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         bar.inc(1);
     }
     bar.finish_and_clear();
+    if !failed {
+        println!("answers, each with a report.html: {}", a.out.display());
+    }
     Ok(if failed { ExitCode::from(2) } else { ExitCode::SUCCESS })
 }

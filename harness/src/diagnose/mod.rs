@@ -1,11 +1,20 @@
 //! Diagnosis: where the simulation misses the recordings, which physics is missing, and how much better it fits.
 
 pub mod answer;
+pub mod bias;
+pub mod bootstrap;
 pub mod decide;
+pub mod experiment;
 pub mod heldout;
+pub mod intervals;
+pub mod latent;
+pub mod map;
 pub mod mechanism;
 pub mod mechanisms;
+pub mod plausible;
+pub mod rivals;
 pub mod run;
 pub mod search;
+pub mod unclipped;
 
 pub use crate::fit::prepare;

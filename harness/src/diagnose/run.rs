@@ -1,12 +1,14 @@
 //! One campaign from recordings to verdict.
 
-use super::decide::{Decision, PHASES};
+use super::answer::findings::{gather, Findings};
+use super::answer::verdict;
+use super::bootstrap::bootstrap;
 use super::heldout::{held_out, HeldOut};
 use super::prepare::{prepare, Guess, Invalid};
 use super::search::Search;
-use crate::model::estimate::{Data, Problem};
+use crate::model::estimate::{Data, Fit, Options, Problem};
 use crate::record::{Campaign, Kind};
-use serde_json::{json, Value};
+use serde_json::Value;
 
 /// The outcome for one campaign.
 pub struct Outcome {
@@ -18,6 +20,36 @@ pub struct Outcome {
     pub law: hysteresis_contact::law::Parameters,
     /// Candidates with their gain in chi^2, best first.
     pub candidates: Vec<(String, f64)>,
+    pub findings: Findings,
+    /// Why nothing can be judged; then there may be no predictions.
+    pub invalid: Option<String>,
+}
+
+/// How a diagnosis is run.
+pub struct Settings<'a> {
+    /// Nulls of the parametric bootstrap; 0: the theoretical tail.
+    pub bootstrap: usize,
+    /// Told of every stage as it begins.
+    pub stage: &'a (dyn Fn(&str) + Sync),
+    /// Asked between stages; true ends the diagnosis.
+    pub stopped: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl Default for Settings<'_> {
+    fn default() -> Self {
+        Settings { bootstrap: 0, stage: &|_| {}, stopped: &|| false }
+    }
+}
+
+/// Why a diagnosis gave no outcome.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// The recordings themselves are bad.
+    #[error(transparent)]
+    Recordings(#[from] Invalid),
+    /// Told to stop.
+    #[error("stopped")]
+    Stopped,
 }
 
 /// Wander of the residual from which the noise model is not trusted alone.
@@ -29,7 +61,11 @@ const RESTLESS: f64 = 1.5;
 /// # Errors
 /// When the recordings cannot be judged at all.
 pub fn ready(c: &Campaign) -> Result<(Data, Guess), Invalid> {
-    let (mut data, guess) = prepare(c)?;
+    let (data, guess) = prepare(c)?;
+    settle(c, data, guess)
+}
+
+fn settle(c: &Campaign, mut data: Data, guess: Guess) -> Result<(Data, Guess), Invalid> {
     // A photo interrupter measures the speed a little before touch. Whether the recordings' first sample or
     // the touch itself is meant shows in the fit: free fall between the two is not free.
     if c.kind == Kind::DropTest && data.records.iter().all(|r| !r.at_first) {
@@ -65,10 +101,56 @@ pub fn ready(c: &Campaign) -> Result<(Data, Guess), Invalid> {
 /// # Errors
 /// When the recordings cannot be judged at all.
 pub fn diagnose(c: &Campaign) -> Result<Outcome, Invalid> {
-    let (data, guess) = ready(c)?;
+    diagnose_with(c, &Settings::default()).map_err(|e| match e {
+        Failure::Recordings(i) => i,
+        Failure::Stopped => Invalid("stopped".into()),
+    })
+}
+
+/// The base fit taken on until it has converged: what has not converged looks like physics.
+fn converged_base(search: &Search<'_>, c: &Campaign, guess: &Guess) -> Fit {
+    let fit = search.base(c, guess);
+    if fit.converged {
+        return fit;
+    }
+    let model = search.model(&Default::default(), 1.0, 1.0, 0.0);
+    Problem::new(search.data, &model).fit(fit.point, &Options { iterations: 200, ..Options::default() })
+}
+
+/// Diagnoses a campaign as `settings` say.
+///
+/// # Errors
+/// [`Failure::Recordings`] when the recordings are bad, [`Failure::Stopped`] when told to stop.
+pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Failure> {
+    let stage = |text: &str| -> Result<(), Failure> {
+        (settings.stage)(text);
+        if (settings.stopped)() {
+            return Err(Failure::Stopped);
+        }
+        Ok(())
+    };
+    stage("learning the noise")?;
+    let (data, guess) = prepare(c)?;
+    super::plausible::check(c, &data)?;
+    stage("fitting the simulation as given")?;
+    let (data, guess) = match settle(c, data.clone(), guess) {
+        Ok(v) => v,
+        Err(e) => return Ok(unjudged(c, data, e.0, None)),
+    };
     let search = Search::new(c, &data);
-    let base = search.base(c, &guess);
+    let base = converged_base(&search, c, &guess);
+    if !base.converged {
+        let reason = format!(
+            "the fit of the simulation as given has not converged in {} iterations (chi^2 {:.1} over {} samples), and \
+             what has not converged looks like physics; check mass, speeds and units, or calibrate k and p first",
+            base.iterations, base.point.chi2, base.samples
+        );
+        let before = held_out(&search, &super::decide::Candidate { make_up: Default::default(), fit: base });
+        return Ok(unjudged(c, data.clone(), reason, Some(before)));
+    }
+    stage("searching for what is missing")?;
     let mut decision = search.decide(base);
+    stage("predicting levels not seen")?;
     let before = held_out(&search, &decision.base);
     let mut after = if decision.detected && !decision.chosen.make_up.terms.is_empty() {
         Some(held_out(&search, &decision.chosen))
@@ -85,123 +167,37 @@ pub fn diagnose(c: &Campaign) -> Result<Outcome, Invalid> {
             after = None;
         }
     }
-    let verdict = verdict(c, &search, &decision, &before, after.as_ref());
+    stage("working out the answer")?;
+    let mut findings = gather(c, &search, &decision, &before, after.as_ref(), settings.stage);
+    if settings.bootstrap > 0 {
+        let n = settings.bootstrap;
+        let each = |i: usize| {
+            (settings.stage)(&format!("judging null {} of {n}", i + 1));
+            !(settings.stopped)()
+        };
+        let b = bootstrap(c, &guess, &search, &decision.base, n, decision.false_alarm_probability, &each);
+        stage("writing")?;
+        findings.bootstrap = Some(b);
+    }
+    let verdict = verdict::verdict(c, &search, &decision, &findings, &before, after.as_ref());
     let model = search.model(&decision.chosen.make_up, 1.0, 1.0, 0.0);
     let law = Problem::new(&data, &model).physics(&decision.chosen.fit.point.theta).law;
-    let candidates = decision
-        .singles
-        .iter()
-        .map(|s| {
-            (
-                format!("{} ({})", s.names()[0], s.make_up.terms[0].form.label),
-                decision.base.fit.point.chi2 - s.fit.point.chi2,
-            )
-        })
-        .collect();
+    let candidates = findings.rivals.iter().map(|r| (format!("{} ({})", r.name, r.form), r.gain)).collect();
     drop(model);
-    Ok(Outcome { verdict, before, after, law, candidates, data: data.clone() })
+    Ok(Outcome { verdict, before, after, law, candidates, findings, invalid: None, data: data.clone() })
 }
 
-fn verdict(c: &Campaign, search: &Search<'_>, d: &Decision, before: &HeldOut, after: Option<&HeldOut>) -> Value {
-    let model = search.model(&d.chosen.make_up, 1.0, 1.0, 0.0);
-    let problem = Problem::new(search.data, &model);
-    let covariance = if d.detected { problem.covariance(&d.chosen.fit.point) } else { None };
-    let mut at = search.first_term(&model, &d.chosen.make_up);
-    let theta = &d.chosen.fit.point.theta;
-    let mut missing = Vec::new();
-    let mut places = Vec::new();
-    if d.detected {
-        for (i, t) in d.chosen.make_up.terms.iter().enumerate() {
-            let n = t.form.parameters.len();
-            let values = &theta[at..at + n];
-            let described = (t.form.describe)(values, &search.context);
-            // intervals by carrying each parameter's own deviation through the description
-            let mut parameters = serde_json::Map::new();
-            let mut low: Vec<f64> = described.iter().map(|d| d.1).collect();
-            let mut high = low.clone();
-            if let Some(cov) = &covariance {
-                let mut var = vec![0.0; described.len()];
-                for j in 0..n {
-                    let sd = cov[(at + j, at + j)].max(0.0).sqrt() * d.wander.1.max(1.0).sqrt();
-                    let mut v = values.to_vec();
-                    v[j] += sd;
-                    for (s, q) in var.iter_mut().zip((t.form.describe)(&v, &search.context).iter().zip(&described)) {
-                        *s += (q.0 .1 - q.1 .1).powi(2);
-                    }
-                }
-                for (k, s) in var.iter().enumerate() {
-                    low[k] -= 1.96 * s.sqrt();
-                    high[k] += 1.96 * s.sqrt();
-                }
-            }
-            for (k, (name, value, unit)) in described.iter().enumerate() {
-                parameters.insert(name.to_string(), json!({"value": value, "unit": unit, "ci95": [low[k], high[k]]}));
-            }
-            let acts = search.acts(&d.chosen, i);
-            let strongest = (0..4).max_by(|a, b| acts[*a].total_cmp(&acts[*b])).unwrap_or(1);
-            places.push(json!({
-                "origin": t.mechanism.origin.name(),
-                "phase": PHASES[strongest],
-                "channel": channel_of(search, d, i),
-                "share": acts[strongest],
-                "levels": c.levels.iter().map(|l| l.0).filter(|v| v.is_finite()).collect::<Vec<_>>(),
-                "text": format!("{} acts most in the {} phase", t.mechanism.name, PHASES[strongest]),
-            }));
-            if t.mechanism.named {
-                let others = d.ties.get(i).cloned().unwrap_or_default();
-                missing.push(json!({
-                    "mechanism": t.mechanism.name,
-                    "form": t.form.label,
-                    "probability": 1.0 / (1.0 + others.len() as f64),
-                    "parameters": parameters,
-                    "also_possible": others,
-                    "text": format!("{}. {}", t.mechanism.sentence, t.mechanism.cure),
-                    "equation": t.mechanism.equation,
-                    "source": t.mechanism.source,
-                }));
-            }
-            at += n;
-        }
+/// The outcome where nothing can be judged.
+fn unjudged(c: &Campaign, data: Data, reason: String, before: Option<HeldOut>) -> Outcome {
+    let before = before.unwrap_or(HeldOut { readings: Vec::new(), nrmse: f64::NAN });
+    Outcome {
+        verdict: verdict::invalid(c, &reason, before.nrmse.is_finite().then_some(before.nrmse)),
+        data,
+        before,
+        after: None,
+        law: Default::default(),
+        candidates: Vec::new(),
+        findings: Findings { caveats: c.warnings.clone(), ..Findings::default() },
+        invalid: Some(reason),
     }
-    let text = if d.unexplained {
-        match d.chosen.make_up.terms.first() {
-            Some(t) if !t.mechanism.named => {
-                format!("{} (a stand-in, fitted as: {})", t.mechanism.sentence, t.form.label)
-            }
-            _ => format!("the residual still wanders {:.1} times more than noise", d.wander.1),
-        }
-    } else {
-        String::new()
-    };
-    let b = &d.base.fit.point.theta;
-    let a = &d.chosen.fit.point.theta;
-    let bias = |i: usize| if d.detected { b[i] - a[i] } else { 0.0 };
-    json!({
-        "format": "verdict/1",
-        "campaign": c.folder,
-        "mismatch": {"detected": d.detected, "false_alarm_probability": d.false_alarm_probability, "where": places},
-        "missing": missing,
-        "unexplained": {"detected": d.unexplained, "text": text},
-        "fit": {
-            "before": {"heldout_nrmse": before.nrmse, "chi2": d.base.fit.point.chi2, "converged": d.base.fit.converged},
-            "after": {"heldout_nrmse": after.map_or(before.nrmse, |a| a.nrmse), "chi2": d.chosen.fit.point.chi2, "converged": d.chosen.fit.converged},
-            "base_bias": {"ln_force_at_reference_depth": bias(0), "exponent": bias(1)},
-        },
-    })
-}
-
-/// The channel in which removing the term raises the misfit most.
-fn channel_of(search: &Search<'_>, d: &Decision, _term: usize) -> &'static str {
-    let base = search.model(&d.base.make_up, 1.0, 1.0, 0.0);
-    let problem = Problem::new(search.data, &base);
-    let Some(l) = problem.linearise(&d.base.fit.point) else { return "force" };
-    let mut sum = [0.0; 3];
-    for (r, b) in l.blocks.iter().enumerate() {
-        let n = search.data.records[r].setup.time.len();
-        for (k, ch) in search.data.compared(r).enumerate() {
-            sum[ch.index()] += b.residual[k * n..(k + 1) * n].iter().map(|x| x * x).sum::<f64>() / n as f64;
-        }
-    }
-    let best = (0..3).max_by(|a, b| sum[*a].total_cmp(&sum[*b])).unwrap_or(0);
-    crate::record::Channel::ALL[best].name()
 }

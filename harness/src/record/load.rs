@@ -21,7 +21,7 @@ fn err(file: &Path, line: usize, what: impl Into<String>, cure: impl Into<String
 
 fn unit_of(channel: &str, unit: &str) -> Option<f64> {
     let v = match (channel, unit) {
-        ("time", "s") | ("force", "N") | ("acceleration", "m/s^2") | ("penetration", "m") => 1.0,
+        ("time", "s") | ("force", "N") | ("acceleration", "m/s^2" | "m/s2" | "m/s²" | "m/s/s") | ("penetration", "m") => 1.0,
         ("time", "ms") | ("force", "mN") | ("penetration", "mm") | ("acceleration", "mm/s^2") => 1e-3,
         ("time", "us") | ("time", "µs") | ("force", "uN") | ("force", "µN") => 1e-6,
         ("penetration", "um") | ("penetration", "µm") => 1e-6,
@@ -31,7 +31,10 @@ fn unit_of(channel: &str, unit: &str) -> Option<f64> {
         ("force", "kN") | ("acceleration", "km/s^2") => 1e3,
         ("force", "MN") => 1e6,
         ("penetration", "cm") | ("acceleration", "cm/s^2") => 1e-2,
-        ("acceleration", "g") => 9.80665,
+        ("acceleration", "g" | "gn" | "g0") => 9.80665,
+        ("force", "lbf") => 4.4482216152605,
+        ("penetration", "in") => 0.0254,
+        ("force", "kgf") => 9.80665,
         _ => return None,
     };
     Some(v)
@@ -282,6 +285,8 @@ pub fn load(dir: &Path) -> Result<Campaign, RecordError> {
         .ok()
         .and_then(|d| d.file_name().map(|n| n.to_string_lossy().into_owned()))
         .unwrap_or_else(|| "campaign".into());
+    let listed: Vec<&str> = recordings.iter().map(|r| r.file.as_str()).collect();
+    let warnings = unlisted(dir, &listed);
     Ok(Campaign {
         dir: dir.to_path_buf(),
         name: f.campaign.name.clone().unwrap_or_else(|| folder.clone()),
@@ -294,7 +299,26 @@ pub fn load(dir: &Path) -> Result<Campaign, RecordError> {
         simulation: Simulation { terms: f.simulation.terms.iter().map(|s| s.get_ref().clone()).collect(), k, p, mu_d },
         levels,
         recordings,
+        warnings,
     })
+}
+
+/// Recordings and campaign files in the folder that campaign.toml does not list.
+fn unlisted(dir: &Path, listed: &[&str]) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(dir)
+        .into_iter()
+        .flatten()
+        .filter_map(|e| e.ok()?.file_name().into_string().ok())
+        .filter(|n| {
+            let l = n.to_lowercase();
+            (l.ends_with(".csv") && !listed.contains(&n.as_str())) || (l.ends_with(".toml") && n != "campaign.toml")
+        })
+        .collect();
+    names.sort();
+    names
+        .into_iter()
+        .map(|n| format!("{n} lies in the folder but campaign.toml does not list it: it was left out."))
+        .collect()
 }
 
 type Columns = (Vec<f64>, [Option<Vec<f64>>; 3], Vec<Column>);
@@ -344,6 +368,8 @@ fn read_csv(path: &Path) -> Result<Columns, RecordError> {
         return Err(err(path, 1, "there is no column time", "add time [s]"));
     };
     let mut data: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
+    // the line each row stood on: blank lines are skipped, not counted away
+    let mut lines: Vec<usize> = Vec::new();
     for row in reader.records() {
         let row = row.map_err(|e| {
             let l = e.position().map_or(0, |p| p.line() as usize);
@@ -361,12 +387,13 @@ fn read_csv(path: &Path) -> Result<Columns, RecordError> {
             })?;
             data[i].push(v * columns[i].to_si);
         }
+        lines.push(l);
     }
     let n = data[ti].len();
     if n < FEWEST {
         return Err(err(
             path,
-            n + 1,
+            lines.last().copied().unwrap_or(1),
             format!("{n} samples are too few to judge anything"),
             format!("record at least {FEWEST} samples"),
         ));
@@ -375,7 +402,7 @@ fn read_csv(path: &Path) -> Result<Columns, RecordError> {
         if data[ti][i] <= data[ti][i - 1] {
             return Err(err(
                 path,
-                i + 2,
+                lines[i],
                 "time does not increase here",
                 "sort the rows by time, remove repeats, and keep one recording a file",
             ));
@@ -388,7 +415,7 @@ fn read_csv(path: &Path) -> Result<Columns, RecordError> {
         if data[ti][i] - data[ti][i - 1] > 5.0 * median {
             return Err(err(
                 path,
-                i + 2,
+                lines[i],
                 format!("a gap of {:.3} s against {:.3e} s a sample", data[ti][i] - data[ti][i - 1], median),
                 "cut the recording at the gap",
             ));

@@ -88,4 +88,6 @@ pub struct Campaign {
     /// Value and text of each level, ascending.
     pub levels: Vec<(f64, String)>,
     pub recordings: Vec<Recording>,
+    /// What a reader should know about the folder that is no error: files it holds and does not list.
+    pub warnings: Vec<String>,
 }

@@ -5,7 +5,7 @@ use plotters::prelude::*;
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
-    /// Measured: grey dots.
+    /// Measured: a broad grey line.
     Measured,
     /// Before: a red line.
     Before,
@@ -13,6 +13,8 @@ pub enum Style {
     After,
     /// One of many: a line in the n-th of eight colours, from 0 on, over again beyond.
     Line(usize),
+    /// What no recording shows, worked out: a green line.
+    Inferred,
 }
 
 /// Colours of [`Style::Line`]: told apart without red and green (after Okabe and Ito 2008).
@@ -39,6 +41,8 @@ pub struct Chart {
     x: String,
     y: String,
     series: Vec<Series>,
+    bands: Vec<Vec<(f64, f64)>>,
+    size: (u32, u32),
 }
 
 /// Most points of a series that are drawn; longer series are thinned by bucket, extremes kept.
@@ -47,7 +51,29 @@ const MOST_POINTS: usize = 600;
 impl Chart {
     /// An empty chart; axes carry their units.
     pub fn new(title: &str, x: &str, y: &str) -> Chart {
-        Chart { title: title.into(), x: x.into(), y: y.into(), series: Vec::new() }
+        Chart { title: title.into(), x: x.into(), y: y.into(), series: Vec::new(), bands: Vec::new(), size: (620, 330) }
+    }
+
+    /// Width and height in pixels (620 by 330 unless told).
+    pub fn size(mut self, width: u32, height: u32) -> Chart {
+        self.size = (width.max(120), height.max(80));
+        self
+    }
+
+    /// A shaded band between two curves; points that are not finite are left out.
+    pub fn band(mut self, x: &[f64], low: &[f64], high: &[f64]) -> Chart {
+        let edge = |y: &[f64]| {
+            let all: Vec<(f64, f64)> =
+                x.iter().cloned().zip(y.iter().cloned()).filter(|p| p.0.is_finite() && p.1.is_finite()).collect();
+            let step = all.len().div_ceil(MOST_POINTS / 2).max(1);
+            all.into_iter().step_by(step).collect::<Vec<_>>()
+        };
+        let mut outline = edge(low);
+        outline.extend(edge(high).into_iter().rev());
+        if outline.len() > 3 {
+            self.bands.push(outline);
+        }
+        self
     }
 
     /// Adds a series; points that are not finite are left out.
@@ -60,7 +86,7 @@ impl Chart {
 
     /// The chart as SVG text; an empty string where there is nothing to draw.
     pub fn svg(&self) -> String {
-        let all: Vec<&(f64, f64)> = self.series.iter().flat_map(|s| &s.points).collect();
+        let all: Vec<&(f64, f64)> = self.series.iter().flat_map(|s| &s.points).chain(self.bands.iter().flatten()).collect();
         let Some(first) = all.first() else { return String::new() };
         let (mut x0, mut x1, mut y0, mut y1) = (first.0, first.0, first.1, first.1);
         for p in &all {
@@ -89,13 +115,13 @@ impl Chart {
         y: (f64, f64),
     ) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
         let fail = |e: String| -> Box<dyn std::error::Error + Send + Sync> { e.into() };
-        let root = SVGBackend::with_string(out, (620, 330)).into_drawing_area();
+        let root = SVGBackend::with_string(out, self.size).into_drawing_area();
         root.fill(&WHITE).map_err(|e| fail(e.to_string()))?;
         let mut chart = ChartBuilder::on(&root)
-            .caption(&self.title, ("sans-serif", 16))
-            .margin(8)
-            .x_label_area_size(36)
-            .y_label_area_size(64)
+            .caption(&self.title, ("sans-serif", 14))
+            .margin(6)
+            .x_label_area_size(34)
+            .y_label_area_size(58)
             .build_cartesian_2d(x.0..x.1, y.0..y.1)
             .map_err(|e| fail(e.to_string()))?;
         chart
@@ -103,35 +129,36 @@ impl Chart {
             .x_desc(&self.x)
             .y_desc(&self.y)
             .light_line_style(WHITE.mix(0.0))
-            .x_labels(6)
-            .y_labels(6)
+            .x_labels(5)
+            .y_labels(5)
+            .label_style(("sans-serif", 11))
             .x_label_formatter(&|v| short(*v))
             .y_label_formatter(&|v| short(*v))
             .draw()
             .map_err(|e| fail(e.to_string()))?;
+        for b in &self.bands {
+            let fill = RGBColor(40, 140, 90).mix(0.2);
+            chart
+                .draw_series(std::iter::once(Polygon::new(b.clone(), fill)))
+                .map_err(|e| fail(e.to_string()))?;
+        }
         for s in &self.series {
-            let colour = match s.style {
-                Style::Measured => RGBColor(120, 120, 120),
-                Style::Before => RGBColor(200, 40, 40),
-                Style::After => RGBColor(30, 80, 200),
-                Style::Line(n) => COLOURS[n % COLOURS.len()],
+            let (colour, width) = match s.style {
+                Style::Measured => (RGBColor(165, 165, 165), 3),
+                Style::Before => (RGBColor(200, 40, 40), 1),
+                Style::After => (RGBColor(30, 80, 200), 1),
+                Style::Inferred => (RGBColor(30, 130, 80), 1),
+                Style::Line(n) => (COLOURS[n % COLOURS.len()], 1),
             };
-            if s.style == Style::Measured {
-                chart
-                    .draw_series(s.points.iter().map(|p| Circle::new(*p, 1, colour.filled())))
-                    .map_err(|e| fail(e.to_string()))?
-                    .label(&s.name)
-                    .legend(move |(x, y)| Circle::new((x + 8, y), 2, colour.filled()));
-            } else {
-                chart
-                    .draw_series(LineSeries::new(s.points.iter().cloned(), colour.stroke_width(1)))
-                    .map_err(|e| fail(e.to_string()))?
-                    .label(&s.name)
-                    .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 16, y)], colour));
-            }
+            chart
+                .draw_series(LineSeries::new(s.points.iter().cloned(), colour.stroke_width(width)))
+                .map_err(|e| fail(e.to_string()))?
+                .label(&s.name)
+                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 14, y)], colour.stroke_width(width)));
         }
         chart
             .configure_series_labels()
+            .label_font(("sans-serif", 11))
             .background_style(WHITE.mix(0.8))
             .border_style(BLACK.mix(0.2))
             .draw()

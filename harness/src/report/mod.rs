@@ -1,8 +1,10 @@
 //! Self-contained HTML pages and SVG charts.
 
 mod chart;
+mod heat;
 mod page;
 pub mod run;
 
 pub use chart::{Chart, Style};
+pub use heat::Heat;
 pub use page::Page;

@@ -6,7 +6,8 @@ pub struct Page {
     body: String,
 }
 
-fn escape(s: &str) -> String {
+/// Text safe inside HTML and SVG.
+pub(super) fn escape(s: &str) -> String {
     s.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
@@ -60,14 +61,23 @@ impl Page {
         self
     }
 
+    /// What `inner` holds, folded away until a reader opens it.
+    pub fn folded(mut self, title: &str, inner: impl FnOnce(Page) -> Page) -> Page {
+        let part = inner(Page { title: String::new(), body: String::new() });
+        self.body += &format!("<details><summary>{}</summary>\n{}</details>\n", escape(title), part.body);
+        self
+    }
+
     /// The whole page.
     pub fn html(&self) -> String {
         format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{t}</title>\n<style>\
-             body{{font:15px/1.5 sans-serif;max-width:1320px;margin:2em auto;padding:0 1em;color:#222}}\
+             body{{font:14px/1.45 sans-serif;max-width:1320px;margin:1.2em auto;padding:0 1em;color:#222}}\
+             h1{{font-size:1.3em;margin:.3em 0}}h2{{font-size:1.1em;margin:1.1em 0 .3em}}p{{margin:.3em 0;max-width:75em}}\
              .lead{{font-size:1.25em;border-left:4px solid #1e50c8;padding-left:.7em}}\
              table{{border-collapse:collapse}}td,th{{border:1px solid #ccc;padding:.25em .6em;text-align:left}}\
-             figure{{display:inline-block;margin:.4em}}figcaption{{font-size:.85em;color:#555}}</style></head>\n\
+             figure{{display:inline-block;margin:.2em}}summary{{cursor:pointer;color:#1e50c8;margin:.4em 0}}\
+             figcaption{{font-size:.85em;color:#555}}</style></head>\n\
              <body><h1>{t}</h1>\n{b}</body></html>\n",
             t = escape(&self.title),
             b = self.body

@@ -1,0 +1,205 @@
+//! verdict.json: the format verdict/1, and keys beyond it.
+
+use super::findings::Findings;
+use crate::diagnose::decide::{phase, Decision, PHASES};
+use crate::diagnose::heldout::HeldOut;
+use crate::diagnose::map::Cell;
+use crate::diagnose::search::Search;
+use crate::model::estimate::Problem;
+use crate::record::{Campaign, Channel};
+use serde_json::{json, Map, Value};
+
+/// Makes the verdict of a campaign.
+pub fn verdict(
+    c: &Campaign,
+    search: &Search<'_>,
+    d: &Decision,
+    f: &Findings,
+    before: &HeldOut,
+    after: Option<&HeldOut>,
+) -> Value {
+    let mut missing = Vec::new();
+    let mut places = Vec::new();
+    if d.detected {
+        for (i, t) in d.chosen.make_up.terms.iter().enumerate() {
+            places.push(place(c, search, d, &f.map, i));
+            if t.mechanism.named {
+                let others = d.ties.get(i).cloned().unwrap_or_default();
+                let mut m = json!({
+                    "mechanism": t.mechanism.name,
+                    "form": t.form.label,
+                    "probability": probability(d, i),
+                    "parameters": parameters(f, i),
+                    "intervals_by": if f.intervals.get(i).is_some_and(|v| v.profiled) { "profile likelihood" } else { "covariance" },
+                    "also_possible": others,
+                    "text": format!("{}. {}", t.mechanism.sentence, t.mechanism.cure),
+                    "equation": t.mechanism.equation,
+                    "source": t.mechanism.source,
+                });
+                if let Some(Some(tie)) = f.ties.get(i) {
+                    m["tie"] = json!({
+                        "set": tie.set, "trace_sigmas": tie.trace, "rho": tie.rho, "p_right": tie.p_right,
+                        "experiments": tie.proposals.iter().map(|p| json!({
+                            "name": p.name, "text": p.text, "separation_sigmas": p.sigmas, "p_right": p.p_right,
+                        })).collect::<Vec<_>>(),
+                    });
+                }
+                missing.push(m);
+            }
+        }
+    }
+    let mut v = json!({
+        "format": "verdict/1",
+        "campaign": c.folder,
+        "mismatch": {"detected": d.detected, "false_alarm_probability": d.false_alarm_probability, "where": places},
+        "missing": missing,
+        "unexplained": {"detected": d.unexplained, "text": unexplained(d, f)},
+        "fit": {
+            "before": {"heldout_nrmse": before.nrmse, "chi2": d.base.fit.point.chi2, "converged": d.base.fit.converged},
+            "after": {"heldout_nrmse": after.map_or(before.nrmse, |a| a.nrmse), "chi2": d.chosen.fit.point.chi2, "converged": d.chosen.fit.converged},
+            "base_bias": bias(d, f),
+        },
+        "candidates": f.rivals.iter().map(|r| json!({
+            "mechanism": r.name, "form": r.form, "origin": r.origin, "chi2_gain": r.gain, "heldout_nrmse": r.heldout,
+        })).collect::<Vec<_>>(),
+        "map": f.map.iter().map(|m| json!({
+            "level": c.levels.get(m.level).map(|l| l.1.clone()), "phase": PHASES[m.phase], "channel": m.channel.name(),
+            "before": m.before, "after": m.after,
+        })).collect::<Vec<_>>(),
+        "caveats": f.caveats,
+    });
+    if let Some(b) = &f.bootstrap {
+        v["mismatch"]["false_alarm_probability"] = json!(b.probability());
+        v["mismatch"]["bootstrap"] = json!({"nulls": b.nulls, "detected": b.detected, "as_bad": b.as_bad});
+    }
+    if let Some(e) = f.ties.iter().flatten().find_map(|t| t.proposals.first()) {
+        v["experiment"] = json!({"name": e.name, "text": e.text, "separation_sigmas": e.sigmas, "p_right": e.p_right});
+    }
+    if let Some((channel, list)) = &f.unclipped {
+        v["without_clipping"] = list
+            .iter()
+            .map(|u| {
+                json!({"recording": u.file, "channel": channel.name(), "read": u.read, "peak": u.peak,
+                    "ci95": [u.peak - 1.96 * u.sd, u.peak + 1.96 * u.sd], "clipped": u.clipped})
+            })
+            .collect();
+    }
+    if let Some(l) = &f.latent {
+        v["latent_force"] = json!({"origin": l.place.origin(), "phase": PHASES[l.phase], "unit": l.place.unit(),
+            "places": l.scores.iter().map(|(p, g)| json!({"what": p.words(), "chi2_gain": g})).collect::<Vec<_>>()});
+    }
+    v
+}
+
+/// The verdict where nothing can be judged.
+pub fn invalid(c: &Campaign, reason: &str, before: Option<f64>) -> Value {
+    json!({
+        "format": "verdict/1",
+        "campaign": c.folder,
+        "invalid": {"text": reason},
+        "mismatch": {"detected": false, "false_alarm_probability": 1.0, "where": []},
+        "missing": [],
+        "unexplained": {"detected": false, "text": ""},
+        "fit": {"before": {"heldout_nrmse": before}, "after": {"heldout_nrmse": before}},
+    })
+}
+
+/// Share of belief among names: by cost where the search fitted rivals, evenly among those that never part.
+fn probability(d: &Decision, term: usize) -> f64 {
+    let others = d.ties.get(term).map_or(0, Vec::len);
+    if d.chosen.make_up.terms.len() > 1 {
+        return 1.0 / (1.0 + others as f64);
+    }
+    let scale = 2.0 * d.wander.1.max(1.0);
+    let name = d.chosen.names()[term];
+    let tied = d.ties.get(term).cloned().unwrap_or_default();
+    let rest: f64 = d
+        .singles
+        .iter()
+        .filter(|s| s.make_up.terms[0].mechanism.named && s.names()[0] != name && !tied.contains(&s.names()[0]))
+        .map(|s| (-(s.cost() - d.chosen.cost()).max(0.0) / scale).exp())
+        .sum();
+    1.0 / (1.0 + others as f64 + rest)
+}
+
+fn parameters(f: &Findings, term: usize) -> Map<String, Value> {
+    f.intervals
+        .get(term)
+        .iter()
+        .flat_map(|i| &i.of)
+        .map(|i| (i.name.to_string(), json!({"value": i.value, "unit": i.unit, "ci95": [i.low, i.high]})))
+        .collect()
+}
+
+fn unexplained(d: &Decision, f: &Findings) -> String {
+    if !d.unexplained {
+        return String::new();
+    }
+    let what = match d.chosen.make_up.terms.iter().find(|t| !t.mechanism.named) {
+        Some(t) => format!("{} (a stand-in, fitted as: {})", t.mechanism.sentence, t.form.label),
+        None => format!("the residual still wanders {:.1} times more than noise", d.wander.1),
+    };
+    match &f.latent {
+        Some(l) => format!("{what}. {}", l.text),
+        None => what,
+    }
+}
+
+fn bias(d: &Decision, f: &Findings) -> Value {
+    let (b, a) = (&d.base.fit.point.theta, &d.chosen.fit.point.theta);
+    let of = |i: usize| if d.detected { b[i] - a[i] } else { 0.0 };
+    json!({
+        "ln_force_at_reference_depth": of(0),
+        "exponent": of(1),
+        "parameters": f.bias.iter().map(|b| json!({"name": b.name, "unit": b.unit, "before": b.before, "after": b.after,
+            "percent": b.percent, "sigmas": b.sigmas})).collect::<Vec<_>>(),
+    })
+}
+
+/// Where the cause of term `i` sits.
+fn place(c: &Campaign, search: &Search<'_>, d: &Decision, map: &[Cell], i: usize) -> Value {
+    let t = &d.chosen.make_up.terms[i];
+    let acts = search.acts(&d.chosen, i);
+    let strongest = (0..4).max_by(|a, b| acts[*a].total_cmp(&acts[*b])).unwrap_or(1);
+    let mut by_channel = [0.0; 3];
+    let mut by_level = vec![0.0; c.levels.len()];
+    for m in map {
+        by_channel[m.channel.index()] += m.gain.max(0.0);
+        by_level[m.level] += m.gain.max(0.0);
+    }
+    let channel = (0..3).max_by(|a, b| by_channel[*a].total_cmp(&by_channel[*b])).unwrap_or(0);
+    let most = by_level.iter().cloned().fold(0.0, f64::max);
+    let levels: Vec<f64> = c
+        .levels
+        .iter()
+        .zip(&by_level)
+        .filter(|(l, g)| l.0.is_finite() && **g >= 0.3 * most)
+        .map(|(l, _)| l.0)
+        .collect();
+    let span = span(search, d, strongest, &by_level);
+    json!({
+        "origin": t.mechanism.origin.name(),
+        "phase": PHASES[strongest],
+        "channel": Channel::ALL[channel].name(),
+        "share": acts[strongest],
+        "levels": levels,
+        "recording": span.as_ref().map(|s| s.0.clone()),
+        "t_start": span.as_ref().map(|s| s.1),
+        "t_end": span.as_ref().map(|s| s.2),
+        "text": format!("{} acts most in the {} phase and shows most clearly in {}", t.mechanism.name,
+            PHASES[strongest], Channel::ALL[channel].name()),
+    })
+}
+
+/// (recording, first and last sample time) of a phase in the first recording of the level that shows most.
+fn span(search: &Search<'_>, d: &Decision, which: usize, by_level: &[f64]) -> Option<(String, f64, f64)> {
+    let level = (0..by_level.len()).max_by(|a, b| by_level[*a].total_cmp(&by_level[*b]))?;
+    let r = search.data.records.iter().position(|r| r.level == level)?;
+    let model = search.model(&d.chosen.make_up, 1.0, 1.0, 0.0);
+    let (trace, _) =
+        Problem::new(search.data, &model).predict(&d.chosen.fit.point.theta, r, &d.chosen.fit.point.locals[r]);
+    let rec = &search.data.records[r];
+    let mut times = rec.setup.time.iter().filter(|t| phase(&trace, **t) == which);
+    let first = *times.next()?;
+    Some((rec.file.clone(), first, times.next_back().copied().unwrap_or(first)))
+}
