@@ -2,8 +2,10 @@
 
 mod demo;
 mod diagnose;
+mod fit;
 mod impact;
 mod pack;
+mod paper;
 mod run;
 
 use clap::{Parser, Subcommand};
@@ -26,10 +28,14 @@ enum Command {
     Demo(demo::Arguments),
     /// Say what physics the simulation of a campaign leaves out, and how much better it fits with it
     Diagnose(diagnose::Arguments),
+    /// Estimate the law from the recordings of a campaign
+    Fit(fit::Arguments),
     /// Print the exact impact of a mass on the law F = k x^p + mu_d x^p v
     Impact(impact::Arguments),
     /// Write the element as an FMU, with start values of your own where you give them
     Pack(pack::Arguments),
+    /// Repeat the estimation and the contactor of Ahn and Ryu 2005
+    Paper(paper::Arguments),
     /// Run a scenario (drop test, contactor opening) and draw its impacts
     Run(run::Arguments),
 }
@@ -39,8 +45,10 @@ pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Demo(a) => demo::run(&a),
         Command::Diagnose(a) => diagnose::run(&a),
+        Command::Fit(a) => fit::run(&a),
         Command::Impact(a) => impact::run(&a),
         Command::Pack(a) => pack::run(&a),
+        Command::Paper(a) => paper::run(&a),
         Command::Run(a) => run::run(&a),
     };
     match done {

@@ -3,6 +3,7 @@
 pub mod answer;
 pub mod bias;
 pub mod bootstrap;
+pub mod case;
 pub mod decide;
 pub mod experiment;
 pub mod heldout;

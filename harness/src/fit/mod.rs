@@ -1,3 +1,12 @@
 //! Estimation of the law from recordings.
 
+pub mod answer;
+pub mod estimate;
+pub mod levels;
+pub mod paper;
 pub mod prepare;
+pub mod scan;
+pub mod simplex;
+mod watch;
+
+pub use watch::Watch;

@@ -700,6 +700,47 @@ impl<'a> Problem<'a> {
         v
     }
 
+    /// Squared distance of the globals from the optimum in standard errors, as Gauss and Newton's step tells it:
+    /// g' S^-1 g of the gradient with everything of the recordings eliminated. What a bound holds takes no part.
+    ///
+    /// None where the simulation or the normal matrix fails.
+    pub fn decrement(&self, point: &Point) -> Option<f64> {
+        let ps = &self.model.parameters;
+        let (g, l) = (ps.len(), self.nuisances.len());
+        let all = vec![true; g];
+        let mut s = DMatrix::<f64>::zeros(g, g);
+        let mut q = DVector::<f64>::zeros(g);
+        for (j, p) in ps.iter().enumerate() {
+            if let Some((m, sd)) = p.prior {
+                s[(j, j)] += 1.0 / (sd * sd);
+                q[j] += (m - point.theta[j]) / (sd * sd);
+            }
+        }
+        for r in 0..self.data.records.len() {
+            let (_, a, b) = self.block(point, r, &all)?;
+            let mut c = a.view((g, g), (l, l)).into_owned();
+            for i in 0..l {
+                c[(i, i)] += 1e-12 * (1.0 + a[(g + i, g + i)]);
+            }
+            let bt = a.view((g, 0), (l, g)).into_owned();
+            let ch = c.cholesky()?;
+            s += a.view((0, 0), (g, g)) - bt.transpose() * ch.solve(&bt);
+            q += b.rows(0, g) - bt.transpose() * ch.solve(&b.rows(g, l).into_owned());
+        }
+        for j in 0..g {
+            let held = (point.theta[j] <= ps[j].lower && q[j] <= 0.0) || (point.theta[j] >= ps[j].upper && q[j] >= 0.0);
+            if held {
+                s.row_mut(j).fill(0.0);
+                s.column_mut(j).fill(0.0);
+                q[j] = 0.0;
+                s[(j, j)] = 1.0;
+            }
+            s[(j, j)] *= 1.0 + 1e-10;
+        }
+        let step = s.cholesky()?.solve(&q);
+        Some(q.dot(&step).max(0.0))
+    }
+
     /// The nuisances, in the order of a recording's vector.
     pub fn nuisances(&self) -> &[Nuisance] {
         &self.nuisances
