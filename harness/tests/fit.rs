@@ -16,6 +16,10 @@ fn answer(out: &Path) -> Value {
     serde_json::from_str(&std::fs::read_to_string(out.join("fit.json")).unwrap()).unwrap()
 }
 
+fn certificate(out: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(out.join("certificate.json")).unwrap()).unwrap()
+}
+
 fn said(o: &Output) -> String {
     String::from_utf8_lossy(&o.stderr).into_owned()
 }
@@ -40,7 +44,10 @@ fn both_methods_return_the_truth_of_clean_recordings() {
         assert!(o.status.success(), "{}", said(&o));
         assert!(said(&o).contains("objective"), "plain lines of progress where there is no terminal");
         let v = answer(&out);
-        assert_eq!(v["converged"], true, "{}", v["certificate"]);
+        let mut keys: Vec<&str> = v.as_object().unwrap().keys().map(String::as_str).collect();
+        keys.sort_unstable();
+        assert_eq!(keys, ["ci95", "converged", "iterations", "nrmse", "objective", "parameters"]);
+        assert_eq!(v["converged"], true, "{}", certificate(&out));
         let law = &recipe.physics.law;
         for (name, truth) in [("k", law.stiffness), ("p", law.exponent), ("mu_d", law.hysteresis_damping)] {
             assert_holds(&v, name, truth);
@@ -69,24 +76,30 @@ fn both_methods_return_the_truth_of_clean_recordings() {
 
 #[test]
 fn terms_the_campaign_lists_are_estimated_too() {
-    let dir = tempfile::tempdir().unwrap();
-    let campaign = dir.path().join("c");
-    let mut recipe = Recipe::default();
-    recipe.physics.friction = 0.8;
-    write_campaign(&campaign, &recipe).unwrap();
-    let file = campaign.join("campaign.toml");
-    let text = std::fs::read_to_string(&file).unwrap();
-    std::fs::write(&file, text.replace("terms = [\"gravity\"", "terms = [\"guide_friction\", \"gravity\"")).unwrap();
-    let out = dir.path().join("out");
-    let o = command(&campaign, &out).output().unwrap();
-    assert!(o.status.success(), "{}", said(&o));
-    let v = answer(&out);
-    let terms = v["terms"].as_object().unwrap();
-    let (name, friction) = terms.iter().next().unwrap();
-    assert!(name.starts_with("guide_friction"), "{name}");
-    let ci = &friction["ci95"];
-    assert!(ci[0].as_f64().unwrap() < 0.8 && 0.8 < ci[1].as_f64().unwrap(), "{friction}");
-    assert_holds(&v, "k", recipe.physics.law.stiffness);
+    let mut held = 0;
+    for seed in 1..=3 {
+        let dir = tempfile::tempdir().unwrap();
+        let campaign = dir.path().join("c");
+        let mut recipe = Recipe { seed, ..Recipe::default() };
+        recipe.physics.friction = 0.8;
+        write_campaign(&campaign, &recipe).unwrap();
+        let file = campaign.join("campaign.toml");
+        let text = std::fs::read_to_string(&file).unwrap();
+        let listed = text.replace("terms = [\"gravity\"", "terms = [\"guide_friction\", \"gravity\"");
+        std::fs::write(&file, listed).unwrap();
+        let out = dir.path().join("out");
+        let o = command(&campaign, &out).output().unwrap();
+        assert!(o.status.success(), "{}", said(&o));
+        let v = certificate(&out);
+        let (name, friction) = v["terms"].as_object().unwrap().iter().next().unwrap();
+        assert!(name.starts_with("guide_friction"), "{name}");
+        assert!((friction["value"].as_f64().unwrap() / 0.8 - 1.0).abs() < 0.05, "{friction}");
+        let ci = &friction["ci95"];
+        held += usize::from(ci[0].as_f64().unwrap() < 0.8 && 0.8 < ci[1].as_f64().unwrap());
+        assert_holds(&answer(&out), "k", recipe.physics.law.stiffness);
+    }
+    // one in twenty may miss
+    assert!(held >= 2, "{held} of 3 intervals hold the friction");
 }
 
 /// A measured campaign; None, with a word, where the recordings are not beside the project.
@@ -107,7 +120,7 @@ fn measured_recordings_show_how_far_the_power_law_alone_is() {
         let dir = tempfile::tempdir().unwrap();
         let o = command(&campaign, dir.path()).output().unwrap();
         assert!(o.status.success(), "{}", said(&o));
-        let v = answer(dir.path());
+        let v = certificate(dir.path());
         let all = v["levels"].as_array().unwrap();
         assert_eq!(all.len(), levels);
         let mut gains = 0;
@@ -118,7 +131,7 @@ fn measured_recordings_show_how_far_the_power_law_alone_is() {
             }
         }
         assert!(gains > levels / 2, "{name}: a level alone is fitted better than all at once");
-        assert!(v["certificate"]["variance_widened_by"].as_f64().unwrap() > 5.0);
+        assert!(v["variance_widened_by"].as_f64().unwrap() > 5.0);
         let page = std::fs::read_to_string(dir.path().join("report.html")).unwrap();
         for l in all {
             assert!(page.contains(&format!("<td>{}</td>", l["level"].as_str().unwrap())), "{l}");
@@ -144,8 +157,8 @@ fn an_interrupt_writes_the_best_so_far() {
     assert!(kill.success());
     lines.for_each(drop);
     assert_eq!(child.wait().unwrap().code(), Some(130));
-    let v = answer(&out);
-    assert_eq!((&v["converged"], v["stopped"].as_str()), (&Value::Bool(false), Some("interrupted")));
+    let (v, c) = (answer(&out), certificate(&out));
+    assert_eq!((&v["converged"], c["stopped"].as_str()), (&Value::Bool(false), Some("interrupted")));
     assert!(v["parameters"]["k"].as_f64().unwrap() > 1e5 && out.join("report.html").exists());
 }
 
@@ -156,8 +169,8 @@ fn time_running_out_writes_the_best_so_far() {
     write_campaign(&campaign, &Recipe::default()).unwrap();
     let o = command(&campaign, &out).args(["--seconds", "0.001"]).output().unwrap();
     assert!(o.status.success(), "{}", said(&o));
-    let v = answer(&out);
-    assert_eq!((&v["converged"], v["stopped"].as_str()), (&Value::Bool(false), Some("time is up")));
+    let (v, c) = (answer(&out), certificate(&out));
+    assert_eq!((&v["converged"], c["stopped"].as_str()), (&Value::Bool(false), Some("time is up")));
 }
 
 #[test]

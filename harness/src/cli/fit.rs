@@ -28,7 +28,7 @@ enum Way {
 pub struct Arguments {
     /// Campaign folder of format recordings/1
     campaign: PathBuf,
-    /// Folder for fit.json and report.html
+    /// Folder for fit.json, certificate.json and report.html
     #[arg(long)]
     out: PathBuf,
     /// How to minimise

@@ -1,4 +1,4 @@
-//! What an estimation leaves behind: fit.json and report.html.
+//! What an estimation leaves behind: fit.json, certificate.json and report.html.
 
 use super::estimate::{Case, Estimate, Interval, Method};
 use super::levels::{name as name_of, nrmse, Level, Readings};
@@ -8,7 +8,7 @@ use crate::report::{Chart, Page, Style};
 use serde_json::{json, Map, Value};
 use std::path::Path;
 
-/// Everything the two files show.
+/// Everything the files show.
 pub struct Answer<'a, 'b> {
     pub campaign: &'a Campaign,
     pub case: &'a Case<'b>,
@@ -31,7 +31,7 @@ fn bounds(i: &Interval) -> Value {
 }
 
 impl Answer<'_, '_> {
-    /// fit.json.
+    /// fit.json: k N/m^p, p, mu_d N s/m^(p+1); an interval that is not finite is null.
     pub fn json(&self) -> Value {
         let e = self.estimate;
         let data = self.case.data;
@@ -50,6 +50,19 @@ impl Answer<'_, '_> {
             }
             shares.insert(rec.file.clone(), Value::Object(of));
         }
+        json!({
+            "parameters": parameters,
+            "ci95": ci,
+            "converged": e.converged,
+            "iterations": e.iterations,
+            "objective": e.objective,
+            "nrmse": shares,
+        })
+    }
+
+    /// certificate.json: why the answer may be believed or not, the terms beyond the law, and each level.
+    pub fn certificate(&self) -> Value {
+        let e = self.estimate;
         let terms: Map<String, Value> = e
             .terms(self.case)
             .into_iter()
@@ -59,24 +72,17 @@ impl Answer<'_, '_> {
         json!({
             "campaign": self.campaign.folder,
             "method": match e.method { Method::Simplex => "simplex", Method::LevenbergMarquardt => "lm" },
-            "parameters": parameters,
-            "ci95": ci,
             "converged": e.converged,
             "stopped": e.stopped,
-            "iterations": e.iterations,
-            "objective": e.objective,
-            "nrmse": shares,
             "held": if self.case.hysteresis { vec![] } else { vec!["mu_d"] },
             "terms": terms,
-            "reference": {"depth": data.scales.x_ref, "force": reference.value, "ci95": bounds(&reference)},
-            "certificate": {
-                "gradient_in_standard_errors": e.gradient,
-                "variance_widened_by": e.widening,
-                "starts": e.runs.iter().map(|r| json!({
-                    "origin": r.origin, "objective_first": r.first, "objective_last": r.last,
-                    "iterations": r.iterations, "distance_in_standard_errors": r.distance,
-                })).collect::<Vec<_>>(),
-            },
+            "reference": {"depth": self.case.data.scales.x_ref, "force": reference.value, "ci95": bounds(&reference)},
+            "gradient_in_standard_errors": e.gradient,
+            "variance_widened_by": e.widening,
+            "starts": e.runs.iter().map(|r| json!({
+                "origin": r.origin, "objective_first": r.first, "objective_last": r.last,
+                "iterations": r.iterations, "distance_in_standard_errors": r.distance,
+            })).collect::<Vec<_>>(),
             "levels": self.levels.iter().map(|l| json!({
                 "level": l.text, "recordings": l.recordings,
                 "nrmse": by_channel(&l.nrmse), "rms_over_noise": by_channel(&l.noises), "peak_error": by_channel(&l.peak),
@@ -184,14 +190,16 @@ impl Answer<'_, '_> {
         page.html()
     }
 
-    /// Writes both files to `dir`.
+    /// Writes the files to `dir`, fit.json last.
     ///
     /// # Errors
     /// As the file system gives them.
     pub fn write(&self, dir: &Path) -> std::io::Result<()> {
-        let text = serde_json::to_string_pretty(&self.json()).map_err(std::io::Error::other)? + "\n";
+        let text =
+            |v: &Value| Ok::<_, std::io::Error>(serde_json::to_string_pretty(v).map_err(std::io::Error::other)? + "\n");
         files::write(&dir.join("report.html"), self.page().as_bytes())?;
-        files::write(&dir.join("fit.json"), text.as_bytes())
+        files::write(&dir.join("certificate.json"), text(&self.certificate())?.as_bytes())?;
+        files::write(&dir.join("fit.json"), text(&self.json())?.as_bytes())
     }
 
     fn channels(&self) -> Vec<Channel> {
