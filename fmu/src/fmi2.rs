@@ -1,5 +1,7 @@
 //! The C functions of FMI 2.0 for co-simulation (Modelica Association 2014, FMI 2.0, sections 2.1 and 4.2).
 //!
+//! Any model with an `instance`, a `state`, a `start` and `variables` can stand behind it: `moving_bar` does too.
+//!
 //! Invariant: a panic ends here as fmi2Error, never in the host; a null or foreign pointer is refused.
 #![allow(non_snake_case)]
 
@@ -631,10 +633,10 @@ pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
 #[no_mangle]
 pub unsafe extern "C" fn fmi2DoStep(c: *mut c_void, time: f64, step: f64, _no_set_state_before: c_int) -> Status {
     call(c, |c| {
-        if c.instance.do_step(time, step)? && c.told[3] {
-            let s = &c.instance.state;
-            let what = if s.input[0] > 0.0 { "contact begins" } else { "contact ends" };
-            c.tell(OK, 3, &format!("{} between {} s and {} s", what, time, s.time));
+        if let Some(event) = c.instance.do_step(time, step)? {
+            if c.told[3] {
+                c.tell(OK, 3, &format!("{} between {} s and {} s", event, time, c.instance.state.time));
+            }
         }
         Ok(())
     })

@@ -1,28 +1,11 @@
 //! One instance of the element: calls in their order, values in and out, steps. No pointer of a host's gets here.
 
 use crate::law::Memory;
+use crate::life::{self, error};
+pub use crate::life::{Outcome, Refusal};
 use crate::start;
 use crate::state::{Phase, State};
 use crate::variables::{by_reference, Kind, Role, Variable, PARAMETER_TABLE};
-
-/// Why a call was not done.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Refusal {
-    /// The call cannot be done now; the instance is as it was.
-    Discard(String),
-    /// The call is wrong; the instance is as it was.
-    Error(String),
-}
-
-/// What a call comes to.
-pub type Outcome<T> = Result<T, Refusal>;
-
-fn error<T>(message: String) -> Outcome<T> {
-    Err(Refusal::Error(message))
-}
-
-/// Times agree within this share of themselves, so that t = i h and a running sum of h both pass.
-const TIME_TOLERANCE: f64 = 1e-8;
 
 /// The inputs' bits in [`State::refused`].
 const INPUT_NAMES: [&str; 2] = ["penetration", "velocity"];
@@ -42,11 +25,7 @@ impl Default for Instance {
 
 impl Instance {
     fn require(&self, call: &str, allowed: &[Phase]) -> Outcome<()> {
-        if allowed.contains(&self.state.phase) {
-            Ok(())
-        } else {
-            error(format!("{} is not allowed while {:?}", call, self.state.phase))
-        }
+        life::require(self.state.phase, call, allowed)
     }
 
     fn find(&self, reference: u32, kind: Kind) -> Outcome<Variable> {
@@ -63,12 +42,8 @@ impl Instance {
     /// Out of order, or times that are none.
     pub fn setup_experiment(&mut self, start: f64, stop: Option<f64>) -> Outcome<()> {
         self.require("fmi2SetupExperiment", &[Phase::Instantiated])?;
-        let end = stop.unwrap_or(f64::INFINITY);
-        if !start.is_finite() || end.is_nan() || end < start {
-            return error(format!("start {} s and stop {} s: give finite times, stop not before start", start, end));
-        }
+        self.state.stop = life::experiment(start, stop)?;
         self.state.time = start;
-        self.state.stop = end;
         Ok(())
     }
 
@@ -328,25 +303,16 @@ impl Instance {
     }
 
     /// fmi2DoStep from `time` s over `step` s: the memory follows the inputs from where the last step left them to
-    /// what is set now, or to where the input derivatives take that by the end of the step. True where contact
-    /// began or ended.
+    /// what is set now, or to where the input derivatives take that by the end of the step. Says where contact began
+    /// or ended.
     ///
     /// # Errors
     /// Out of order; a time that is not where the instance stands; a step that is none or leads past the stop time;
     /// inputs that are not finite (discard); an answer that is not finite (discard, the instance as before).
-    pub fn do_step(&mut self, time: f64, step: f64) -> Outcome<bool> {
+    pub fn do_step(&mut self, time: f64, step: f64) -> Outcome<Option<&'static str>> {
         self.require("fmi2DoStep", &[Phase::Stepping])?;
         let s = &self.state;
-        if !(step.is_finite() && step > 0.0) {
-            return error(format!("communicationStepSize is {}: give a finite step above 0 s", step));
-        }
-        let tolerance = TIME_TOLERANCE * time.abs().max(s.time.abs()).max(step);
-        if !time.is_finite() || (time - s.time).abs() > tolerance {
-            return error(format!("currentCommunicationPoint is {} s, the instance stands at {} s", time, s.time));
-        }
-        if time + step > s.stop + tolerance {
-            return error(format!("a step to {} s leads past the stop time {} s", time + step, s.stop));
-        }
+        life::step_is_good(time, step, s.time, s.stop)?;
         self.inputs_are_good()?;
         let [x, v] = s.input;
         let [xs, vs] = s.slope;
@@ -364,7 +330,11 @@ impl Instance {
             let message = format!("at penetration {} m, velocity {} m/s force is {} N", to[0], to[1], probe);
             return Err(Refusal::Discard(message));
         }
-        let changed = (from[0] > 0.0) != (to[0] > 0.0);
+        let event = match (from[0] > 0.0, to[0] > 0.0) {
+            (false, true) => Some("contact begins"),
+            (true, false) => Some("contact ends"),
+            _ => None,
+        };
         let s = &mut self.state;
         s.memory = memory;
         s.acceleration = (to[1] - from[1]) / step;
@@ -374,6 +344,6 @@ impl Instance {
         s.step = step;
         s.time = time + step;
         self.recommend();
-        Ok(changed)
+        Ok(event)
     }
 }

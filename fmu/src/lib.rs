@@ -4,6 +4,7 @@
 pub mod fmi2;
 pub mod instance;
 pub mod law;
+pub mod life;
 pub mod start;
 pub mod state;
 pub mod variables;

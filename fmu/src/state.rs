@@ -1,21 +1,9 @@
 //! The whole state of an instance, and its bytes.
 
 use crate::law::{Memory, BRANCHES};
+use crate::life::checksum;
+pub use crate::life::Phase;
 use crate::variables::{Settings, PARAMETERS};
-
-/// Where an instance stands in its life.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Phase {
-    /// fmi2Instantiate returned it, or fmi2Reset.
-    Instantiated = 0,
-    /// Between fmi2EnterInitializationMode and fmi2ExitInitializationMode.
-    Initialization = 1,
-    /// May step.
-    Stepping = 2,
-    /// After fmi2Terminate.
-    Terminated = 3,
-}
 
 /// Everything that a later answer depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,11 +59,6 @@ const NUMBERS: usize = PARAMETERS + 4 + BRANCHES + 11;
 /// Length of a state in bytes: magic, phase, refused, numbers, checksum; the same on every platform.
 pub const BYTES: usize = 8 + 2 + 8 * NUMBERS + 8;
 
-/// Fowler, Noll and Vo's hash FNV-1a, 64 bits: finds bytes that were cut or changed.
-fn checksum(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3))
-}
-
 /// The state as bytes, little endian.
 pub fn to_bytes(s: &State) -> [u8; BYTES] {
     let mut o = [0u8; BYTES];
@@ -130,13 +113,7 @@ pub fn from_bytes(b: &[u8]) -> Result<State, &'static str> {
     if u64::from_le_bytes(eight) != checksum(&b[..BYTES - 8]) {
         return Err("changed since they were written");
     }
-    let phase = match b[8] {
-        0 => Phase::Instantiated,
-        1 => Phase::Initialization,
-        2 => Phase::Stepping,
-        3 => Phase::Terminated,
-        _ => return Err("of no known phase"),
-    };
+    let phase = Phase::from_byte(b[8]).ok_or("of no known phase")?;
     let mut n = 10;
     let mut take = || {
         let mut eight = [0u8; 8];

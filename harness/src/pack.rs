@@ -1,10 +1,13 @@
-//! Packs the element into an FMU: description, binaries with their start values, icon, documentation, licence.
+//! Packs a model into an FMU: description, binaries with their start values, icon, documentation, licence.
 //!
 //! The same input gives the same bytes: no clock, no path, no order of a file system gets in.
 
 use anyhow::{bail, ensure, Context, Result};
 use hysteresis_contact::start::{GUID_LENGTH, GUID_OFFSET, MARKER, VALUES_OFFSET};
-use hysteresis_contact::variables::{self, Kind, Role, Settings, LOG_CATEGORIES, MODEL, PARAMETERS, PARAMETER_TABLE};
+use hysteresis_contact::variables::{self, Role, Settings, LOG_CATEGORIES, MODEL, PARAMETERS, PARAMETER_TABLE};
+#[path = "../../fmu/moving_bar/src/variables.rs"]
+#[allow(dead_code)]
+mod moving_bar;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, Writer, XmlVersion};
 use sha2::{Digest, Sha256};
@@ -26,6 +29,300 @@ const ATTACHED: [(&str, &[u8]); 4] = [
     ("model.png", include_bytes!("../../modelDescription/model.png")),
 ];
 
+/// A variable as its table has it.
+struct Entry {
+    name: &'static str,
+    reference: u32,
+    kind: String,
+    unit: &'static str,
+    /// For a parameter: (place among the parameters, whether it may change between steps).
+    parameter: Option<(usize, bool)>,
+}
+
+/// A model of this workspace: what its library and its description have to agree on.
+pub struct Model {
+    /// Its name, and its library's inside an FMU.
+    pub name: &'static str,
+    /// The library as cargo names it.
+    stem: &'static str,
+    description: &'static str,
+    documentation: Option<&'static [u8]>,
+    table: Vec<Entry>,
+    categories: &'static [&'static str],
+    defaults: Vec<f64>,
+    validate: fn(&[f64]) -> Result<(), String>,
+}
+
+impl Model {
+    /// The contact element.
+    pub fn contact() -> Model {
+        let table = variables::all().map(|v| Entry {
+            name: v.name,
+            reference: v.reference,
+            kind: format!("{:?}", v.kind),
+            unit: v.unit,
+            parameter: match v.role {
+                Role::Parameter(i) => Some((i, PARAMETER_TABLE[i].tunable)),
+                _ => None,
+            },
+        });
+        Model {
+            name: MODEL,
+            stem: "hysteresis_contact",
+            description: DESCRIPTION,
+            documentation: None,
+            table: table.collect(),
+            categories: &LOG_CATEGORIES,
+            defaults: (0..PARAMETERS).map(|i| Settings::default().get(i)).collect(),
+            validate: |values| {
+                let mut s = Settings::default();
+                for (i, v) in values.iter().enumerate() {
+                    s.set(i, *v);
+                }
+                s.validate()
+            },
+        }
+    }
+
+    /// The moving bar, the contact's partner.
+    pub fn moving_bar() -> Model {
+        use moving_bar as bar;
+        let signals = (0..bar::SIGNALS.len()).map(|i| (i as u32, None));
+        let parameters = (0..bar::PARAMETERS).map(|i| (bar::FIRST_PARAMETER + i as u32, Some((i, false))));
+        let entry = |(reference, parameter)| {
+            let v = bar::by_reference(reference)?;
+            Some(Entry { name: v.name, reference, kind: format!("{:?}", v.kind), unit: v.unit, parameter })
+        };
+        Model {
+            name: bar::MODEL,
+            stem: "moving_bar",
+            description: include_str!("../../fmu/moving_bar/modelDescription.xml"),
+            documentation: Some(include_bytes!("../../fmu/moving_bar/documentation/index.html")),
+            table: signals.chain(parameters).filter_map(entry).collect(),
+            categories: &bar::LOG_CATEGORIES,
+            defaults: bar::PARAMETER_TABLE.iter().map(|p| p.start).collect(),
+            validate: |values| {
+                let mut s = bar::Settings::default();
+                for (i, v) in values.iter().enumerate() {
+                    s.set(i, *v);
+                }
+                s.validate()
+            },
+        }
+    }
+
+    /// The model of a name given on the command line: contact or moving-bar.
+    ///
+    /// # Errors
+    /// Another name.
+    pub fn named(name: &str) -> Result<Model> {
+        match name {
+            "contact" => Ok(Model::contact()),
+            "moving-bar" => Ok(Model::moving_bar()),
+            _ => bail!("{name} is no model: give contact or moving-bar"),
+        }
+    }
+
+    fn place(&self, parameter: &str) -> Option<usize> {
+        self.table.iter().find(|e| e.name == parameter).and_then(|e| e.parameter).map(|p| p.0)
+    }
+
+    /// Values of all parameters, those named as given, the rest as by default.
+    ///
+    /// # Errors
+    /// No such parameter (names those there are); out of its range; not a whole number where one is wanted.
+    pub fn values(&self, starts: &[(String, f64)]) -> Result<Vec<f64>> {
+        let mut values = self.defaults.clone();
+        for (name, value) in starts {
+            let Some(e) = self.table.iter().find(|e| e.name == name && e.parameter.is_some()) else {
+                let names: Vec<&str> = self.table.iter().filter(|e| e.parameter.is_some()).map(|e| e.name).collect();
+                bail!("{name} is no parameter: give one of {}", names.join(", "));
+            };
+            ensure!(
+                e.kind == "Real" || (value.fract() == 0.0 && value.abs() < 1e9),
+                "{name} is {value}: give a whole number"
+            );
+            if let Some((i, _)) = e.parameter {
+                values[i] = *value;
+            }
+        }
+        (self.validate)(&values).map_err(anyhow::Error::msg)?;
+        Ok(values)
+    }
+
+    /// File name of the library inside an FMU.
+    ///
+    /// # Errors
+    /// A platform that FMI 2.0 does not name.
+    pub fn library_name(&self, platform: &str) -> Result<String> {
+        let ending = match platform {
+            "linux64" | "linux32" => "so",
+            "win64" | "win32" => "dll",
+            "darwin64" => "dylib",
+            _ => bail!("platform {platform:?}: give linux64, linux32, win64, win32 or darwin64"),
+        };
+        Ok(format!("{}.{ending}", self.name))
+    }
+
+    /// The library of this machine, as cargo left it beside the running program.
+    ///
+    /// # Errors
+    /// Where it is not there: says where it was looked for.
+    pub fn built_library(&self) -> Result<Binary> {
+        ensure!(
+            cfg!(all(target_os = "linux", target_arch = "x86_64")),
+            "FMI 2.0 has no folder for this machine: pass --binary PLATFORM=FILE"
+        );
+        let program =
+            std::env::current_exe().context("the program's own path is not known: pass --binary linux64=FILE")?;
+        let mut looked = Vec::new();
+        let file = format!("lib{}.so", self.stem);
+        for folder in program.ancestors().skip(1).take(2) {
+            for path in [folder.join(&file), folder.join("deps").join(&file)] {
+                match std::fs::read(&path) {
+                    Ok(bytes) => return Ok(Binary { platform: "linux64".into(), bytes }),
+                    Err(_) => looked.push(path.display().to_string()),
+                }
+            }
+        }
+        bail!("the library of {} is at none of {}: run `cargo build --release --workspace`", self.name, looked.join(", "))
+    }
+
+    /// Writes an FMU to `out` with the libraries given and `starts` as start values.
+    ///
+    /// # Errors
+    /// As [`Model::archive`]; a file that cannot be written (none is left half-written).
+    pub fn pack(&self, out: &Path, starts: &[(String, f64)], binaries: &[Binary]) -> Result<()> {
+        let bytes = self.archive(starts, binaries)?;
+        crate::files::write(out, &bytes).with_context(|| format!("{}: cannot be written", out.display()))
+    }
+
+    /// Packs the model of this machine into a folder, for a run of its own.
+    ///
+    /// # Errors
+    /// As [`Model::built_library`] and [`Model::pack`].
+    pub fn into_folder(&self, folder: &Path, starts: &[(String, f64)]) -> Result<PathBuf> {
+        let out = folder.join(format!("{}.fmu", self.name));
+        self.pack(&out, starts, &[self.built_library()?])?;
+        Ok(out)
+    }
+
+    /// The bytes of the FMU that [`Model::pack`] writes.
+    ///
+    /// # Errors
+    /// As [`Model::values`]; a library that is not the model's; description and variable table at odds.
+    pub fn archive(&self, starts: &[(String, f64)], binaries: &[Binary]) -> Result<Vec<u8>> {
+        ensure!(!binaries.is_empty(), "no library to pack: give one at least");
+        self.check(self.description)?;
+        let values = self.values(starts)?;
+        let guid = guid(self.description, &values);
+        let mut files: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+        for (path, bytes) in ATTACHED {
+            files.insert(path.into(), bytes.to_vec());
+        }
+        if let Some(page) = self.documentation {
+            files.insert("documentation/index.html".into(), page.to_vec());
+        }
+        for b in binaries {
+            let patched = patch(&b.bytes, &guid, &values).with_context(|| format!("library for {}", b.platform))?;
+            files.insert(format!("binaries/{}/{}", b.platform, self.library_name(&b.platform)?), patched);
+        }
+        let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+        let options = |mode| {
+            zip::write::SimpleFileOptions::default()
+                .compression_method(zip::CompressionMethod::Deflated)
+                .last_modified_time(zip::DateTime::default())
+                .unix_permissions(mode)
+        };
+        zip.start_file("modelDescription.xml", options(0o644))?;
+        zip.write_all(self.described(&guid, &values)?.as_bytes())?;
+        for (path, bytes) in &files {
+            zip.start_file(path.as_str(), options(if path.starts_with("binaries") { 0o755 } else { 0o644 }))?;
+            zip.write_all(bytes)?;
+        }
+        Ok(zip.finish()?.into_inner())
+    }
+
+    /// The description with its GUID and start values.
+    fn described(&self, guid: &str, values: &[f64]) -> Result<String> {
+        let mut reader = Reader::from_str(self.description);
+        let mut writer = Writer::new(Vec::new());
+        let mut parameter = None;
+        loop {
+            let event = reader.read_event()?;
+            let written = match &event {
+                Event::Eof => break,
+                Event::Start(t) if t.name().as_ref() == "fmiModelDescription" => {
+                    Event::Start(with_attribute(t, "guid", guid)?)
+                }
+                Event::Start(t) if t.name().as_ref() == "ScalarVariable" => {
+                    parameter = attribute(t, "name")?.and_then(|n| self.place(&n));
+                    event
+                }
+                Event::Empty(t) if matches!(t.name().as_ref(), "Real" | "Integer") => match parameter {
+                    Some(i) => Event::Empty(with_attribute(t, "start", &format!("{}", Number(values[i])))?),
+                    None => event,
+                },
+                _ => event,
+            };
+            writer.write_event(written)?;
+        }
+        Ok(String::from_utf8(writer.into_inner())?)
+    }
+
+    /// Holds a description against the variable table.
+    ///
+    /// # Errors
+    /// The first thing at odds: a variable, its reference, type or unit, a log category, the model's name.
+    pub fn check(&self, source: &str) -> Result<()> {
+        let mut reader = Reader::from_str(source);
+        let mut seen: Vec<(String, u32, bool)> = Vec::new();
+        let mut categories = Vec::new();
+        loop {
+            match reader.read_event()? {
+                Event::Eof => break,
+                Event::Start(t) | Event::Empty(t) => match t.name().as_ref() {
+                    "CoSimulation" => {
+                        let id = attribute(&t, "modelIdentifier")?;
+                        let name = self.name;
+                        ensure!(id.as_deref() == Some(name), "modelIdentifier is {id:?}, the library is {name}");
+                    }
+                    "Category" => categories.extend(attribute(&t, "name")?),
+                    "ScalarVariable" => {
+                        let name = attribute(&t, "name")?.context("a ScalarVariable has no name")?;
+                        let reference = attribute(&t, "valueReference")?.unwrap_or_default();
+                        let reference = reference.parse().with_context(|| format!("{name}: valueReference"))?;
+                        let tunable = attribute(&t, "variability")?.as_deref() == Some("tunable");
+                        seen.push((name, reference, tunable));
+                    }
+                    kind @ ("Real" | "Integer" | "Boolean" | "String" | "Enumeration") => {
+                        let Some((name, reference, tunable)) = seen.last() else { continue };
+                        let Some(e) = self.table.iter().find(|e| e.reference == *reference && e.name == name) else {
+                            bail!("{name} with value reference {reference} is not in the variable table");
+                        };
+                        ensure!(e.kind == kind, "{name} is {} in the table", e.kind);
+                        let unit = attribute(&t, "unit")?.unwrap_or_default();
+                        ensure!(unit == e.unit, "{name} has unit {unit:?}, in the table {:?}", e.unit);
+                        if let Some((i, may)) = e.parameter {
+                            ensure!(*tunable == may, "{name}: variability and table are at odds");
+                            let start: f64 = attribute(&t, "start")?.unwrap_or_default().parse().context(e.name)?;
+                            let wanted = self.defaults[i];
+                            ensure!(start == wanted, "{name} starts at {start}, in the library at {wanted}");
+                        }
+                    }
+                    _ => {}
+                },
+                _ => {}
+            }
+        }
+        for e in &self.table {
+            ensure!(seen.iter().filter(|(n, _, _)| n == e.name).count() == 1, "{} is not there once", e.name);
+        }
+        ensure!(categories == self.categories, "log categories are {categories:?}, in the library {:?}", self.categories);
+        Ok(())
+    }
+}
+
 /// A platform's shared library.
 #[derive(Clone, Debug)]
 pub struct Binary {
@@ -35,39 +332,20 @@ pub struct Binary {
     pub bytes: Vec<u8>,
 }
 
-/// File name of the library inside an FMU.
+/// File name of the element's library inside an FMU.
 ///
 /// # Errors
 /// A platform that FMI 2.0 does not name.
 pub fn library_name(platform: &str) -> Result<String> {
-    Ok(match platform {
-        "linux64" | "linux32" => format!("{MODEL}.so"),
-        "win64" | "win32" => format!("{MODEL}.dll"),
-        "darwin64" => format!("{MODEL}.dylib"),
-        _ => bail!("platform {platform:?}: give linux64, linux32, win64, win32 or darwin64"),
-    })
+    Model::contact().library_name(platform)
 }
 
-/// The library of this machine, as cargo left it beside the running program.
+/// The element's library of this machine, as cargo left it beside the running program.
 ///
 /// # Errors
 /// Where it is not there: says where it was looked for.
 pub fn built_library() -> Result<Binary> {
-    ensure!(
-        cfg!(all(target_os = "linux", target_arch = "x86_64")),
-        "FMI 2.0 has no folder for this machine: pass --binary PLATFORM=FILE"
-    );
-    let program = std::env::current_exe().context("the program's own path is not known: pass --binary linux64=FILE")?;
-    let mut looked = Vec::new();
-    for folder in program.ancestors().skip(1).take(2) {
-        for path in [folder.join("libhysteresis_contact.so"), folder.join("deps/libhysteresis_contact.so")] {
-            match std::fs::read(&path) {
-                Ok(bytes) => return Ok(Binary { platform: "linux64".into(), bytes }),
-                Err(_) => looked.push(path.display().to_string()),
-            }
-        }
-    }
-    bail!("the element's library is at none of {}: run `cargo build --release --workspace`", looked.join(", "))
+    Model::contact().built_library()
 }
 
 /// Reads a library given as PLATFORM=FILE.
@@ -82,75 +360,38 @@ pub fn library(given: &str) -> Result<Binary> {
     Ok(Binary { platform: platform.into(), bytes })
 }
 
-/// Start values for parameters named, the rest as by default.
+/// Start values of the element for parameters named, the rest as by default.
 ///
 /// # Errors
-/// No such parameter (names the nearest); a value out of its range; not a whole number where one is wanted.
+/// As [`Model::values`].
 pub fn settings(starts: &[(String, f64)]) -> Result<Settings> {
     let mut s = Settings::default();
-    for (name, value) in starts {
-        let Some(i) = PARAMETER_TABLE.iter().position(|p| p.name == name) else {
-            let names: Vec<&str> = PARAMETER_TABLE.iter().map(|p| p.name).collect();
-            bail!("{name} is no parameter: give one of {}", names.join(", "));
-        };
-        ensure!(
-            PARAMETER_TABLE[i].kind == Kind::Real || (value.fract() == 0.0 && value.abs() < 1e9),
-            "{name} is {value}: give a whole number"
-        );
-        s.set(i, *value);
+    for (i, v) in Model::contact().values(starts)?.into_iter().enumerate() {
+        s.set(i, v);
     }
-    s.validate().map_err(anyhow::Error::msg)?;
     Ok(s)
 }
 
-/// Writes an FMU to `out` with the libraries given and `starts` as start values.
+/// Writes the element to `out` with the libraries given and `starts` as start values.
 ///
 /// # Errors
-/// As [`settings`]; a library that is not the element's; the description and the variable table at odds; a file
-/// that cannot be written (none is left half-written).
+/// As [`Model::pack`].
 pub fn pack(out: &Path, starts: &[(String, f64)], binaries: &[Binary]) -> Result<()> {
-    let bytes = archive(starts, binaries)?;
-    crate::files::write(out, &bytes).with_context(|| format!("{}: cannot be written", out.display()))
+    Model::contact().pack(out, starts, binaries)
 }
 
 /// The bytes of the FMU that [`pack`] writes.
 ///
 /// # Errors
-/// As [`pack`].
+/// As [`Model::archive`].
 pub fn archive(starts: &[(String, f64)], binaries: &[Binary]) -> Result<Vec<u8>> {
-    ensure!(!binaries.is_empty(), "no library to pack: give one at least");
-    check(DESCRIPTION)?;
-    let s = settings(starts)?;
-    let values: Vec<f64> = (0..PARAMETERS).map(|i| s.get(i)).collect();
-    let guid = guid(&values);
-    let mut files: BTreeMap<String, Vec<u8>> = BTreeMap::new();
-    for (path, bytes) in ATTACHED {
-        files.insert(path.into(), bytes.to_vec());
-    }
-    for b in binaries {
-        let patched = patch(&b.bytes, &guid, &values).with_context(|| format!("library for {}", b.platform))?;
-        files.insert(format!("binaries/{}/{}", b.platform, library_name(&b.platform)?), patched);
-    }
-    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
-    let options = |mode| {
-        zip::write::SimpleFileOptions::default()
-            .compression_method(zip::CompressionMethod::Deflated)
-            .last_modified_time(zip::DateTime::default())
-            .unix_permissions(mode)
-    };
-    zip.start_file("modelDescription.xml", options(0o644))?;
-    zip.write_all(description(DESCRIPTION, &guid, &values)?.as_bytes())?;
-    for (path, bytes) in &files {
-        zip.start_file(path.as_str(), options(if path.starts_with("binaries") { 0o755 } else { 0o644 }))?;
-        zip.write_all(bytes)?;
-    }
-    Ok(zip.finish()?.into_inner())
+    Model::contact().archive(starts, binaries)
 }
 
 /// A GUID that changes with the description or a start value.
-fn guid(values: &[f64]) -> String {
+fn guid(description: &str, values: &[f64]) -> String {
     let mut h = Sha256::new();
-    h.update(DESCRIPTION.as_bytes());
+    h.update(description.as_bytes());
     for v in values {
         h.update(v.to_le_bytes());
     }
@@ -202,34 +443,6 @@ fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>> {
     })
 }
 
-/// The description with its GUID and start values.
-fn description(source: &str, guid: &str, values: &[f64]) -> Result<String> {
-    let mut reader = Reader::from_str(source);
-    let mut writer = Writer::new(Vec::new());
-    let mut parameter = None;
-    loop {
-        let event = reader.read_event()?;
-        let written = match &event {
-            Event::Eof => break,
-            Event::Start(t) if t.name().as_ref() == "fmiModelDescription" => {
-                Event::Start(with_attribute(t, "guid", guid)?)
-            }
-            Event::Start(t) if t.name().as_ref() == "ScalarVariable" => {
-                let name = attribute(t, "name")?;
-                parameter = PARAMETER_TABLE.iter().position(|p| Some(p.name) == name.as_deref());
-                event
-            }
-            Event::Empty(t) if matches!(t.name().as_ref(), "Real" | "Integer") => match parameter {
-                Some(i) => Event::Empty(with_attribute(t, "start", &format!("{}", Number(values[i])))?),
-                None => event,
-            },
-            _ => event,
-        };
-        writer.write_event(written)?;
-    }
-    Ok(String::from_utf8(writer.into_inner())?)
-}
-
 /// A number that reads back to the same bits, with an exponent where it is shorter.
 struct Number(f64);
 
@@ -240,55 +453,12 @@ impl std::fmt::Display for Number {
     }
 }
 
-/// Holds a description against the variable table.
+/// Holds a description against the element's variable table.
 ///
 /// # Errors
-/// The first thing at odds: a variable, its reference, type or unit, a log category, the model's name.
+/// As [`Model::check`].
 pub fn check(source: &str) -> Result<()> {
-    let mut reader = Reader::from_str(source);
-    let mut seen: Vec<(String, u32, bool)> = Vec::new();
-    let mut categories = Vec::new();
-    loop {
-        match reader.read_event()? {
-            Event::Eof => break,
-            Event::Start(t) | Event::Empty(t) => match t.name().as_ref() {
-                "CoSimulation" => {
-                    let id = attribute(&t, "modelIdentifier")?;
-                    ensure!(id.as_deref() == Some(MODEL), "modelIdentifier is {id:?}, the library is {MODEL}");
-                }
-                "Category" => categories.extend(attribute(&t, "name")?),
-                "ScalarVariable" => {
-                    let name = attribute(&t, "name")?.context("a ScalarVariable has no name")?;
-                    let reference = attribute(&t, "valueReference")?.unwrap_or_default();
-                    let reference = reference.parse().with_context(|| format!("{name}: valueReference"))?;
-                    let tunable = attribute(&t, "variability")?.as_deref() == Some("tunable");
-                    seen.push((name, reference, tunable));
-                }
-                kind @ ("Real" | "Integer" | "Boolean" | "String" | "Enumeration") => {
-                    let Some((name, reference, tunable)) = seen.last() else { continue };
-                    let Some(v) = variables::by_reference(*reference).filter(|v| v.name == name) else {
-                        bail!("{name} with value reference {reference} is not in the variable table");
-                    };
-                    ensure!(format!("{:?}", v.kind) == kind, "{name} is {:?} in the table", v.kind);
-                    let unit = attribute(&t, "unit")?.unwrap_or_default();
-                    ensure!(unit == v.unit, "{name} has unit {unit:?}, in the table {:?}", v.unit);
-                    if let Role::Parameter(i) = v.role {
-                        ensure!(*tunable == PARAMETER_TABLE[i].tunable, "{name}: variability and table are at odds");
-                        let start: f64 = attribute(&t, "start")?.unwrap_or_default().parse().context(v.name)?;
-                        let wanted = Settings::default().get(i);
-                        ensure!(start == wanted, "{name} starts at {start}, in the library at {wanted}");
-                    }
-                }
-                _ => {}
-            },
-            _ => {}
-        }
-    }
-    for v in variables::all() {
-        ensure!(seen.iter().filter(|(n, _, _)| n == v.name).count() == 1, "{} is not there once", v.name);
-    }
-    ensure!(categories == LOG_CATEGORIES, "log categories are {categories:?}, in the library {LOG_CATEGORIES:?}");
-    Ok(())
+    Model::contact().check(source)
 }
 
 /// Packs the element of this machine into a folder, for a run of its own.
@@ -296,9 +466,7 @@ pub fn check(source: &str) -> Result<()> {
 /// # Errors
 /// As [`built_library`] and [`pack`].
 pub fn into_folder(folder: &Path, starts: &[(String, f64)]) -> Result<PathBuf> {
-    let out = folder.join(format!("{MODEL}.fmu"));
-    pack(&out, starts, &[built_library()?])?;
-    Ok(out)
+    Model::contact().into_folder(folder, starts)
 }
 
 #[cfg(test)]
@@ -308,6 +476,10 @@ mod tests {
     #[test]
     fn the_description_agrees_with_the_table_and_disagreement_is_named() {
         check(DESCRIPTION).unwrap();
+        let bar = Model::moving_bar();
+        bar.check(bar.description).unwrap();
+        let e = bar.check(&bar.description.replacen("unit=\"kg\"", "unit=\"g\"", 1)).unwrap_err().to_string();
+        assert!(e.contains("mass"), "{e}");
         for (from, to, named) in [
             ("\"hysteresis_damping\"", "\"hysteresis_dampinG\"", "hysteresis_dampinG"),
             ("unit=\"J\"", "unit=\"N\"", "stored_energy"),

@@ -7,6 +7,9 @@ use touchdown::pack;
 
 #[derive(clap::Args)]
 pub struct Arguments {
+    /// What to pack: contact (the element) or moving-bar (a bar with spring and magnet, the element's partner)
+    #[arg(long, default_value = "contact")]
+    model: String,
     /// The FMU to write
     #[arg(long)]
     out: PathBuf,
@@ -19,6 +22,7 @@ pub struct Arguments {
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
+    let model = pack::Model::named(&a.model)?;
     let starts = a
         .starts
         .iter()
@@ -29,11 +33,11 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         })
         .collect::<Result<Vec<(String, f64)>>>()?;
     let binaries = if a.binaries.is_empty() {
-        vec![pack::built_library()?]
+        vec![model.built_library()?]
     } else {
         a.binaries.iter().map(|b| pack::library(b)).collect::<Result<Vec<_>>>()?
     };
-    pack::pack(&a.out, &starts, &binaries)?;
+    model.pack(&a.out, &starts, &binaries)?;
     let platforms: Vec<&str> = binaries.iter().map(|b| b.platform.as_str()).collect();
     println!("{}: {}", a.out.display(), platforms.join(", "));
     Ok(ExitCode::SUCCESS)

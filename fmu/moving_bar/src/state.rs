@@ -1,0 +1,119 @@
+//! The whole state of a bar, and its bytes.
+
+use crate::bar::{Motion, Push};
+use crate::life::{checksum, Phase};
+use crate::variables::{Settings, PARAMETERS};
+
+/// Everything that a later answer depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    /// Phase.
+    pub phase: Phase,
+    /// Parameters.
+    pub settings: Settings,
+    /// Motion at the last communication point.
+    pub motion: Motion,
+    /// Time, s.
+    pub time: f64,
+    /// End of the experiment, s; infinite where the host named none.
+    pub stop: f64,
+    /// Input force and its derivatives up to the third, as set since the last step.
+    pub push: Push,
+    /// 1 where the input was set to no finite number and waits for one.
+    pub refused: u8,
+}
+
+impl State {
+    /// A bar never stepped.
+    pub fn new(settings: Settings) -> Self {
+        State {
+            phase: Phase::Instantiated,
+            settings,
+            motion: Motion::default(),
+            time: 0.0,
+            stop: f64::INFINITY,
+            push: [0.0; 4],
+            refused: 0,
+        }
+    }
+}
+
+const MAGIC: [u8; 8] = *b"tdmoveb1";
+const NUMBERS: usize = PARAMETERS + 3 + 2 + 4;
+/// Length of a state in bytes: magic, phase, refused, seated, numbers, checksum; the same on every platform.
+pub const BYTES: usize = 8 + 3 + 8 * NUMBERS + 8;
+
+/// The state as bytes, little endian.
+pub fn to_bytes(s: &State) -> [u8; BYTES] {
+    let mut o = [0u8; BYTES];
+    o[..8].copy_from_slice(&MAGIC);
+    o[8] = s.phase as u8;
+    o[9] = s.refused;
+    o[10] = u8::from(s.motion.seated);
+    let own = [s.motion.x, s.motion.v, s.motion.work, s.time, s.stop];
+    let numbers = (0..PARAMETERS).map(|i| s.settings.get(i)).chain(own).chain(s.push);
+    for (place, v) in o[11..BYTES - 8].chunks_exact_mut(8).zip(numbers) {
+        place.copy_from_slice(&v.to_le_bytes());
+    }
+    let sum = checksum(&o[..BYTES - 8]);
+    o[BYTES - 8..].copy_from_slice(&sum.to_le_bytes());
+    o
+}
+
+/// The state of bytes that [`to_bytes`] wrote.
+///
+/// # Errors
+/// What is wrong with them.
+pub fn from_bytes(b: &[u8]) -> Result<State, &'static str> {
+    if b.len() != BYTES {
+        return Err("not as long as a state of this version");
+    }
+    if b[..8] != MAGIC {
+        return Err("not a state of this model and version");
+    }
+    let number = |at: usize| {
+        let mut eight = [0u8; 8];
+        eight.copy_from_slice(&b[at..at + 8]);
+        eight
+    };
+    if u64::from_le_bytes(number(BYTES - 8)) != checksum(&b[..BYTES - 8]) {
+        return Err("changed since they were written");
+    }
+    let value = |i: usize| f64::from_le_bytes(number(11 + 8 * i));
+    let mut settings = Settings::default();
+    for i in 0..PARAMETERS {
+        settings.set(i, value(i));
+    }
+    let n = PARAMETERS;
+    Ok(State {
+        phase: Phase::from_byte(b[8]).ok_or("of no known phase")?,
+        settings,
+        motion: Motion { x: value(n), v: value(n + 1), work: value(n + 2), seated: b[10] != 0 },
+        time: value(n + 3),
+        stop: value(n + 4),
+        push: [value(n + 5), value(n + 6), value(n + 7), value(n + 8)],
+        refused: b[9],
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_round_trip_and_damage_is_found() {
+        let mut s = State::new(Settings::default());
+        s.phase = Phase::Stepping;
+        s.motion = Motion { x: 1.0, v: 2.0, seated: true, work: 3.0 };
+        s.push = [4.0, 5.0, 6.0, 7.0];
+        s.time = 8.0;
+        let b = to_bytes(&s);
+        assert_eq!(from_bytes(&b), Ok(s));
+        for i in 0..BYTES {
+            let mut c = b;
+            c[i] ^= 1;
+            assert!(from_bytes(&c).is_err(), "byte {}", i);
+        }
+        assert!(from_bytes(&b[1..]).is_err());
+    }
+}
