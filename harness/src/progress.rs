@@ -1,12 +1,14 @@
 //! Progress of what lasts, and Ctrl-C that loses nothing.
 //!
 //! Nothing is shown in the first second. After it a terminal shows a bar, anything else gets a plain line every
-//! second; both on standard error. Safe to call from many threads.
+//! five seconds; both on standard error. Safe to call from many threads.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, Once};
+use std::sync::mpsc::{channel, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex, Once};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Exit code of a command that Ctrl-C ended: 128 and the number of the signal.
@@ -35,17 +37,23 @@ pub fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::SeqCst)
 }
 
-/// Time before anything is shown, and between plain lines.
+/// What [`interrupted`] reads, for those who take a flag.
+pub fn interruption() -> &'static AtomicBool {
+    &INTERRUPTED
+}
+
+/// Time before anything is shown, and between looks at how far the job is.
 const QUIET: Duration = Duration::from_secs(1);
+/// Time between plain lines, after the first.
+const BETWEEN_LINES: Duration = Duration::from_secs(5);
 
 struct Shown {
     bar: Option<ProgressBar>,
-    last: Instant,
+    due: Instant,
     note: String,
 }
 
-/// Progress of one job of `total` parts.
-pub struct Progress {
+struct Job {
     what: String,
     total: u64,
     done: AtomicU64,
@@ -53,33 +61,66 @@ pub struct Progress {
     shown: Mutex<Shown>,
 }
 
+/// Progress of one job of `total` parts. A thread of its own shows it, so that a long stage is seen to be alive.
+pub struct Progress {
+    job: Arc<Job>,
+    ended: Option<Sender<()>>,
+    clock: Option<JoinHandle<()>>,
+}
+
 impl Progress {
     /// A job that has `total` parts to do, none done; 0: nobody knows how many.
     pub fn new(what: &str, total: u64) -> Progress {
-        Progress {
+        let job = Arc::new(Job {
             what: what.into(),
             total,
             done: AtomicU64::new(0),
             terminal: std::io::stderr().is_terminal(),
-            shown: Mutex::new(Shown { bar: None, last: Instant::now(), note: String::new() }),
-        }
+            shown: Mutex::new(Shown { bar: None, due: Instant::now() + QUIET, note: String::new() }),
+        });
+        let (ended, end) = channel();
+        let shows = job.clone();
+        let clock = std::thread::spawn(move || {
+            while end.recv_timeout(QUIET) == Err(RecvTimeoutError::Timeout) {
+                shows.show(None);
+            }
+        });
+        Progress { job, ended: Some(ended), clock: Some(clock) }
     }
 
     /// `n` parts more are done.
     pub fn add(&self, n: u64) {
-        self.done.fetch_add(n, Ordering::Relaxed);
-        self.show(None);
+        self.job.done.fetch_add(n, Ordering::Relaxed);
+        self.job.show(None);
     }
 
-    /// A few words on where the job stands; `text` is called only where it is shown.
+    /// A few words on where a job stands that moves on fast; `text` is called only where it is shown.
     pub fn note(&self, text: &dyn Fn() -> String) {
-        self.show(Some(text));
+        self.job.show(Some(text));
     }
 
+    /// The stage that begins.
+    pub fn stage(&self, text: &str) {
+        if let Ok(mut s) = self.job.shown.lock() {
+            s.note = text.into();
+        }
+        self.job.show(None);
+    }
+
+    /// Prints through `print` without a bar in the way.
+    pub fn aside(&self, print: impl FnOnce()) {
+        match self.job.shown.lock().ok().and_then(|s| s.bar.clone()) {
+            Some(bar) => bar.suspend(print),
+            None => print(),
+        }
+    }
+}
+
+impl Job {
     fn show(&self, note: Option<&dyn Fn() -> String>) {
         // another thread is showing already: good enough
         let Ok(mut s) = self.shown.try_lock() else { return };
-        if s.bar.is_none() && s.last.elapsed() < QUIET {
+        if s.bar.is_none() && Instant::now() < s.due {
             return;
         }
         if let Some(text) = note {
@@ -92,10 +133,11 @@ impl Progress {
             let bar = s.bar.get_or_insert_with(|| self.bar());
             bar.set_message(text);
             bar.set_position(done);
+            bar.tick();
         } else {
             let count = if self.total > 0 { format!("{done} of {}", self.total) } else { format!("{done} done") };
             eprintln!("{}", join(format!("{}: {count}", self.what)));
-            s.last = Instant::now();
+            s.due = Instant::now() + BETWEEN_LINES;
         }
     }
 
@@ -115,10 +157,13 @@ impl Progress {
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        if let Ok(s) = self.shown.get_mut() {
-            if let Some(b) = s.bar.take() {
-                b.finish_and_clear();
-            }
+        drop(self.ended.take());
+        if let Some(c) = self.clock.take() {
+            // a clock that panicked has shown nothing: there is nothing to undo
+            drop(c.join());
+        }
+        if let Some(b) = self.job.shown.lock().ok().and_then(|mut s| s.bar.take()) {
+            b.finish_and_clear();
         }
     }
 }

@@ -1,14 +1,11 @@
 //! `touchdown diagnose`.
 
 use anyhow::{anyhow, Context, Result};
-use indicatif::{ProgressBar, ProgressStyle};
-use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::Arc;
 use touchdown::diagnose::answer;
 use touchdown::diagnose::run::{self as diagnosis, Failure, Settings};
+use touchdown::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
 use touchdown::record;
 
 #[derive(clap::Args)]
@@ -53,49 +50,35 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
             eprintln!("touchdown: {}: {w}", c.dir.display());
         }
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = stop.clone();
-    ctrlc::set_handler(move || {
-        // the second one does not wait for the stage to end
-        if flag.swap(true, Ordering::SeqCst) {
-            std::process::exit(130);
-        }
-    })
-    .ok();
+    catch_interrupts();
     let count = campaigns.len();
-    let bar = if std::io::stderr().is_terminal() {
-        ProgressBar::new(count as u64).with_style(
-            ProgressStyle::with_template("{bar:20} {pos}/{len} {elapsed} {msg}")
-                .unwrap_or_else(|_| ProgressStyle::default_bar()),
-        )
-    } else {
-        ProgressBar::hidden()
-    };
-    bar.enable_steady_tick(std::time::Duration::from_millis(250));
+    let progress = Progress::new("diagnose", count as u64);
     let mut failed = false;
     for (i, c) in campaigns.iter().enumerate() {
-        let stage = |text: &str| bar.set_message(format!("{}: {text}", c.folder));
-        let stopped = || stop.load(Ordering::SeqCst);
-        let settings = Settings { bootstrap: a.bootstrap, stage: &stage, stopped: &stopped };
+        let stage = |text: &str| progress.stage(&format!("{}: {text}", c.folder));
+        let settings = Settings { bootstrap: a.bootstrap, stage: &stage, stopped: &interrupted };
         match diagnosis::diagnose_with(c, &settings) {
             Ok(o) => {
                 let dir = a.out.join(&c.folder);
                 answer::write(c, &o, &dir).with_context(|| format!("{}: cannot be written", dir.display()))?;
-                bar.suspend(|| print!("{}", answer::summary(&o)));
+                progress.aside(|| print!("{}", answer::summary(&o)));
             }
             Err(Failure::Stopped) => {
-                bar.finish_and_clear();
-                eprintln!("touchdown: stopped; the answers of {i} of {count} campaigns are whole in {}", a.out.display());
-                return Ok(ExitCode::from(130));
+                drop(progress);
+                eprintln!(
+                    "touchdown: stopped; the answers of {i} of {count} campaigns are whole in {}",
+                    a.out.display()
+                );
+                return Ok(ExitCode::from(INTERRUPTED_CODE));
             }
             Err(e) => {
                 failed = true;
-                bar.suspend(|| eprintln!("touchdown: {}: {e}", c.dir.display()));
+                progress.aside(|| eprintln!("touchdown: {}: {e}", c.dir.display()));
             }
         }
-        bar.inc(1);
+        progress.add(1);
     }
-    bar.finish_and_clear();
+    drop(progress);
     if !failed {
         println!("answers, each with a report.html: {}", a.out.display());
     }

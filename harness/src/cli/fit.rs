@@ -1,12 +1,8 @@
 //! `touchdown fit`.
 
 use anyhow::{anyhow, Context, Result};
-use indicatif::{ProgressBar, ProgressStyle};
-use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 use touchdown::diagnose::run::ready;
 use touchdown::diagnose::search::Search;
@@ -14,6 +10,7 @@ use touchdown::fit::answer::Answer;
 use touchdown::fit::estimate::{estimate, Method};
 use touchdown::fit::levels::{levels, readings};
 use touchdown::fit::Watch;
+use touchdown::progress::{catch_interrupts, interrupted, interruption, Progress, INTERRUPTED_CODE};
 use touchdown::record;
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -44,25 +41,11 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         return Err(anyhow!("--seconds {} is no time to work in; give more than 0", a.seconds));
     }
     let campaign = record::load(&a.campaign)?;
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = stop.clone();
-    ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst)).ok();
-    let bar = if std::io::stderr().is_terminal() {
-        let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}");
-        ProgressBar::new_spinner().with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()))
-    } else {
-        ProgressBar::hidden()
-    };
-    bar.enable_steady_tick(Duration::from_millis(120));
-    let say = |line: &str| {
-        if bar.is_hidden() {
-            eprintln!("fit: {line}");
-        } else {
-            bar.set_message(line.to_string());
-        }
-    };
+    catch_interrupts();
+    let progress = Progress::new(&format!("fit {}", campaign.folder), 0);
+    let say = |line: &str| progress.stage(line);
     let deadline = Instant::now() + Duration::from_secs_f64(a.seconds);
-    let watch = Watch { stop: &stop, deadline: Some(deadline), say: &say };
+    let watch = Watch { stop: interruption(), deadline: Some(deadline), say: &say };
     say(&format!("preparing {} recordings", campaign.recordings.len()));
     let (data, guess) = ready(&campaign).with_context(|| campaign.dir.display().to_string())?;
     let search = Search::new(&campaign, &data);
@@ -77,8 +60,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let levels = levels(&campaign, &case, &e, &last, &watch);
     let answer = Answer { campaign: &campaign, case: &case, estimate: &e, initial, last, levels };
     answer.write(&a.out).with_context(|| format!("{}: cannot be written", a.out.display()))?;
-    bar.finish_and_clear();
+    drop(progress);
     println!("{}: {}", campaign.folder, answer.sentence());
     println!("pictures: {}", a.out.join("report.html").display());
-    Ok(if stop.load(Ordering::SeqCst) { ExitCode::from(130) } else { ExitCode::SUCCESS })
+    Ok(if interrupted() { ExitCode::from(INTERRUPTED_CODE) } else { ExitCode::SUCCESS })
 }
