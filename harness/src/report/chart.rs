@@ -108,6 +108,26 @@ impl Chart {
         }
     }
 
+    /// The place of the legend that covers the fewest points.
+    fn emptiest(&self, x: (f64, f64), y: (f64, f64)) -> SeriesLabelPosition {
+        use SeriesLabelPosition::{LowerLeft, LowerRight, MiddleRight, UpperLeft, UpperRight};
+        // share of the width and height it takes, more or less
+        let (wide, high) = (0.4, (0.05 + 0.06 * self.series.len() as f64).min(0.9));
+        let places = [
+            (MiddleRight, 1.0 - wide, 0.5 - high / 2.0),
+            (UpperRight, 1.0 - wide, 1.0 - high),
+            (UpperLeft, 0.0, 1.0 - high),
+            (LowerRight, 1.0 - wide, 0.0),
+            (LowerLeft, 0.0, 0.0),
+        ];
+        let covered = |left: f64, low: f64| {
+            let points = self.series.iter().flat_map(|s| &s.points);
+            let shares = points.map(|p| ((p.0 - x.0) / (x.1 - x.0), (p.1 - y.0) / (y.1 - y.0)));
+            shares.filter(|p| (left..=left + wide).contains(&p.0) && (low..=low + high).contains(&p.1)).count()
+        };
+        places.into_iter().min_by_key(|p| covered(p.1, p.2)).map_or(MiddleRight, |p| p.0)
+    }
+
     fn draw(
         &self,
         out: &mut String,
@@ -132,8 +152,8 @@ impl Chart {
             .x_labels(5)
             .y_labels(5)
             .label_style(("sans-serif", 11))
-            .x_label_formatter(&|v| short(*v))
-            .y_label_formatter(&|v| short(*v))
+            .x_label_formatter(&|v| short(*v, x.1 - x.0))
+            .y_label_formatter(&|v| short(*v, y.1 - y.0))
             .draw()
             .map_err(|e| fail(e.to_string()))?;
         for b in &self.bands {
@@ -159,6 +179,7 @@ impl Chart {
         chart
             .configure_series_labels()
             .label_font(("sans-serif", 11))
+            .position(self.emptiest(x, y))
             .background_style(WHITE.mix(0.8))
             .border_style(BLACK.mix(0.2))
             .draw()
@@ -168,10 +189,12 @@ impl Chart {
     }
 }
 
-/// A number short enough for an axis.
-fn short(v: f64) -> String {
+/// A number short enough for an axis that spans `span`.
+fn short(v: f64, span: f64) -> String {
     let a = v.abs();
-    if a != 0.0 && !(1e-2..1e5).contains(&a) {
+    if a < 1e-9 * span {
+        "0".into()
+    } else if a != 0.0 && !(1e-2..1e5).contains(&a) {
         format!("{v:.1e}")
     } else if a >= 100.0 {
         format!("{v:.0}")

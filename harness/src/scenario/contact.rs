@@ -58,6 +58,8 @@ macro_rules! contact {
         #[derive(Clone, Debug, Default, Deserialize)]
         #[serde(deny_unknown_fields)]
         pub struct Contact {
+            /// What to call it where it stands beside others.
+            pub name: Option<String>,
             /// FMU to use, a path from the scenario's folder; absent: our own. It gets the parameters given here,
             /// no others; `stiffness` and `exponent` may then be absent.
             pub fmu: Option<PathBuf>,

@@ -9,6 +9,7 @@ mod file;
 mod integrator;
 mod interrupters;
 mod locate;
+mod outcome;
 mod plan;
 mod results;
 mod rig;
@@ -18,10 +19,11 @@ mod source;
 pub use contact::{Contact, Faces, Variables};
 pub use file::{Compare, Kind, Masses, Model, PhotoInterrupters, Scenario, Sensors, Tip};
 pub use interrupters::{recover, Recovered};
+pub use outcome::{Balance, Bounce, Event, Moment, Outcome, Row};
 pub use plan::{Case, Start};
 pub use results::{peak, table, Exact, SensorPeak, Table};
 pub use rig::{Bodies, Link, Rig, Spring};
-pub use simulate::{simulate, Balance, Bounce, Event, Moment, Outcome, Row};
+pub use simulate::simulate;
 pub use source::{Source, Through};
 
 /// Standard gravity, m/s^2.

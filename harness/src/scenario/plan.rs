@@ -97,7 +97,7 @@ impl Scenario {
                     if let (Start::Fall(h), true) = (start, starts.len() > 1) {
                         words.push(format!("{h} m"));
                     }
-                    words.extend(other.map(|c| c.name.clone()));
+                    words.extend(other.map(|c| c.name.clone()).or(contact.name.clone()));
                     all.push(Case {
                         name: words.join(", "),
                         tip: tip.map(|t| t.name.clone()),

@@ -1,7 +1,7 @@
 //! What came out, as tables and figures.
 
+use super::outcome::{Bounce, Outcome, Row};
 use super::plan::Case;
-use super::simulate::{Bounce, Outcome, Row};
 use anyhow::Result;
 use hysteresis_contact::law::impact::impact;
 use serde::Serialize;

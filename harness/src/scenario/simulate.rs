@@ -2,125 +2,11 @@
 //! are found by shortening the step itself until it ends on them.
 
 use super::integrator::{root, step, State, MOST};
+use super::outcome::{Balance, Bounce, Event, Moment, Outcome, Row};
 use super::plan::{Case, Start};
-use super::results::{compare_exact, Exact};
+use super::results::compare_exact;
 use crate::host::Element;
 use anyhow::{bail, Result};
-use serde::Serialize;
-
-/// One accepted step.
-#[derive(Clone, Copy, Debug)]
-pub struct Row {
-    /// Time, s.
-    pub time: f64,
-    /// State: position m and velocity m/s of tip, body, accelerometer (one body: the first pair), then
-    /// [`super::rig::Places`].
-    pub state: State,
-    /// Contact force, N, positive in compression.
-    pub force: f64,
-    /// Energy stored in the contact, J; NaN where the element does not tell.
-    pub stored: f64,
-    /// Energy the contact has turned into heat, J; NaN where the element does not tell.
-    pub dissipated: f64,
-    /// Kinetic energy, J.
-    pub kinetic: f64,
-    /// Energy in weight, return spring and sensors' springs, J, zero with every position at zero.
-    pub potential: f64,
-}
-
-/// One impact. With three bodies speeds are those of the centre of mass, and the tip may touch several times.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Bounce {
-    /// Time of touch, s.
-    pub touch: f64,
-    /// Speed at touch, m/s.
-    pub impact_speed: f64,
-    /// Deepest penetration, m.
-    pub deepest: f64,
-    /// Largest contact force, N.
-    pub peak_force: f64,
-    /// Time of it, s.
-    pub peak_time: f64,
-    /// Time at which the body last left the nominal surface, s; absent where it has not.
-    pub separation: Option<f64>,
-    /// Time at which the force last fell to nothing with the body still inside, s; absent where it did not.
-    pub force_ends: Option<f64>,
-    /// From touch to separation, s.
-    pub duration: f64,
-    /// Speed of leaving over speed of touch.
-    pub restitution: f64,
-    /// Kinetic energy lost (of the centre of mass), J.
-    pub energy_lost: f64,
-    /// Impulse of the contact force, N s.
-    pub impulse: f64,
-    /// How often the tip touched.
-    pub touches: usize,
-    /// Height of the rebound after it, m; absent where the simulation ended before.
-    pub rebound_height: Option<f64>,
-    /// The exact impact, and how far this one is from it; absent where the exact one is not known.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub exact: Option<Exact>,
-}
-
-/// Something that happened.
-#[derive(Clone, Debug, Serialize)]
-pub struct Event {
-    /// Time, s.
-    pub time: f64,
-    /// Which mass: tip, body, accelerometer or centre (of mass).
-    pub mass: &'static str,
-    /// touch and separation (of a mass other than the tip: it passes where it stood at touch), deepest, top,
-    /// peak_force, force_ends, force_returns, interrupter.
-    pub what: &'static str,
-    /// Position of that mass, m.
-    pub position: f64,
-    /// Its velocity, m/s.
-    pub velocity: f64,
-}
-
-/// How well energy is kept: the largest departure of kinetic + potential + stored + dissipated + heat elsewhere
-/// from its first value, over the largest kinetic energy or contact work.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct Balance {
-    /// That largest energy, J.
-    pub scale: f64,
-    /// With the energies the element tells; absent where it tells none.
-    pub residual: Option<f64>,
-    /// With the contact's work integrated along the motion instead.
-    pub residual_of_motion: f64,
-    /// Heat in guide friction and sensors' dampers at the end, J.
-    pub heat_outside_contact: f64,
-    /// Work done against the holding force at the end, J.
-    pub work_against_holding: f64,
-}
-
-/// Where a simulation stands, for its progress.
-pub struct Moment {
-    /// Time, s.
-    pub time: f64,
-    /// Impacts so far.
-    pub impacts: usize,
-    /// Accepted steps so far.
-    pub steps: usize,
-}
-
-/// What a case came to.
-pub struct Outcome {
-    /// Accepted steps.
-    pub rows: Vec<Row>,
-    /// Impacts in order.
-    pub bounces: Vec<Bounce>,
-    /// What happened, in order.
-    pub events: Vec<Event>,
-    /// Energy balance.
-    pub balance: Balance,
-    /// (time s, position m) of each photo interrupter passed on the way down.
-    pub passages: Vec<(f64, f64)>,
-    /// Whether it came to rest on the stop.
-    pub at_rest: bool,
-    /// Whether it was interrupted.
-    pub interrupted: bool,
-}
 
 /// Error a step, relative to the impact's depth, speed and energy.
 const TOLERANCE: f64 = 1e-11;
@@ -132,6 +18,9 @@ const TINY: f64 = 1e-300;
 const PIECES: usize = 8;
 /// Share of the impact's momentum by which an unforeseen change of the element's memory may be wrong, a step.
 const MEMORY_TOLERANCE: f64 = 1e-10;
+
+/// Longest step in flight, over the time from here to its top or bottom.
+const FLIGHT_STEP: f64 = 0.04;
 
 const SURFACE: usize = 0;
 const TURN: usize = 1;
@@ -238,6 +127,11 @@ impl Run<'_> {
         }
         Ok(())
     }
+}
+
+/// `h` as far as the clock can tell it at `t`, so that rows stand apart by exactly the steps taken.
+fn on_clock(t: f64, h: f64) -> f64 {
+    (t + h) - t
 }
 
 /// Position and velocity of the tip inside a step, from both ends' position, velocity and acceleration: the
@@ -370,7 +264,13 @@ pub fn simulate(case: &Case, element: &mut dyn Element, watch: &mut dyn FnMut(&M
         if let Some(most) = run.element.longest_step() {
             h = h.min(most);
         }
+        if !run.inside {
+            // a flight is smooth enough to cross in a few steps: take enough to draw it
+            let a = if rig.count() == 1 { k0[1].abs() } else { run.gravity };
+            h = h.min((FLIGHT_STEP * (speed.abs() / a + (2.0 * place.abs() / a).sqrt())).max(1e-9));
+        }
         let (mut z, grow) = loop {
+            h = on_clock(t, h);
             let (z, e) = run.step(t, &y, h, &k0)?;
             let mut err: f64 = 0.0;
             for j in 0..run.n {
@@ -396,9 +296,9 @@ pub fn simulate(case: &Case, element: &mut dyn Element, watch: &mut dyn FnMut(&M
             }
         };
         let event = run.first(&active, (t, &y, &k0), h, &z)?;
-        let taken = event.map_or(h, |e| e.1);
-        if let Some((i, at)) = event {
-            z = run.step(t, &y, at, &k0)?.0;
+        let taken = event.map_or(h, |e| on_clock(t, e.1));
+        if let Some((i, _)) = event {
+            z = run.step(t, &y, taken, &k0)?.0;
             match i {
                 SURFACE => z[0] = 0.0,
                 TURN => z[1] = 0.0,
@@ -412,7 +312,7 @@ pub fn simulate(case: &Case, element: &mut dyn Element, watch: &mut dyn FnMut(&M
         let before = if remembers && run.inside { run.contact(t, z[0], z[1])? } else { 0.0 };
         run.accept(&y, k0[1], &z, a1, taken)?;
         h *= grow;
-        if remembers && run.inside {
+        if remembers && run.inside && taken > 0.0 {
             let change = run.contact(t, z[0], z[1])? - before;
             run.rate = change / taken;
             let wrong = (change - foreseen).abs() * taken / (rig.mass() * scale[1] * MEMORY_TOLERANCE);
@@ -524,14 +424,6 @@ fn finish(case: &Case, mut o: Outcome) -> Result<Outcome> {
         b.exact = compare_exact(case, b);
     }
     Ok(o)
-}
-
-impl Balance {
-    /// The balance with its residuals relative to its scale.
-    pub fn relative(&self) -> Balance {
-        let s = if self.scale > 0.0 { self.scale } else { 1.0 };
-        Balance { residual: self.residual.map(|r| r / s), residual_of_motion: self.residual_of_motion / s, ..*self }
-    }
 }
 
 /// Puts an event on record.
