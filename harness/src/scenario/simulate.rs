@@ -10,7 +10,10 @@ use anyhow::{bail, Result};
 
 /// Error a step, relative to the impact's depth, speed and energy.
 const TOLERANCE: f64 = 1e-11;
+/// Most steps of a case.
 const MOST_STEPS: usize = 2_000_000;
+/// Longest motion, s.
+const LONGEST: f64 = 1e4;
 /// A penetration that is contact but no depth, m.
 const TINY: f64 = 1e-300;
 /// Pieces in which a step in contact is told to the element: its energies take position and velocity as straight
@@ -250,8 +253,13 @@ pub fn simulate(case: &Case, element: &mut dyn Element, watch: &mut dyn FnMut(&M
                 return finish(case, o);
             }
         }
-        if o.rows.len() >= MOST_STEPS || t > 1e4 {
-            bail!("the motion does not end after {t} s and {} steps: ask for fewer impacts", o.rows.len());
+        if o.rows.len() >= MOST_STEPS || t > LONGEST {
+            bail!(
+                "the motion has not ended after {t:.3e} s, {} impacts and {} steps: ask for fewer impacts or a higher \
+                 rest_height, and look at the units of masses, stiffnesses and lengths",
+                o.bounces.len(),
+                o.rows.len()
+            );
         }
         // one accepted step
         let mut active = vec![SURFACE, TURN, FORCE_RATE, FORCE_SIGN];
@@ -292,7 +300,10 @@ pub fn simulate(case: &Case, element: &mut dyn Element, watch: &mut dyn FnMut(&M
             }
             h *= if err.is_nan() { 0.2 } else { grow };
             if h < 1e-16 * (1.0 + t) {
-                bail!("at {t} s the step has become too small: the contact is too stiff for this mass and speed");
+                bail!(
+                    "at {t:.6e} s the step has become too small: the contact is too stiff for this mass and speed; \
+                     look at the units of stiffness, exponent and mass"
+                );
             }
         };
         let event = run.first(&active, (t, &y, &k0), h, &z)?;

@@ -2,4 +2,5 @@
 
 mod element;
 mod instance;
+mod scenario;
 mod spring;

@@ -7,7 +7,8 @@ use std::sync::OnceLock;
 use tempfile::TempDir;
 use touchdown::host::Fmu;
 
-const ALL: &str = r#"canHandleVariableCommunicationStepSize="true" canInterpolateInputs="true"
+/// Every capability there is.
+pub const ALL: &str = r#"canHandleVariableCommunicationStepSize="true" canInterpolateInputs="true"
     maxOutputDerivativeOrder="1" canRunAsynchronuously="true" canGetAndSetFMUstate="true"
     canSerializeFMUstate="true" providesDirectionalDerivative="true""#;
 
@@ -74,13 +75,18 @@ pub fn archive(path: &Path, files: &[(&str, &[u8])]) {
     zip.finish().unwrap();
 }
 
+/// Writes an FMU of the spring with that description into a folder.
+pub fn write(folder: &Path, xml: &str) -> PathBuf {
+    let path = folder.join("spring.fmu");
+    let so = std::fs::read(library()).unwrap();
+    archive(&path, &[("modelDescription.xml", xml.as_bytes()), ("binaries/linux64/spring.so", &so)]);
+    path
+}
+
 /// An FMU of the spring with that description, in a file that goes again once it is open.
 pub fn open(xml: &str) -> Fmu {
     let dir = TempDir::new().unwrap();
-    let path = dir.path().join("spring.fmu");
-    let so = std::fs::read(library()).unwrap();
-    archive(&path, &[("modelDescription.xml", xml.as_bytes()), ("binaries/linux64/spring.so", &so)]);
-    Fmu::open(&path).unwrap()
+    Fmu::open(&write(dir.path(), xml)).unwrap()
 }
 
 /// The spring with every capability, its output stepped for.

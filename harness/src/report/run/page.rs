@@ -22,6 +22,18 @@ fn label(d: &Done) -> String {
 
 /// A chart of every run's rows.
 fn chart(title: &str, axes: (&str, &str), done: &[Done], xy: impl Fn(&Row) -> (f64, f64), during: bool) -> String {
+    picked(title, axes, done, xy, during, |_, _| true)
+}
+
+/// A chart of the rows picked by run and number.
+fn picked(
+    title: &str,
+    axes: (&str, &str),
+    done: &[Done],
+    xy: impl Fn(&Row) -> (f64, f64),
+    during: bool,
+    pick: impl Fn(&Done, usize) -> bool,
+) -> String {
     let mut c = Chart::new(title, axes.0, axes.1);
     for (i, d) in done.iter().enumerate().take(DRAWN) {
         let b = d.outcome.bounces.first();
@@ -30,7 +42,8 @@ fn chart(title: &str, axes: (&str, &str), done: &[Done], xy: impl Fn(&Row) -> (f
             _ => (f64::NEG_INFINITY, f64::INFINITY),
         };
         let zero = if during { start.max(0.0) } else { 0.0 };
-        let rows = d.outcome.rows.iter().filter(|r| r.time >= start && r.time <= end);
+        let all = d.outcome.rows.iter().enumerate().filter(|(n, _)| pick(d, *n)).map(|(_, r)| r);
+        let rows = all.filter(|r| r.time >= start && r.time <= end);
         let (x, y): (Vec<f64>, Vec<f64>) =
             rows.map(|r| if axes.0.starts_with("time") { (r.time - zero, xy(r).1) } else { xy(r) }).unzip();
         c = c.series(&label(d), &x, &y, Style::Line(i));
@@ -265,7 +278,12 @@ pub fn page(title: &str, done: &[Done], s: &Summary) -> Page {
     p = p.figure(&depth, "Force against penetration, first impact");
     let several = done.iter().any(|d| d.outcome.bounces.len() > 1);
     if several {
-        let all = chart("Force", ("time [s]", "force [N]"), done, |r| (r.time, r.force), false);
+        // a flight is drawn by its two ends
+        let ends = |d: &Done, n: usize| {
+            let r = &d.outcome.rows;
+            r[n.saturating_sub(1)..(n + 2).min(r.len())].iter().any(|r| r.force != 0.0)
+        };
+        let all = picked("Force", ("time [s]", "force [N]"), done, |r| (r.time, r.force), false, ends);
         p = p.figure(&all, "Force against time, every impact");
     }
     let moves = done.iter().any(|d| d.case.way().is_some());
