@@ -9,6 +9,8 @@ use rayon::prelude::*;
 pub struct HeldOut {
     pub readings: Vec<[Vec<f64>; 3]>,
     pub nrmse: f64,
+    /// What each recording was predicted with: the model's parameters and the recording's own.
+    pub points: Vec<(Vec<f64>, Vec<f64>)>,
 }
 
 /// Predicts every recording with `candidate` refitted without its level.
@@ -24,7 +26,8 @@ pub fn held_out(search: &Search<'_>, candidate: &Candidate) -> HeldOut {
     } else {
         (0..n).map(|r| vec![r]).collect()
     };
-    let parts: Vec<Vec<(usize, [Vec<f64>; 3])>> = groups
+    type Part = (usize, [Vec<f64>; 3], (Vec<f64>, Vec<f64>));
+    let parts: Vec<Vec<Part>> = groups
         .par_iter()
         .map(|out| {
             let train: Data = if n > 1 {
@@ -69,17 +72,19 @@ pub fn held_out(search: &Search<'_>, candidate: &Candidate) -> HeldOut {
                             || k == Nuisance::Zero(crate::record::Channel::Penetration)
                     });
                     let (_, y) = full.predict(&fit.point.theta, *r, &local);
-                    (*r, y)
+                    (*r, y, (fit.point.theta.clone(), local))
                 })
                 .collect()
         })
         .collect();
     let mut readings: Vec<[Vec<f64>; 3]> = vec![Default::default(); n];
-    for (r, y) in parts.into_iter().flatten() {
+    let mut points = vec![Default::default(); n];
+    for (r, y, p) in parts.into_iter().flatten() {
         readings[r] = y;
+        points[r] = p;
     }
     let nrmse = misfit(data, &readings);
-    HeldOut { readings, nrmse }
+    HeldOut { readings, nrmse, points }
 }
 
 /// Mean over recordings and channels of rms(recording - prediction) / range(recording).

@@ -5,6 +5,7 @@ pub mod bias;
 pub mod bootstrap;
 pub mod case;
 pub mod decide;
+pub mod element;
 pub mod experiment;
 pub mod heldout;
 pub mod intervals;

@@ -3,6 +3,7 @@
 use super::answer::findings::{gather, Findings};
 use super::answer::verdict;
 use super::bootstrap::bootstrap;
+use super::element::{packed, Packed};
 use super::heldout::{held_out, HeldOut};
 use super::prepare::{prepare, Guess, Invalid};
 use super::search::Search;
@@ -21,6 +22,8 @@ pub struct Outcome {
     /// Candidates with their gain in chi^2, best first.
     pub candidates: Vec<(String, f64)>,
     pub findings: Findings,
+    /// The element with that law; or why it could not be packed or run.
+    pub element: Result<Packed, String>,
     /// Why nothing can be judged; then there may be no predictions.
     pub invalid: Option<String>,
 }
@@ -29,6 +32,8 @@ pub struct Outcome {
 pub struct Settings<'a> {
     /// Nulls of the parametric bootstrap; 0: the theoretical tail.
     pub bootstrap: usize,
+    /// Whether to pack the element and predict the recordings through it.
+    pub element: bool,
     /// Told of every stage as it begins.
     pub stage: &'a (dyn Fn(&str) + Sync),
     /// Asked between stages; true ends the diagnosis.
@@ -37,7 +42,7 @@ pub struct Settings<'a> {
 
 impl Default for Settings<'_> {
     fn default() -> Self {
-        Settings { bootstrap: 0, stage: &|_| {}, stopped: &|| false }
+        Settings { bootstrap: 0, element: true, stage: &|_| {}, stopped: &|| false }
     }
 }
 
@@ -179,17 +184,32 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
         stage("writing")?;
         findings.bootstrap = Some(b);
     }
-    let verdict = verdict::verdict(c, &search, &decision, &findings, &before, after.as_ref());
     let model = search.model(&decision.chosen.make_up, 1.0, 1.0, 0.0);
     let law = Problem::new(&data, &model).physics(&decision.chosen.fit.point.theta).law;
-    let candidates = findings.rivals.iter().map(|r| (format!("{} ({})", r.name, r.form), r.gain)).collect();
     drop(model);
-    Ok(Outcome { verdict, before, after, law, candidates, findings, invalid: None, data: data.clone() })
+    let element = if settings.element {
+        stage("running the recordings through the element")?;
+        packed(&search, &law, after.as_ref().map(|a| (&decision.chosen, a))).map_err(|e| format!("{e:#}"))
+    } else {
+        Err("not asked for".into())
+    };
+    // what is predicted with the mechanisms is what the FMU does
+    if let (Some(a), Some(t)) = (&mut after, element.as_ref().ok().and_then(|e| e.through.as_ref())) {
+        a.readings.clone_from(&t.readings);
+        a.nrmse = t.nrmse;
+    }
+    if let Err(e) = &element {
+        findings.caveats.push(format!("HysteresisContact.fmu is not written: {e}."));
+    }
+    let mut verdict = verdict::verdict(c, &search, &decision, &findings, &before, after.as_ref());
+    verdict["element"] = verdict::element(&decision, element.as_ref().ok());
+    let candidates = findings.rivals.iter().map(|r| (format!("{} ({})", r.name, r.form), r.gain)).collect();
+    Ok(Outcome { verdict, before, after, law, candidates, findings, element, invalid: None, data: data.clone() })
 }
 
 /// The outcome where nothing can be judged.
 fn unjudged(c: &Campaign, data: Data, reason: String, before: Option<HeldOut>) -> Outcome {
-    let before = before.unwrap_or(HeldOut { readings: Vec::new(), nrmse: f64::NAN });
+    let before = before.unwrap_or(HeldOut { readings: Vec::new(), nrmse: f64::NAN, points: Vec::new() });
     Outcome {
         verdict: verdict::invalid(c, &reason, before.nrmse.is_finite().then_some(before.nrmse)),
         data,
@@ -198,6 +218,7 @@ fn unjudged(c: &Campaign, data: Data, reason: String, before: Option<HeldOut>) -
         law: Default::default(),
         candidates: Vec::new(),
         findings: Findings { caveats: c.warnings.clone(), ..Findings::default() },
+        element: Err("nothing was judged".into()),
         invalid: Some(reason),
     }
 }

@@ -4,8 +4,10 @@
 use super::chain::readings;
 use super::noise::Noise;
 use super::physics::Physics;
-use super::simulate::{simulate, Local, Setup, Trace};
+use super::simulate::{law_of, simulate, simulate_on, Local, Setup, Trace};
+use crate::host::element::Element;
 use crate::record::{Channel, Kind};
+use hysteresis_contact::law::Parameters as Law;
 use nalgebra::{DMatrix, DVector};
 
 /// One recording ready for estimation.
@@ -271,6 +273,27 @@ impl<'a> Problem<'a> {
         let mut y = readings(&p, &t, &rec.setup.time);
         self.add_zeros(&mut y, local);
         (t, y)
+    }
+
+    /// As [`Problem::predict`], with the contact of `element` where the law stands else; `element` is made for the
+    /// law this recording has at that point.
+    ///
+    /// # Errors
+    /// What `element` and the element it makes refuse.
+    pub fn predict_on(
+        &self,
+        theta: &[f64],
+        r: usize,
+        local: &[f64],
+        element: &dyn Fn(&Law) -> anyhow::Result<Box<dyn Element>>,
+    ) -> anyhow::Result<(Trace, [Vec<f64>; 3])> {
+        let p = self.physics(theta);
+        let rec = &self.data.records[r];
+        let l = local_of(&self.nuisances, local);
+        let t = simulate_on(element(&law_of(&p, &rec.setup, &l))?, &p, &rec.setup, &l)?;
+        let mut y = readings(&p, &t, &rec.setup.time);
+        self.add_zeros(&mut y, local);
+        Ok((t, y))
     }
 
     fn add_zeros(&self, y: &mut [Vec<f64>; 3], local: &[f64]) {

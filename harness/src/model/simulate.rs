@@ -2,8 +2,10 @@
 
 use super::integrate::{integrate, Control, State, System, MAX};
 use super::physics::Physics;
+use crate::host::element::Element;
 use crate::record::Kind;
-use hysteresis_contact::law::{Memory, BRANCHES};
+use hysteresis_contact::law::{Memory, Parameters, BRANCHES};
+use std::cell::RefCell;
 
 /// What the model has to know of one recording, SI.
 #[derive(Clone, Debug)]
@@ -55,8 +57,39 @@ pub struct Trace {
     pub ok: bool,
 }
 
+/// A contact element that takes the law's place in a simulation.
+struct Driven {
+    element: Box<dyn Element>,
+    /// Time, penetration and velocity up to which its memory has moved.
+    at: (f64, f64, f64),
+    /// The first thing it refused.
+    failed: Option<anyhow::Error>,
+}
+
+impl Driven {
+    fn force(&mut self, x: f64, v: f64) -> f64 {
+        match self.element.force(x, v) {
+            Ok(f) => f,
+            Err(e) => {
+                self.failed.get_or_insert(e);
+                f64::NAN
+            }
+        }
+    }
+    fn advance(&mut self, t: f64, x: f64, v: f64) {
+        let (t0, x0, v0) = self.at;
+        if t > t0 {
+            if let Err(e) = self.element.advance((x0, v0), (x, v), t - t0) {
+                self.failed.get_or_insert(e);
+            }
+            self.at = (t, x, v);
+        }
+    }
+}
+
 struct Rig<'a> {
     p: &'a Physics,
+    element: Option<&'a RefCell<Driven>>,
     memory: Memory,
     kind: Kind,
     travel: f64,
@@ -74,7 +107,7 @@ struct Rig<'a> {
 }
 
 impl<'a> Rig<'a> {
-    fn new(p: &'a Physics, s: &Setup) -> Rig<'a> {
+    fn new(p: &'a Physics, s: &Setup, element: Option<&'a RefCell<Driven>>) -> Rig<'a> {
         let mut n = 2;
         let mut scale = [1.0; MAX];
         scale[0] = s.depth;
@@ -94,7 +127,7 @@ impl<'a> Rig<'a> {
         let loose = pair(p.loose_mass > 0.0, &mut scale);
         let tip = pair(p.tip_mass > 0.0, &mut scale);
         let mut relax = 0;
-        if p.law.relaxation_stiffness > 0.0 {
+        if p.law.relaxation_stiffness > 0.0 && element.is_none() {
             relax = n;
             for b in 0..BRANCHES {
                 scale[n + b] = p.mass * s.speed / s.duration;
@@ -104,6 +137,7 @@ impl<'a> Rig<'a> {
         let body_mass = p.mass - p.tip_mass - p.loose_mass;
         Rig {
             p,
+            element,
             memory: Memory::default(),
             kind: s.kind,
             travel: s.travel,
@@ -142,7 +176,10 @@ impl<'a> Rig<'a> {
         if self.relax > 0 {
             m.relaxation.copy_from_slice(&y[self.relax..self.relax + BRANCHES]);
         }
-        let mut f = self.p.law.force(&m, x, v);
+        let mut f = match self.element {
+            Some(e) => e.borrow_mut().force(x, v),
+            None => self.p.law.force(&m, x, v),
+        };
         if self.cracked {
             f *= 1.0 - self.p.fracture_drop;
         }
@@ -271,8 +308,11 @@ impl System for Rig<'_> {
         }
         n
     }
-    fn accept(&mut self, _t: f64, y: &mut State) {
+    fn accept(&mut self, t: f64, y: &mut State) {
         let (x, v) = self.face(y);
+        if let Some(e) = self.element.filter(|_| self.contact) {
+            e.borrow_mut().advance(t, x, v);
+        }
         if self.p.law.adhesion_force > 0.0 {
             self.memory = self.p.law.advance(&self.memory, x, v, x, v, 0.0);
         } else if x > self.memory.deepest {
@@ -292,6 +332,8 @@ impl System for Rig<'_> {
 
 /// Error per step, relative to depth and speed of the impact.
 const TOLERANCE: f64 = 1e-7;
+/// Steps a contact gets at least where an element takes the law's place.
+const ELEMENT_STEPS: f64 = 400.0;
 /// Steps after which a recording is given up.
 const MOST_STEPS: usize = 20_000;
 
@@ -309,29 +351,57 @@ fn scaled(p: &Physics, order: f64, local: &Local) -> Physics {
 pub fn simulate(physics: &Physics, s: &Setup, local: &Local) -> Trace {
     let p = scaled(physics, s.order, local);
     match s.kind {
-        Kind::Indentation => indent(&p, s, local),
-        _ => free(&p, s, local),
+        Kind::Indentation => indent(&p, s, local, None),
+        _ => free(&p, s, local, None),
     }
 }
 
-fn indent(p: &Physics, s: &Setup, local: &Local) -> Trace {
+/// The law a recording is simulated with: `physics` with what this recording differs by.
+pub fn law_of(physics: &Physics, s: &Setup, local: &Local) -> Parameters {
+    scaled(physics, s.order, local).law
+}
+
+/// As [`simulate`], with `element` in the law's place. Its memory moves at accepted steps only, so steps are short.
+///
+/// # Errors
+/// The first thing the element refuses.
+pub fn simulate_on(element: Box<dyn Element>, physics: &Physics, s: &Setup, local: &Local) -> anyhow::Result<Trace> {
+    let p = scaled(physics, s.order, local);
+    let driven = RefCell::new(Driven { element, at: (0.0, 0.0, 0.0), failed: None });
+    let trace = match s.kind {
+        Kind::Indentation => indent(&p, s, local, Some(&driven)),
+        _ => free(&p, s, local, Some(&driven)),
+    };
+    match driven.into_inner().failed {
+        Some(e) => Err(e),
+        None => Ok(trace),
+    }
+}
+
+fn indent(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>) -> Trace {
     let n = s.time.len();
     let mut t = Trace { ok: true, first_speed: s.imposed_rate[0], ..Trace::default() };
     let mut m = Memory::default();
     let mut cracked = false;
     for i in 0..n {
         let (x, v) = (s.imposed[i] - local.offset, s.imposed_rate[i]);
-        if i > 0 {
-            m = p.law.advance(
-                &m,
-                s.imposed[i - 1] - local.offset,
-                s.imposed_rate[i - 1],
-                x,
-                v,
-                s.time[i] - s.time[i - 1],
-            );
-        }
-        let mut f = p.law.force(&m, x, v);
+        let (x0, v0) = if i > 0 { (s.imposed[i - 1] - local.offset, s.imposed_rate[i - 1]) } else { (x, v) };
+        let mut f = match element {
+            Some(e) => {
+                let mut e = e.borrow_mut();
+                if i == 0 {
+                    e.at = (s.time[0], x, v);
+                }
+                e.advance(s.time[i], x, v);
+                e.force(x, v)
+            }
+            None => {
+                if i > 0 {
+                    m = p.law.advance(&m, x0, v0, x, v, s.time[i] - s.time[i - 1]);
+                }
+                p.law.force(&m, x, v)
+            }
+        };
         if f > p.fracture_load {
             cracked = true;
         }
@@ -351,7 +421,7 @@ fn indent(p: &Physics, s: &Setup, local: &Local) -> Trace {
     t
 }
 
-fn free(p: &Physics, s: &Setup, local: &Local) -> Trace {
+fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>) -> Trace {
     let n = s.time.len();
     let mut out = Trace {
         force: vec![0.0; n],
@@ -366,9 +436,12 @@ fn free(p: &Physics, s: &Setup, local: &Local) -> Trace {
     let clock = local.start;
     let mut y = [0.0; MAX];
     let forward_from;
-    let mut rig = Rig::new(p, s);
+    let mut rig = Rig::new(p, s, element);
     let dt = s.time[1] - s.time[0];
-    let largest = (s.duration * 2.0).max(dt * 4.0);
+    let (largest, most) = match element {
+        None => ((s.duration * 2.0).max(dt * 4.0), MOST_STEPS),
+        Some(_) => (s.duration / ELEMENT_STEPS, 100 * MOST_STEPS),
+    };
     if s.kind == Kind::DropTest {
         y[1] = local.speed;
         if rig.tip > 0 {
@@ -381,7 +454,7 @@ fn free(p: &Physics, s: &Setup, local: &Local) -> Trace {
         forward_from = s.time.partition_point(|t| *t < clock);
         if forward_from > 0 {
             // the approach, backwards from touch: only forces in flight act
-            let mut rig = Rig::new(p, s);
+            let mut rig = Rig::new(p, s, None);
             rig.contact = false;
             let mut back = y;
             let mut i = forward_from;
@@ -391,7 +464,7 @@ fn free(p: &Physics, s: &Setup, local: &Local) -> Trace {
                 0.0,
                 &mut back,
                 end,
-                &Control { tolerance: TOLERANCE, first: 0.1 * s.duration, largest, most: MOST_STEPS },
+                &Control { tolerance: TOLERANCE, first: 0.1 * s.duration, largest, most },
                 |r, st| {
                     let until = st.t0 + st.h;
                     while i > 0 && s.time[i - 1] - clock >= until - 1e-15 {
@@ -436,12 +509,16 @@ fn free(p: &Physics, s: &Setup, local: &Local) -> Trace {
     let (mut touch, mut deepest, mut leave) = (out.touch, f64::NAN, f64::NAN);
     let first = if s.kind == Kind::DropTest { 0.02 * s.duration } else { 0.5 * s.duration };
     let mut o = std::mem::take(&mut out);
+    if let Some(e) = element {
+        let (x, v) = rig.face(&y);
+        e.borrow_mut().at = (0.0, x, v);
+    }
     let ok = integrate(
         &mut rig,
         0.0,
         &mut y,
         end,
-        &Control { tolerance: TOLERANCE, first, largest, most: MOST_STEPS },
+        &Control { tolerance: TOLERANCE, first, largest, most },
         |r, st| {
             let until = st.t0 + st.h;
             while i < n && s.time[i] - clock <= until + 1e-15 {

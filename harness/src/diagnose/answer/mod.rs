@@ -102,6 +102,9 @@ pub fn write(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
         }
         latent(o, &dir.join("latent_force"))?;
         unclipped(c, o, &dir.join("without_clipping"))?;
+        if let Ok(e) = &o.element {
+            files::write(&dir.join("HysteresisContact.fmu"), &e.fmu)?;
+        }
         files::write(&dir.join("report.html"), page::html(c, o).as_bytes())?;
         let mut text = serde_json::to_string_pretty(&o.verdict).unwrap_or_default();
         text.push('\n');

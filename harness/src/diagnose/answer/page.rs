@@ -1,6 +1,6 @@
 //! report.html: what a test engineer reads in a minute, the sentence on top.
 
-use super::words::{bias, figure, parameters, sentence};
+use super::words::{bias, figure, parameters, sentence, through};
 use crate::diagnose::decide::PHASES;
 use crate::diagnose::run::Outcome;
 use crate::record::{Campaign, Channel, Kind};
@@ -30,6 +30,7 @@ pub fn html(c: &Campaign, o: &Outcome) -> String {
         page = latent(page, o);
         page = bias_table(page, o);
         page = candidates(page, o);
+        page = element(page, o);
     }
     if !o.findings.caveats.is_empty() {
         page = page.section("To know before believing this");
@@ -298,6 +299,15 @@ fn bias_table(page: Page, o: &Outcome) -> Page {
         &["parameter", "without it", "with it", "off by", "off by [sigma]"],
         &rows,
     )
+}
+
+fn element(page: Page, o: &Outcome) -> Page {
+    let Ok(p) = &o.element else { return page };
+    let rows: Vec<Vec<String>> =
+        p.starts.iter().map(|(n, v, u)| vec![n.to_string(), figure(*v, u)]).collect();
+    page.section("Back in the simulator: HysteresisContact.fmu")
+        .paragraph(&format!("{}.", through(o, p)))
+        .table(&["parameter", "start value"], &rows)
 }
 
 fn candidates(page: Page, o: &Outcome) -> Page {

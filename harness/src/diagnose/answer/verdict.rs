@@ -2,8 +2,10 @@
 
 use super::findings::Findings;
 use crate::diagnose::decide::{phase, Decision, PHASES};
+use crate::diagnose::element::Packed;
 use crate::diagnose::heldout::HeldOut;
 use crate::diagnose::map::Cell;
+use crate::diagnose::mechanism::Origin;
 use crate::diagnose::search::Search;
 use crate::model::estimate::Problem;
 use crate::record::{Campaign, Channel};
@@ -87,6 +89,37 @@ pub fn verdict(
     if let Some(l) = &f.latent {
         v["latent_force"] = json!({"origin": l.place.origin(), "phase": PHASES[l.phase], "unit": l.place.unit(),
             "places": l.scores.iter().map(|(p, g)| json!({"what": p.words(), "chi2_gain": g})).collect::<Vec<_>>()});
+    }
+    v
+}
+
+/// What became of the contact element: whether it is right as it is, and the FMU's start values.
+pub fn element(d: &Decision, packed: Option<&Packed>) -> Value {
+    let mut parts: Vec<Origin> = Vec::new();
+    if d.detected {
+        parts.extend(d.chosen.make_up.terms.iter().filter(|t| t.mechanism.named).map(|t| t.mechanism.origin));
+    }
+    let right = !parts.contains(&Origin::Contact) && !d.unexplained;
+    let text = if d.unexplained {
+        "the FMU holds what is known; the force that stays unexplained is not in it"
+    } else if !d.detected {
+        "the contact element is right: the FMU holds it calibrated to these recordings"
+    } else if right {
+        "the contact element is right: the FMU holds it calibrated beside what has to be corrected elsewhere"
+    } else if parts.iter().all(|p| *p == Origin::Contact) {
+        "the FMU holds the mechanism found, switched on and calibrated"
+    } else {
+        "the FMU holds the contact's share of what was found, switched on and calibrated; correct the rest where it sits"
+    };
+    let mut v = json!({"right": right, "text": text});
+    if let Some(p) = packed {
+        let starts = p.starts.iter().map(|(n, x, u)| (n.to_string(), json!({"value": x, "unit": u})));
+        v["fmu"] = json!("HysteresisContact.fmu");
+        v["starts"] = Value::Object(starts.collect());
+        v["predictions_run_through_it"] = json!(p.through.is_some());
+        if let Some(t) = &p.through {
+            v["largest_difference_over_range"] = json!(t.difference);
+        }
     }
     v
 }

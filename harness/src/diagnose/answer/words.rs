@@ -1,5 +1,6 @@
 //! The answer in words: one sentence, and a short text for the terminal.
 
+use crate::diagnose::element::Packed;
 use crate::diagnose::run::Outcome;
 use serde_json::Value;
 
@@ -104,6 +105,19 @@ pub fn bias(o: &Outcome) -> Vec<String> {
         .collect()
 }
 
+/// What the packed element holds, and how it did.
+pub fn through(o: &Outcome, p: &Packed) -> String {
+    let what = text(&o.verdict["element"]["text"]);
+    match &p.through {
+        Some(t) => format!(
+            "{what}; the recordings run through it give the predictions after (within {:.0e} of range of the \
+             diagnosis' own simulation)",
+            t.difference.max(1e-9)
+        ),
+        None => what.into(),
+    }
+}
+
 /// A few lines for the terminal: the sentence first.
 pub fn summary(o: &Outcome) -> String {
     let v = &o.verdict;
@@ -149,6 +163,9 @@ pub fn summary(o: &Outcome) -> String {
             figure(number(&u["ci95"][0]), ""),
             figure(number(&u["ci95"][1]), "")
         );
+    }
+    if let Ok(p) = &o.element {
+        s += &format!("  HysteresisContact.fmu: {}\n", through(o, p));
     }
     if let Some(b) = &o.findings.bootstrap {
         s += &format!(

@@ -11,7 +11,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "m_b x_b'' = F - k_b x_b - c_b x_b'",
     source: "Den Hartog 1934",
     sentence: "the stop itself moves on a spring",
-    cure: "The contact element is right; add this to the rig's model.",
+    cure: "The contact element is right; in the rig's model put the stop on the mass, spring and damper given here.",
     forms,
     acts: Acts::Push,
 };

@@ -11,7 +11,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "y(t) = u(t - T)",
     source: "sampling of multiplexed channels",
     sentence: "one channel is sampled later than the others",
-    cure: "The contact element is right; correct the measuring chain.",
+    cure: "The contact element is right; shift the late channel back by the time given here before comparing.",
     forms,
     acts: Acts::Reading,
 };

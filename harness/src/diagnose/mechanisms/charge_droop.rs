@@ -11,7 +11,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "y = u - w, w' = (u - w)/tau",
     source: "charge amplifier, first-order AC coupling",
     sentence: "the force transducer is AC-coupled: its reading droops and undershoots",
-    cure: "The contact element is right; correct the measuring chain.",
+    cure: "The contact element is right; undo the AC coupling with the time constant given here, or record DC-coupled.",
     forms,
     acts: Acts::Reading,
 };

@@ -11,7 +11,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "y = min(u, c)",
     source: "range of the amplifier",
     sentence: "the chain reads no more beyond a level",
-    cure: "The contact element is right; correct the measuring chain.",
+    cure: "The contact element is right; leave readings at the limit out, or give the channel a wider range.",
     forms,
     acts: Acts::Reading,
 };

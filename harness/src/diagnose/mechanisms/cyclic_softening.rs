@@ -10,7 +10,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "k_i = k (1 - s (1 - exp(-(i - 1)/n)))",
     source: "Mullins 1948; Landgraf, Morrow and Endo 1969",
     sentence: "the stiffness falls with the order of the recordings",
-    cure: "Condition the contact first, or give each recording its own stiffness.",
+    cure: "The element holds the contact as it was when new; condition the contact first, or lower its stiffness from recording to recording as given here.",
     forms,
     acts: Acts::Reading,
 };

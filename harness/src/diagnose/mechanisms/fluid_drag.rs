@@ -11,7 +11,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "F = -c v |v|",
     source: "Newton 1687; Rayleigh 1876",
     sentence: "the surrounding fluid drags on the body with the square of its speed",
-    cure: "The contact element is right; add this to the rig's model.",
+    cure: "The contact element is right; add this drag to the body's motion in the rig's model.",
     forms,
     acts: Acts::Force(|_, v, p| p.drag * v * v),
 };

@@ -11,7 +11,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "F = m g",
     source: "Newton 1687",
     sentence: "the simulation leaves out the weight of the body",
-    cure: "The contact element is right; add this to the rig's model.",
+    cure: "The contact element is right; let gravity act on the body in the rig's model.",
     forms,
     acts: Acts::Force(|_, _, p| p.mass * p.gravity),
 };

@@ -11,7 +11,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "F = -(F_c (1 + s exp(-(v/v_s)^2)) tanh(v/v_0) + c v)",
     source: "Coulomb 1785; Stribeck 1902",
     sentence: "the guide rubs on the moving body",
-    cure: "The contact element is right; add this to the rig's model.",
+    cure: "The contact element is right; add this friction against the motion in the rig's model.",
     forms,
     acts: Acts::Force(|_, v, p| (p.friction * (v / 0.005).tanh() + p.friction_viscous * v).abs()),
 };

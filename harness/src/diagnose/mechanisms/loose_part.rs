@@ -11,7 +11,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "a mass m_l strikes inside the body after a gap",
     source: "Lieber and Jensen 1945 (acceleration damper)",
     sentence: "a part loose inside the body strikes late",
-    cure: "The contact element is right; add this to the rig's model.",
+    cure: "The contact element is right; in the rig's model split the body as given here, or fasten the part.",
     forms,
     acts: Acts::Reading,
 };

@@ -11,7 +11,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "y' = w (u - y), or of higher order",
     source: "Butterworth 1930; Thomson 1949",
     sentence: "a low-pass filter in the chain lags and rounds the reading",
-    cure: "The contact element is right; correct the measuring chain.",
+    cure: "The contact element is right; pass the simulated readings through the same filter, or record with a higher corner.",
     forms,
     acts: Acts::Reading,
 };

@@ -11,7 +11,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "F = -F_m exp(-t/tau) / (1 + z/z_0)^2",
     source: "Maxwell 1873; reluctance of an air gap",
     sentence: "what is left of the magnet still pulls on the bar",
-    cure: "The contact element is right; add this to the rig's model.",
+    cure: "The contact element is right; add this pull to the body's motion in the rig's model.",
     forms,
     acts: Acts::Force(|x, _, p| p.magnet_force / (1.0 + (x + 20.0 * p.magnet_gap).max(0.0) / p.magnet_gap)),
 };

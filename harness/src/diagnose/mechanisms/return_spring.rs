@@ -11,7 +11,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "F = -(P + r x)",
     source: "Hooke 1678",
     sentence: "a spring acts on the body",
-    cure: "The contact element is right; add this to the rig's model.",
+    cure: "The contact element is right; add this return spring to the rig's model.",
     forms,
     acts: Acts::Force(|x, _, p| (p.spring_preload + p.spring_rate * x).abs()),
 };

@@ -12,7 +12,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "tip mass m_t before a transducer of stiffness k_t",
     source: "Ahn and Ryu 2005, eqs. 3 to 5",
     sentence: "the transducer and its tip ring at their own frequency",
-    cure: "The contact element is right; correct the measuring chain.",
+    cure: "The contact element is right; simulate the transducer's tip mass and stiffness, or mount it stiffer.",
     forms,
     acts: Acts::Push,
 };

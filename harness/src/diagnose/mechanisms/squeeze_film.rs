@@ -11,7 +11,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "F = -c v (g/(gap + g))^n",
     source: "Reynolds 1886; Stefan 1874",
     sentence: "a cushion of fluid builds up as the gap closes",
-    cure: "The contact element is right; add this to the rig's model.",
+    cure: "The contact element is right; add this film's force before touch to the rig's model.",
     forms,
     acts: Acts::Force(|x, v, p| {
         (p.squeeze * v * (p.squeeze_gap / ((-x).max(0.0) + p.squeeze_gap)).powf(p.squeeze_power)).abs()
