@@ -1,4 +1,5 @@
 //! touchdown's library: scenario -> host -> record -> model -> fit -> diagnose -> report.
+pub mod bench;
 pub mod demo;
 pub mod diagnose;
 pub mod files;

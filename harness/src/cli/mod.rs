@@ -1,5 +1,6 @@
 //! Subcommands, a file each.
 
+mod bench;
 mod demo;
 mod diagnose;
 mod fit;
@@ -24,6 +25,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Measure what steps, powers, fits and diagnoses cost, beside others in the same run
+    Bench(bench::Arguments),
     /// Make a campaign with hidden friction and diagnose it
     Demo(demo::Arguments),
     /// Say what physics the simulation of a campaign leaves out, and how much better it fits with it
@@ -43,6 +46,7 @@ enum Command {
 /// Runs the command line; exit code 2 for bad input.
 pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
+        Command::Bench(a) => bench::run(&a),
         Command::Demo(a) => demo::run(&a),
         Command::Diagnose(a) => diagnose::run(&a),
         Command::Fit(a) => fit::run(&a),

@@ -36,31 +36,63 @@ pub trait Element {
     }
 }
 
-/// The law called directly.
+/// The law called directly: what the FMU answers, without the FMU. A trial is taken from where the last step ended,
+/// as [`Parameters::tried`] has it; a motion that begins in contact finds it loaded slowly.
 #[derive(Clone, Debug)]
 pub struct Direct {
     law: Parameters,
     memory: Memory,
+    /// (x, v) at the end of the last step; None before the first call.
+    last: Option<(f64, f64)>,
+    accepted: bool,
 }
 
 impl Direct {
     /// An element never touched.
     pub fn new(law: Parameters) -> Self {
-        Direct { law, memory: Memory::default() }
+        Direct { law, memory: Memory::default(), last: None, accepted: false }
+    }
+
+    fn start(&mut self, at: (f64, f64)) -> (f64, f64) {
+        self.memory = self.law.start(at.0);
+        self.last = Some(at);
+        at
+    }
+
+    /// The memory as it is while (`x`, `v`) is tried.
+    fn tried(&mut self, x: f64, v: f64) -> Memory {
+        let last = match self.last {
+            Some(last) => last,
+            None => self.start((x, v)),
+        };
+        self.law.tried(&self.memory, last, (x, v))
     }
 }
 
 impl Element for Direct {
     fn force(&mut self, x: f64, v: f64) -> Result<f64> {
-        Ok(self.law.force(&self.memory, x, v))
+        let memory = self.tried(x, v);
+        Ok(self.law.force(&memory, x, v))
     }
 
     fn derivatives(&mut self, x: f64, v: f64) -> Result<(f64, f64)> {
-        Ok(self.law.derivatives(&self.memory, x, v))
+        let memory = self.tried(x, v);
+        let (mut fx, fv) = self.law.derivatives(&memory, x, v);
+        if self.law.relaxation_stiffness > 0.0 && self.law.pushes(&memory, x, v) {
+            fx += self.law.relaxation_slope(x);
+        }
+        Ok((fx, fv))
     }
 
     fn advance(&mut self, from: (f64, f64), to: (f64, f64), dt: f64) -> Result<()> {
-        self.memory = self.law.advance(&self.memory, from.0, from.1, to.0, to.1, dt);
+        if !self.accepted {
+            self.start(from);
+        }
+        if dt > 0.0 {
+            self.memory = self.law.advance(&self.memory, from.0, from.1, to.0, to.1, dt);
+            self.last = Some(to);
+            self.accepted = true;
+        }
         Ok(())
     }
 

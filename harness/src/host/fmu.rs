@@ -61,7 +61,7 @@ impl Fmu {
         let folder = archive::unpack(path)?;
         let xml = std::fs::read(folder.path().join("modelDescription.xml"))
             .map_err(|e| format!("modelDescription.xml cannot be read ({e})"))?;
-        let description = Description::read(&xml)?;
+        let description = Description::read(&xml).map_err(with_cure)?;
         let Some(capabilities) = description.co_simulation.clone() else {
             let has = if description.model_exchange { ", only model exchange" } else { "" };
             return Err(format!("no co-simulation in it{has}; export it for co-simulation"));
@@ -69,7 +69,7 @@ impl Fmu {
         let library = archive::binary(folder.path(), &capabilities.model_identifier)?;
         // SAFETY: loading runs the binary's initializers; whoever opens an FMU trusts it to run in this process
         let binding = unsafe { Fmi2Binding::new(&library) }
-            .map_err(|e| format!("its binary does not load: {}", with_cause(&e)))?;
+            .map_err(|e| format!("its binary does not load: {}; export it again for this platform", with_cause(&e)))?;
         if let Some(version) = told(&binding.fmi2GetVersion).filter(|v| v != "2.0" && !v.starts_with("2.0.")) {
             return Err(format!("its description says FMI 2.0 and its binary FMI {version}; export it again"));
         }
@@ -117,6 +117,15 @@ impl Fmu {
     #[inline]
     pub(super) fn loaded(&self) -> &Loaded {
         &self.0
+    }
+}
+
+/// What is wrong with a description has one cure where it names none itself.
+fn with_cure(why: String) -> String {
+    if why.contains("; ") || why.contains(", export") {
+        why
+    } else {
+        why + "; export it again"
     }
 }
 

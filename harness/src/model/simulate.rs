@@ -331,7 +331,7 @@ impl System for Rig<'_> {
 }
 
 /// Error per step, relative to depth and speed of the impact.
-const TOLERANCE: f64 = 1e-7;
+pub const TOLERANCE: f64 = 1e-7;
 /// Steps a contact gets at least where an element takes the law's place.
 const ELEMENT_STEPS: f64 = 400.0;
 /// Steps after which a recording is given up.

@@ -2,5 +2,6 @@
 
 mod element;
 mod instance;
+mod ours;
 mod scenario;
 mod spring;

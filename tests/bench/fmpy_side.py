@@ -1,0 +1,176 @@
+"""The Python side of `touchdown bench`: answers questions on stdin, a line each, with seconds.
+
+loop N      a step by setReal, doStep, getReal on fmpy's slave, over N steps
+simulate N  a step by fmpy.simulate_fmu with the same inputs, over N steps
+drop JSON   a drop test with scipy's DOP853 on the FMU's force, seconds, then
+            deepest m, peak force N, restitution, duration s, accepted steps
+"""
+import csv
+import json
+import math
+import shutil
+import sys
+import time
+
+import fmpy
+import numpy as np
+import scipy
+from fmpy import extract, read_model_description, simulate_fmu
+from fmpy.fmi2 import FMU2Slave
+from scipy.integrate import DOP853
+from scipy.optimize import brentq
+
+GRAVITY = 9.80665
+H, DEPTH, PERIOD = 1e-5, 1e-4, 500
+OMEGA = 2 * math.pi / (PERIOD * H)
+LAW = {"stiffness": 1e8, "exponent": 1.5, "hysteresis_damping": 3e7}
+
+
+class Element:
+    """The FMU as fmpy's users hold it."""
+
+    def __init__(self, path, parameters):
+        self.description = read_model_description(path)
+        self.folder = extract(path)
+        self.reference = {v.name: v.valueReference for v in self.description.modelVariables}
+        self.slave = FMU2Slave(
+            guid=self.description.guid,
+            unzipDirectory=self.folder,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName="bench",
+        )
+        self.slave.instantiate()
+        self.slave.setupExperiment(startTime=0.0)
+        self.slave.setReal([self.reference[n] for n in parameters], list(parameters.values()))
+        self.inputs = [self.reference["penetration"], self.reference["velocity"]]
+        self.output = [self.reference["force"]]
+        self.energies = [self.reference["stored_energy"], self.reference["dissipated_energy"]]
+
+    def begin(self, x, v):
+        self.slave.enterInitializationMode()
+        self.slave.setReal(self.inputs, [x, v])
+        self.slave.exitInitializationMode()
+
+    def force(self, x, v):
+        self.slave.setReal(self.inputs, [x, v])
+        return self.slave.getReal(self.output)[0]
+
+    def close(self):
+        self.slave.terminate()
+        self.slave.freeInstance()
+        shutil.rmtree(self.folder)
+
+
+class Walk:
+    """The same walk as Rust's: in contact half the time."""
+
+    def __init__(self, path):
+        self.element = Element(path, LAW)
+        self.element.begin(0.0, 0.0)
+        phases = [OMEGA * H * n for n in range(PERIOD)]
+        self.points = [[DEPTH * math.sin(p), DEPTH * OMEGA * math.cos(p)] for p in phases]
+        self.done = 0
+
+    def loop(self, steps):
+        slave, inputs, output = self.element.slave, self.element.inputs, self.element.output
+        points, total = self.points, 0.0
+        start = time.perf_counter()
+        for n in range(steps):
+            slave.setReal(inputs, points[n % PERIOD])
+            slave.doStep(self.done * H, H)
+            self.done += 1
+            total += slave.getReal(output)[0]
+        return (time.perf_counter() - start) / steps
+
+
+def simulate(path, folder, description, steps):
+    """fmpy.simulate_fmu, unpacking and reading beforehand: its stepping only."""
+    t = H * np.arange(steps + 1)
+    signals = np.zeros(steps + 1, dtype=[("time", float), ("penetration", float), ("velocity", float)])
+    signals["time"] = t
+    signals["penetration"] = DEPTH * np.sin(OMEGA * t)
+    signals["velocity"] = DEPTH * OMEGA * np.cos(OMEGA * t)
+    start = time.perf_counter()
+    simulate_fmu(
+        folder, model_description=description, stop_time=float(t[-1]), step_size=H, output_interval=H, input=signals,
+        output=["force"], start_values=LAW, fmi_type="CoSimulation",
+    )
+    return (time.perf_counter() - start) / steps
+
+
+def drop(path, case):
+    """From the drop height through `impacts` impacts to the top of the last rebound; writes results.csv."""
+    start = time.perf_counter()
+    m, tolerance = case["mass"], case["tolerance"]
+    element = Element(path, case["contact"])
+    y, t = np.array([-case["drop_height"], 0.0]), 0.0
+    element.begin(*y)
+    seen = {"deepest": 0.0, "peak": 0.0}
+
+    def rates(_, y):
+        return [y[1], GRAVITY - element.force(y[0], y[1]) / m]
+
+    rows, impacts, last = [], 0, {}
+    h = 1e-5
+    while True:
+        scale = [max(1e-6, case["drop_height"]) * tolerance, tolerance * math.sqrt(2 * GRAVITY * case["drop_height"])]
+        solver = DOP853(rates, t, y, np.inf, rtol=tolerance, atol=scale, first_step=h)
+        event = None
+        while event is None:
+            before = solver.y.copy()
+            solver.step()
+            after, ends = solver.y.copy(), solver.t
+            dense = None
+            for i in (0, 1):
+                if before[i] * after[i] < 0 and solver.t_old < ends:
+                    dense = dense or solver.dense_output()
+                    at = brentq(lambda s: dense(s)[i], solver.t_old, solver.t, xtol=1e-16, rtol=1e-14)
+                    if at <= ends and at - solver.t_old > 1e-9 * (solver.t - solver.t_old):
+                        event, ends, after = i, at, dense(at)
+                        after[i] = 0.0
+            f = element.force(*after)
+            element.slave.doStep(t, ends - t)
+            t = ends
+            rows.append([t, *after, f, *element.slave.getReal(element.energies)])
+            if after[0] > 0:
+                seen["deepest"], seen["peak"] = max(seen["deepest"], after[0]), max(seen["peak"], f)
+        y, h = after, None
+        if event == 0 and y[1] > 0:
+            touch, speed = t, y[1]
+            seen.update(deepest=0.0, peak=0.0)
+            short = 1e-3 * (2.5 * m * speed**2 / (2 * case["contact"]["stiffness"])) ** 0.4 / speed
+            h = short
+        elif event == 0:
+            last = {"restitution": -y[1] / speed, "duration": t - touch}
+            impacts, h = impacts + 1, 1e-5
+        elif event == 1 and y[0] < 0 and impacts >= case["impacts"]:
+            break
+    element.close()
+    with open(case["out"], "w", newline="") as f:
+        w = csv.writer(f)
+        w.writerow(["time [s]", "penetration [m]", "velocity [m/s]", "force [N]", "stored [J]", "dissipated [J]"])
+        w.writerows(rows)
+    seconds = time.perf_counter() - start
+    return seconds, seen["deepest"], seen["peak"], last["restitution"], last["duration"], len(rows)
+
+
+def main():
+    path = sys.argv[1]
+    walk = Walk(path)
+    description, folder = read_model_description(path), extract(path)
+    print(f"Python {sys.version.split()[0]}, fmpy {fmpy.__version__}, scipy {scipy.__version__}", flush=True)
+    try:
+        for question in sys.stdin:
+            word, _, rest = question.strip().partition(" ")
+            if word == "loop":
+                print(walk.loop(int(rest)), flush=True)
+            elif word == "simulate":
+                print(simulate(path, folder, description, int(rest)), flush=True)
+            elif word == "drop":
+                print(*drop(path, json.loads(rest)), flush=True)
+    finally:
+        walk.element.close()
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+main()
