@@ -267,7 +267,7 @@ def attempt(rng, tier, mechanism, used):
     Pm = base_parameters(rig)
     Pm[m.M] = mass
     user = fit(rig, data, Pm, stride=stride, iterations=12, speeds=speeds, start=None)
-    if user.r2 < 0.985:
+    if user.r2 < 0.99:
         return None
     Pt = rig.P.copy()
     Pt[m.M] = mass

@@ -72,11 +72,11 @@ def band(k, n, level=0.95):
 
 
 # what a verdict's parameter should be, where the effect's form is the one that is fitted:
-# (mechanism, form) -> {parameter: value from (true_effect, true_base, strengths)}
+# (mechanism, form) -> {parameter: value from (true_effect, true_base, strength), or None where it only has to be there}
 EXACT = {
     ("guide_friction", "coulomb"): {"friction": lambda e, b, s: e["fr_c"]},
     ("guide_friction", "coulomb-viscous"): {"friction": lambda e, b, s: e["fr_c"], "friction_viscous": lambda e, b, s: e["fr_v"]},
-    ("guide_friction", "stribeck"): {"friction": lambda e, b, s: e["fr_c"]},
+    ("guide_friction", "stribeck"): {"friction": lambda e, b, s: e["fr_c"], "stribeck_speed": None},
     ("fluid_drag", "square"): {"drag": lambda e, b, s: e["drag"]},
     ("return_spring", "preloaded"): {"spring_preload": lambda e, b, s: e["sp_pre"], "spring_rate": lambda e, b, s: e["sp_k"]},
     ("viscous_damping", "constant"): {"viscous_damping": lambda e, b, s: e["cv"]},
@@ -95,6 +95,7 @@ EXACT = {
     ("gravity", "inclined"): {"gravity": lambda e, b, s: e["g"]},
     ("secondary_stiffening", "hertzian"): {"secondary_depth": lambda e, b, s: e["st_d"]},
     ("secondary_stiffening", "linear"): {"secondary_depth": lambda e, b, s: e["st_d"]},
+    ("plastic_indentation", "permanent-set"): {"yield_penetration": lambda e, b, s: e["pl_y"], "plastic_ratio": lambda e, b, s: e["pl_r"]},
     ("plastic_indentation", "thornton"): {"yield_penetration": lambda e, b, s: e["pl_y"]},
     ("viscoelastic_relaxation", "maxwell"): {"relaxation_time": lambda e, b, s: e["ve_t"]},
     ("residual_magnetism", "gap-and-time"): {"magnet_force": lambda e, b, s: e["mg_f"]},
@@ -103,8 +104,11 @@ EXACT = {
     ("cyclic_softening", "exponential"): {"softening_share": lambda e, b, s: 0.5 * s},
     ("cyclic_softening", "logarithmic"): {"softening_share_per_decade": lambda e, b, s: 0.5 * s},
     ("hysteresis_damping", "hunt-crossley"): {"damping_ratio/reference_speed": lambda e, b, s: e["mu"] / b["k"]},
+    ("sensor_resonance", "second-order"): {"transducer_frequency": lambda e, b, s: 2 * math.pi * e["resonance"][0]},
     ("squeeze_film", "inverse"): {"squeeze_gap": lambda e, b, s: e["sq_g"]},
 }
+
+LABEL = {("plastic_indentation", "permanent-set"): "permanent set", ("plastic_indentation", "thornton"): "Thornton"}    # forms that share parameters
 
 
 def found(parameters, name):
@@ -131,14 +135,14 @@ def parameters(verdict, truth):
         if not want:
             continue
         for m in verdict.get("missing", []):
-            if m.get("mechanism") != name:
+            got = {par: found(m.get("parameters", {}), par) for par in want}
+            if m.get("mechanism") != name or None in got.values() or m.get("form") != LABEL.get((name, form), m.get("form")):
                 continue
             for par, f in want.items():
-                got = found(m.get("parameters", {}), par)
-                if got is None:
+                if f is None:
                     continue
                 true = float(f(truth["true_effect"], truth["true_base"], s))
-                v, ci = got
+                v, ci = got[par]
                 if par == "skew":
                     v, ci = abs(v), sorted(abs(c) for c in ci) if ci else None
                 lo, hi = (ci if ci and None not in ci else (math.nan, math.nan))
@@ -152,7 +156,7 @@ def judge(case, truth, answer):
     want = set(truth["missing"])
     out = dict(case=case.name, group=g, kind=truth["kind"], truth=truth["missing"], forms=truth["forms"],
                strength=truth["misfit_over_noise"], limit=truth.get("limit"), hostile=truth.get("hostile", {}),
-               answered=False, detected=False, named=[], also=[], unexplained=False, right=False, located=None,
+               answered=False, invalid=None, detected=False, named=[], also=[], unexplained=False, right=False, located=None,
                gain=None, before=None, after=None, oracle=truth["oracle_misfit"], parameters=[])
     try:
         v = json.loads((answer / "verdict.json").read_text())
@@ -160,6 +164,7 @@ def judge(case, truth, answer):
         out["why"] = str(e)
         return out
     out["answered"] = True
+    out["invalid"] = v.get("invalid", {}).get("text")
     out["detected"] = bool(v.get("mismatch", {}).get("detected"))
     out["named"] = [m.get("mechanism") for m in v.get("missing", [])]
     out["also"] = sorted({a for m in v.get("missing", []) for a in m.get("also_possible", [])})

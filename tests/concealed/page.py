@@ -23,9 +23,15 @@ def seeds(head):
     return "seed " + ", ".join(str(s) for s, _ in head["sets"]) if len(head["sets"]) == 1 else "seeds " + ", ".join(str(s) for s, _ in head["sets"])
 
 
+def how_many(head):
+    """How many cases were judged, and of how many drawn where that is fewer."""
+    total = sum(n for _, n in head["sets"])
+    return f"{head['cases']}" if head["cases"] == total else f"the first {head['cases']} of {total}"
+
+
 def command(head):
     """The command that draws and judges the same cases again."""
-    return "tests/prove " + " ".join(f"{s}/{n}" for s, n in head["sets"])
+    return "tests/prove " + " ".join(f"{s}/{n}" for s, n in head["sets"]) + (f" --first {head['cases']}" if head["cases"] < sum(n for _, n in head["sets"]) else "")
 
 
 def esc(x):
@@ -96,6 +102,34 @@ def board(rows, summ):
     return rows_of(["", "cases", "right", "share", "95 % band", "target", "floor"], body, (1, 2, 3, 4, 5, 6))
 
 
+def seed_by_seed(rows, head):
+    """The scoreboard's lines for each seed, where there are several."""
+    if len(head["sets"]) < 2:
+        return ""
+    body = defaultdict(list)
+    for seed, _ in head["sets"]:
+        rs = [r for r in rows if r["case"].startswith(f"s{seed}-")]
+        got = {what: (key, k, n) for what, key, k, n in lines(rs, summary(rs))}
+        for what, key, *_ in lines(rows, summary(rows)):
+            _, k, n = got.get(what, (key, 0, 0))
+            body[what].append(f'<span class="{mark(k / n, key)}">{k}/{n}</span>' if n else "·")
+    return rows_of([""] + [f"seed {s}" for s, _ in head["sets"]], [[w] + v for w, v in body.items()], range(1, 1 + len(head["sets"])))
+
+
+def wrong_most(rows, count=6):
+    """[(mechanism, wrong, drawn, what was said instead)] of single effects and effects outside the vocabulary, most wrong first."""
+    by = defaultdict(list)
+    for r in rows:
+        if len(r["truth"]) == 1:
+            by[r["truth"][0]].append(r)
+    out = []
+    for name, rs in by.items():
+        bad = [r for r in rs if not r["right"]]
+        if bad:
+            out.append((name, len(bad), len(rs), sorted({said(r) for r in bad})))
+    return sorted(out, key=lambda q: (-q[1], -q[1] / q[2], q[0]))[:count]
+
+
 def families(rows):
     cell = defaultdict(list)
     for r in rows:
@@ -120,17 +154,22 @@ def families(rows):
     return rows_of(["mechanism"] + groups + ["forms drawn (* not one the diagnosis fits)"], body, (1, 2, 3, 4, 5))
 
 
+def covered(rows):
+    """How many true parameters lie inside the 95 % interval given, and of how many."""
+    ci = [lo <= true <= hi for r in rows for _, true, _, lo, hi in r["parameters"] if lo == lo and hi == hi]
+    return sum(ci), len(ci)
+
+
 def parameter_table(rows):
     by = defaultdict(list)
     for r in rows:
         for name, true, got, lo, hi in r["parameters"]:
             by[name].append((true, got, lo, hi))
-    body, inside, total = [], 0, 0
+    body, (inside, total) = [], covered(rows)
     for name in sorted(by):
         v = by[name]
         err = [abs(g / t - 1) for t, g, _, _ in v if t]
         ci = [(lo <= t <= hi) for t, _, lo, hi in v if lo == lo and hi == hi]
-        inside, total = inside + sum(ci), total + len(ci)
         body.append([esc(name), len(v), f"{100 * np.median(err):.1f} %" if err else "-", f"{sum(ci)}/{len(ci)}"])
     if not body:
         return "<p>No effect was named right in a form whose parameters can be compared.</p>"
@@ -168,7 +207,7 @@ def times(rows, head):
 
 
 def said(r):
-    n = " + ".join(r["named"]) or ("unexplained" if r["unexplained"] else "nothing" if r["answered"] else "no answer")
+    n = " + ".join(r["named"]) or ("unexplained" if r["unexplained"] else "cannot be judged" if r.get("invalid") else "nothing" if r["answered"] else "no answer")
     if r["named"] and r["unexplained"]:
         n += " and unexplained"
     return n
@@ -195,11 +234,12 @@ def follow(out, rows):
     toml = (case / "campaign.toml").read_text().split("[[recording]]")[0]
     verdict = json.loads((out / "verdicts" / r["case"] / "verdict.json").read_text())
     short = {k: verdict[k] for k in ("mismatch", "missing", "unexplained") if k in verdict}
+    report = f"verdicts/{r['case']}/report.html"
     par = "".join(f"<li>{esc(n)}: true {t:.4g}, found {g:.4g}, interval {lo:.4g} to {hi:.4g}</li>" for n, t, g, lo, hi in r["parameters"])
     return (f"<p>Case <code>{esc(r['case'])}</code>. The user's simulation, calibrated, with R² {r['r2']:.5f} on what the concealed effect left:</p><pre>{esc(toml.strip())}</pre>"
             f"<p>Lowest and highest level; orange the simulation recalibrated without that level, blue with what was named; below, what each leaves.</p>"
             + fig.traces(case, out / "verdicts" / r["case"])
-            + f"<p>The verdict, before the label was opened:</p><pre>{esc(json.dumps(short, indent=1)[:3500])}</pre>"
+            + f"<p>The verdict, before the label was opened (<a href="{report}">its report</a>):</p><pre>{esc(json.dumps(short, indent=1)[:3500])}</pre>"
             f"<p>The label: {esc(' + '.join(r['truth']))}, form {esc(', '.join(r['forms']))}, {esc(json.dumps(r['effect']))}. "
             f"Held-out misfit {r['before']:.4f} before, {r['after']:.4f} after, {r['oracle']:.4f} for the oracle that is told the name.</p><ul>{par}</ul>")
 
@@ -281,11 +321,11 @@ def blind(out, head, rows, others, real, single_level):
     (out / "detection.svg").write_text('<?xml version="1.0"?>\n' + det)
     k, n = single(rows)
     return [
-        f"<p>{head['cases']} campaigns drawn from {seeds(head)} by a laboratory that shares no code with the diagnosis; effects calibrated away until the base fits with R² over 0.99; "
+        f"<p>{how_many(head)} campaigns drawn from {seeds(head)} by a laboratory that shares no code with the diagnosis; effects calibrated away until the base fits with R² over 0.99; "
         f"{k} of {n} plain and concealed single effects named with nothing besides. {head['date']}, commit <code>{esc(head['commit'])}</code>, binary <code>{esc(head['binary'])}</code>.</p>",
         f"<p>Labels sealed before the diagnosis started: sha256 <code>{head['sha256']}</code>, and unchanged when they were opened. Again: <code>{command(head)}</code></p>",
         '<nav><a href="#board">Scoreboard</a><a href="#limits">Limits</a><a href="#follow">One case</a><a href="#worst">Worst cases</a>' + ('<a href="#beside">Beside others</a>' if others else "") + ('<a href="#real">Real recordings</a>' if real else "") + "</nav>",
-        '<h2 id="board">Scoreboard</h2>', board(rows, summ), score,
+        '<h2 id="board">Scoreboard</h2>', board(rows, summ), seed_by_seed(rows, head), score,
         "<h2>By family and strength</h2>", families(rows),
         "<p>Strength is the misfit of the calibrated base over the noise, noise-free: plain 5 to 12, concealed 1.5 to 4.4, deep 0.42 to 1.0, faint 0.03 to 0.3.</p>",
         "<h2>Detection against strength</h2>", det,
@@ -304,7 +344,7 @@ def markdown(head, rows, others, real):
     """The tables for the README."""
     out = []
     if rows:
-        out += [f"{head['cases']} concealed cases, {seeds(head)}, {head['date']}, commit {head['commit']}; labels sha256 `{head['sha256'][:16]}`:", "",
+        out += [f"{how_many(head)} concealed cases, {seeds(head)}, {head['date']}, commit {head['commit']}; labels sha256 `{head['sha256'][:16]}`:", "",
                 "| | cases | right | 95 % band | target | floor |", "|---|---|---|---|---|---|"]
         for what, key, k, n in lines(rows, summary(rows)):
             if n:
@@ -313,6 +353,13 @@ def markdown(head, rows, others, real):
         g, n = median_gain(rows)
         if g is not None:
             out.append(f"| share of the oracle's held-out gain, concealed, median | {n} | {g:.2f} | | 0.90 | 0.75 |")
+        k, n = covered(rows)
+        if n:
+            lo, hi = band(k, n)
+            out.append(f"| parameters inside their 95 % interval (forms that can be compared) | {n} | {pct(k, n)} | {100 * lo:.0f} to {100 * hi:.0f} % | - | - |")
+        bad = "; ".join(f"{n.replace('unknown:', 'outside: ')} {k} of {m} (said {', '.join(w)})" for n, k, m, w in wrong_most(rows))
+        if bad:
+            out += ["", f"Wrong most often, over all strengths: {bad}."]
         out += ["", f"A campaign took {np.median([r['seconds'] for r in rows]):.0f} s in the median on the wall, {np.median([r['cpu'] for r in rows]):.0f} s of processor."]
     if others:
         out += ["", f"Beside, on the first {others['cases']} of these cases:", "", "| | false alarms | detected | single effect named | share of the oracle's gain | s a case |", "|---|---|---|---|---|---|"]

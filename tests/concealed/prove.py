@@ -4,6 +4,7 @@ import datetime
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -56,8 +57,7 @@ def diagnose_all(binary, cases, out, jobs, what):
     todo = [c for c in cases if c.name not in runs]
     t0 = time.monotonic()
     for i, c in enumerate(todo):
-        verdict = out / c.name / "verdict.json"
-        verdict.unlink(missing_ok=True)              # an answer of another binary is no answer
+        shutil.rmtree(out / c.name, ignore_errors=True)      # an answer of another binary is no answer
         runs[c.name] = dict(diagnose(binary, c, out, jobs), binary=version)
         temp = kept.with_suffix(".part")
         temp.write_text(json.dumps(runs))
@@ -113,6 +113,7 @@ def options():
     a = argparse.ArgumentParser(prog="tests/prove", description="Concealed effects, found blind: draws N cases from each seed, seals their labels, diagnoses them, opens the labels, judges, writes DIR/index.html.")
     a.add_argument("sets", metavar="SEED/N", type=a_set, nargs="*", help="N cases drawn from SEED; may be given several times")
     a.add_argument("--out", type=Path, default=ROOT / "out" / "proof", help="folder of cases, labels, verdicts and the page (default out/proof)")
+    a.add_argument("--first", type=int, metavar="N", help="judge only the first N cases drawn (they are shuffled), where time is short; the page says so")
     a.add_argument("--beside", action="store_true", help="run PySINDy, gplearn, a Gaussian process and plain recalibration on the same cases")
     a.add_argument("--beside-cases", type=int, help="only on the first so many of them")
     a.add_argument("--one-level", type=int, default=10, metavar="N", help="diagnose N of the effects named right once more from one level only (default 10)")
@@ -126,6 +127,8 @@ def options():
         a.error("give SEED/N, how many cases to draw from which seed (or --real FOLDER)")
     if len({s for s, _ in o.sets}) < len(o.sets):
         a.error("a seed is given twice: it would draw the same cases again")
+    if o.first is not None and not 1 <= o.first <= sum(n for _, n in o.sets):
+        a.error("--first must be from 1 to the number of cases drawn")
     if o.one_level < 0 or o.jobs < 1 or (o.beside_cases is not None and o.beside_cases < 1):
         a.error("--one-level cannot be negative; --jobs and --beside-cases must be at least 1")
     if o.real and not any((p / "campaign.toml").exists() for p in o.real.glob("*/")):
@@ -184,7 +187,8 @@ def main():
         sealed, head["draw_s"] = draw(o)
         head["sha256"] = sealed
         print(f"{total} cases drawn from {page.seeds(head)}; labels sealed before the diagnosis, sha256 {sealed}", flush=True)
-        cases = sorted((out / "open").iterdir())
+        cases = [out / "open" / f"s{s}-{i + 1:03d}" for s, n in o.sets for i in range(n)][:o.first or total]
+        head["cases"] = len(cases)
         runs, head["binary"] = diagnose_all(binary, cases, out / "verdicts", o.jobs, "diagnosing")
         if label_hash(out / "truth") != sealed:
             sys.exit("the labels changed while they were sealed: nothing is proved")

@@ -11,6 +11,7 @@ import numpy as np
 from . import figures as fig
 from .judge import CHANNELS, distance, files, si, table
 
+
 def set_left(a):
     """Depth at which the force has ended on the way back, over the deepest point; None where it does not come back."""
     f, x = a["force"], a["penetration"]
@@ -80,8 +81,8 @@ def delay(a, b, c="acceleration"):
 
 
 def recovered(answer, name):
-    """What the diagnosis says the body really did (answer/recovered/<recording>), where it says it; else None."""
-    p = answer / "recovered" / name
+    """What the sensor would have read without its limit (answer/without_clipping/<recording>), where it says it; else None."""
+    p = answer / "without_clipping" / name
     return si(p) if p.exists() else None
 
 
@@ -176,7 +177,7 @@ def section(case, out, diagnose):
                 got = [abs(q / a - 1) for _, a, _, _, q, _ in rows if q]
                 r["peak_error"] = float(np.median(got)) if got else None
                 h.append(f"<p>The true peak is recovered within {100 * max(got):.1f} % at worst, {100 * np.median(got):.1f} % in the median.</p>" if got
-                         else "<p>The diagnosis wrote no recovered motion beside its verdict, so the true peak is not recovered.</p>")
+                         else "<p>The diagnosis wrote no curve without the clipping beside its verdict, so the true peak is not recovered.</p>")
             else:
                 h.append("This is the sensor that saw the higher peaks; it judges the other one below or above. What it misses itself only the levels held out can tell.</p>")
     h.append(fig.traces(case, answer))
