@@ -239,7 +239,7 @@ def follow(out, rows):
     return (f"<p>Case <code>{esc(r['case'])}</code>. The user's simulation, calibrated, with R² {r['r2']:.5f} on what the concealed effect left:</p><pre>{esc(toml.strip())}</pre>"
             f"<p>Lowest and highest level; orange the simulation recalibrated without that level, blue with what was named; below, what each leaves.</p>"
             + fig.traces(case, out / "verdicts" / r["case"])
-            + f"<p>The verdict, before the label was opened (<a href="{report}">its report</a>):</p><pre>{esc(json.dumps(short, indent=1)[:3500])}</pre>"
+            + f"<p>The verdict, before the label was opened (<a href=\"{report}\">its report</a>):</p><pre>{esc(json.dumps(short, indent=1)[:3500])}</pre>"
             f"<p>The label: {esc(' + '.join(r['truth']))}, form {esc(', '.join(r['forms']))}, {esc(json.dumps(r['effect']))}. "
             f"Held-out misfit {r['before']:.4f} before, {r['after']:.4f} after, {r['oracle']:.4f} for the oracle that is told the name.</p><ul>{par}</ul>")
 
