@@ -297,7 +297,7 @@ def beside_table(others):
         body.append([esc(m["name"]), esc(m["settings"]), f"{m['alarms']}/{m['nulls']}", f"{m['detected']}/{m['effects']}", f"{m['named']}/{m['singles']}",
                      "-" if m["gain"] is None else f"{m['gain']:.2f}", f"{m['seconds']:.1f}"])
     notes = "".join(f"<li>{esc(n)}</li>" for n in others["notes"])
-    return rows_of(["method", "settings", "false alarms", "detected", "single effect named", "share of the oracle's gain, median", "s a case"], body, (2, 3, 4, 5, 6)) + f"<ul>{notes}</ul>"
+    return rows_of(["method", "settings", "false alarms", "detected", "single effect named", "share of the oracle's gain, median", "processor s a case"], body, (2, 3, 4, 5, 6)) + f"<ul>{notes}</ul>"
 
 
 def write(out, head, rows, others, real, single_level):
@@ -362,7 +362,7 @@ def markdown(head, rows, others, real):
             out += ["", f"Wrong most often, over all strengths: {bad}."]
         out += ["", f"A campaign took {np.median([r['seconds'] for r in rows]):.0f} s in the median on the wall, {np.median([r['cpu'] for r in rows]):.0f} s of processor."]
     if others:
-        out += ["", f"Beside, on the first {others['cases']} of these cases:", "", "| | false alarms | detected | single effect named | share of the oracle's gain | s a case |", "|---|---|---|---|---|---|"]
+        out += ["", f"Beside, on the first {others['cases']} of these cases:", "", "| | false alarms | detected | single effect named | share of the oracle's gain | processor s a case |", "|---|---|---|---|---|---|"]
         for m in others["methods"]:
             out.append(f"| {m['name']}, {m['settings']} | {m['alarms']}/{m['nulls']} | {m['detected']}/{m['effects']} | {m['named']}/{m['singles']} | {'-' if m['gain'] is None else format(m['gain'], '.2f')} | {m['seconds']:.1f} |")
     if real:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from . import page
 from .effects import STRANGE
-from .generate import generate, label_hash
+from .generate import generate, jsonable, label_hash
 from .judge import judge, summary
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -195,10 +195,10 @@ def main():
         rows = opened(cases, out, runs)
         if o.one_level:
             single_level = one_level(binary, out, rows, o.one_level, o.jobs)
-        (out / "scores.json").write_text(json.dumps(dict(head=head, summary=summary(rows), one_level=single_level, cases=rows), indent=1))
+        (out / "scores.json").write_text(json.dumps(jsonable(dict(head=head, summary=summary(rows), one_level=single_level, cases=rows)), indent=1))
         if o.beside:
             from .beside import compare
-            others = compare(out, rows[:o.beside_cases or len(rows)], progress)
+            others = jsonable(compare(out, rows[:o.beside_cases or len(rows)], progress))
             (out / "beside.json").write_text(json.dumps(others, indent=1))
         elif (out / "beside.json").exists() and o.again:
             others = json.loads((out / "beside.json").read_text())
@@ -206,7 +206,7 @@ def main():
     if o.real:
         from .real import sections
         found, real = sections(o.real, out / "real", lambda c, d: diagnose(binary, c, d, o.jobs))
-        (out / "real.json").write_text(json.dumps(found, indent=1))
+        (out / "real.json").write_text(json.dumps(jsonable(found), indent=1))
         real = (found, real)
     page.write(out, head, rows, others, real, single_level)
     print(page.markdown(head, rows, others, real and real[0]))
