@@ -188,6 +188,35 @@ impl Model {
         bail!("the library of {} is at none of {}: run `cargo build --release --workspace`", self.name, looked.join(", "))
     }
 
+    /// The libraries for every platform that can be built here: runs fmu/platforms/build of the checkout the running
+    /// program was built in, or else of the current folder's.
+    ///
+    /// # Errors
+    /// No checkout; a build that fails, or misses a tool: what it said stands above, with what to install.
+    pub fn libraries_everywhere(&self) -> Result<Vec<Binary>> {
+        const SCRIPT: &str = "fmu/platforms/build";
+        let (program, here) = (std::env::current_exe().ok(), std::env::current_dir().ok());
+        let mut folders = program.iter().chain(&here).flat_map(|p| p.ancestors());
+        let root = folders.find(|f| f.join(SCRIPT).is_file()).with_context(|| {
+            format!("{SCRIPT} is not here: call from a checkout of touchdown, or pass --binary PLATFORM=FILE")
+        })?;
+        let script = root.join(SCRIPT);
+        let done = std::process::Command::new(&script)
+            .arg(self.stem)
+            .stdin(std::process::Stdio::null())
+            .stderr(std::process::Stdio::inherit())
+            .output()
+            .with_context(|| format!("{}: cannot be run", script.display()))?;
+        ensure!(done.status.success(), "{} has failed: it says why above", script.display());
+        let said = String::from_utf8_lossy(&done.stdout);
+        let read = |p: &str| {
+            let path = root.join("target/platforms").join(p).join(self.library_name(p)?);
+            let bytes = std::fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+            Ok(Binary { platform: p.into(), bytes })
+        };
+        said.split_whitespace().map(read).collect()
+    }
+
     /// Writes an FMU to `out` with the libraries given and `starts` as start values.
     ///
     /// # Errors
@@ -346,35 +375,6 @@ pub fn library_name(platform: &str) -> Result<String> {
 /// Where it is not there: says where it was looked for.
 pub fn built_library() -> Result<Binary> {
     Model::contact().built_library()
-}
-
-/// The libraries for every platform that can be built here: runs fmu/platforms/build of the checkout the running
-/// program was built in, or else of the current folder's.
-///
-/// # Errors
-/// No checkout; a build that fails, or misses a tool: what it said stands above, with what to install.
-pub fn every_library() -> Result<Vec<Binary>> {
-    let (program, here) = (std::env::current_exe().ok(), std::env::current_dir().ok());
-    let built_from = program.iter().chain(&here).flat_map(|p| p.ancestors());
-    let root = built_from
-        .map(Path::to_path_buf)
-        .find(|folder| folder.join("fmu/platforms/build").is_file())
-        .context("fmu/platforms/build is not here: call from a checkout of touchdown, or pass --binary PLATFORM=FILE")?;
-    let script = root.join("fmu/platforms/build");
-    let done = std::process::Command::new(&script)
-        .stdin(std::process::Stdio::null())
-        .stderr(std::process::Stdio::inherit())
-        .output()
-        .with_context(|| format!("{}: cannot be run", script.display()))?;
-    ensure!(done.status.success(), "{} has failed: it says why above", script.display());
-    String::from_utf8_lossy(&done.stdout)
-        .split_whitespace()
-        .map(|p| {
-            let path = root.join("target/platforms").join(p).join(library_name(p)?);
-            let bytes = std::fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
-            Ok(Binary { platform: p.into(), bytes })
-        })
-        .collect()
 }
 
 /// Reads a library given as PLATFORM=FILE.

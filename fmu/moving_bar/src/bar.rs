@@ -5,6 +5,7 @@
 //! and Lara 2005, on Taylor methods). The seat at x = -s is hit without rebound and left when the drive exceeds the
 //! hold.
 
+use crate::elementary::exp;
 use crate::variables::Settings;
 
 /// Terms of the series: 0.5^24 / 24! is far below rounding.
@@ -52,7 +53,7 @@ impl Settings {
         if self.holding_force() == 0.0 {
             0.0
         } else {
-            self.holding_force() * (-t / self.holding_time()).exp()
+            self.holding_force() * exp(-t / self.holding_time())
         }
     }
 

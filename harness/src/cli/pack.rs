@@ -19,6 +19,9 @@ pub struct Arguments {
     /// Library to pack, PLATFORM=FILE, instead of this machine's; may be given again
     #[arg(long = "binary", value_name = "PLATFORM=FILE")]
     binaries: Vec<String>,
+    /// Build and pack the library for old Linux (glibc 2.17) and Windows too; says what to install for it
+    #[arg(long, conflicts_with = "binaries")]
+    all_platforms: bool,
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
@@ -32,7 +35,9 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
             Ok((name.trim().to_string(), value))
         })
         .collect::<Result<Vec<(String, f64)>>>()?;
-    let binaries = if a.binaries.is_empty() {
+    let binaries = if a.all_platforms {
+        model.libraries_everywhere()?
+    } else if a.binaries.is_empty() {
         vec![model.built_library()?]
     } else {
         a.binaries.iter().map(|b| pack::library(b)).collect::<Result<Vec<_>>>()?
