@@ -185,7 +185,11 @@ impl Model {
                 }
             }
         }
-        bail!("the library of {} is at none of {}: run `cargo build --release --workspace`", self.name, looked.join(", "))
+        bail!(
+            "the library of {} is at none of {}: run `cargo build --release --workspace`",
+            self.name,
+            looked.join(", ")
+        )
     }
 
     /// The libraries for every platform that can be built here: runs fmu/platforms/build of the checkout the running
@@ -347,7 +351,11 @@ impl Model {
         for e in &self.table {
             ensure!(seen.iter().filter(|(n, _, _)| n == e.name).count() == 1, "{} is not there once", e.name);
         }
-        ensure!(categories == self.categories, "log categories are {categories:?}, in the library {:?}", self.categories);
+        ensure!(
+            categories == self.categories,
+            "log categories are {categories:?}, in the library {:?}",
+            self.categories
+        );
         Ok(())
     }
 }

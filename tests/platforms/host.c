@@ -6,6 +6,11 @@
  * Compile with -ffp-contract=off: the host's own arithmetic has to be the same everywhere too. */
 #include "loaded.h"
 
+static int set_integer(Component c, const char *name, int value) {
+    Reference r = reference(name);
+    return fmi2.SetInteger(c, &r, 1, &value);
+}
+
 /* one body on one law */
 typedef struct {
     const char *name;

@@ -138,11 +138,6 @@ static int set(Component c, const char *name, double value) {
     return fmi2.SetReal(c, &r, 1, &value);
 }
 
-static int set_integer(Component c, const char *name, int value) {
-    Reference r = reference(name);
-    return fmi2.SetInteger(c, &r, 1, &value);
-}
-
 static char *read_text(const char *path) {
     FILE *f = fopen(path, "rb");
     char *text = calloc(1 << 20, 1);

@@ -228,8 +228,7 @@ mod tests {
         let f = [3.0, -40.0, 900.0, -5e4];
         let h = 0.01f64;
         let m = s.advance(&Motion { v: 1.0, ..Motion::default() }, 0.0, h, &f).unwrap();
-        let v = 1.0
-            - (f[0] * h + f[1] * h * h / 2.0 + f[2] * h.powi(3) / 6.0 + f[3] * h.powi(4) / 24.0) / 0.5;
+        let v = 1.0 - (f[0] * h + f[1] * h * h / 2.0 + f[2] * h.powi(3) / 6.0 + f[3] * h.powi(4) / 24.0) / 0.5;
         let x = h
             - (f[0] * h * h / 2.0 + f[1] * h.powi(3) / 6.0 + f[2] * h.powi(4) / 24.0 + f[3] * h.powi(5) / 120.0) / 0.5;
         assert!((m.v - v).abs() < 1e-15 && (m.x - x).abs() < 1e-17);
