@@ -271,3 +271,13 @@ def test_without_the_tools_it_says_what_to_install(touchdown, tmp_path):
     for package in ("rustc", "libstd-rust-dev-windows", "gcc-mingw-w64-x86-64-posix"):
         assert re.search(f"apt-get install .*{package}", done.stderr), done.stderr
     assert not out.exists()
+
+
+def test_without_wine_it_skips_and_says_why_but_not_in_ci(tmp_path, monkeypatch):
+    env = {**os.environ, "TOUCHDOWN_WINE": str(tmp_path / "no wine")}
+    done = subprocess.run([HERE / "wine", "64", tmp_path, "host.exe"], env=env, capture_output=True, text=True)
+    assert done.returncode == 77 and "apt-get install wine64" in done.stderr
+    for ci, outcome in [(False, pytest.skip.Exception), (True, pytest.fail.Exception)]:
+        monkeypatch.setitem(globals(), "CI", ci)
+        with pytest.raises(outcome, match="wine64"):
+            absent(done.stderr)
