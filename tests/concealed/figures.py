@@ -155,7 +155,8 @@ def gains(rows):
     ax.set_xscale("log"); ax.set_yscale("log")
     ax.set_xlabel("held-out misfit before, over the oracle's")
     ax.set_ylabel("after, over the oracle's")
-    ax.legend()
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend()
     return svg(fig)
 
 

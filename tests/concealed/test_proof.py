@@ -1,0 +1,121 @@
+"""The proof's own parts: the page and its README lines, the rivals' arithmetic, what real recordings are asked."""
+import argparse
+import json
+
+import numpy as np
+import pytest
+
+from tests.concealed import page, prove, real
+from tests.concealed.beside import right_name
+from tests.concealed.beside_base import carried
+from tests.concealed.generate import generate, label_hash
+from tests.concealed.judge import files
+
+
+@pytest.fixture(scope="module")
+def answered(tmp_path_factory):
+    """Two cases with answers that name what is hidden, and one case without an answer."""
+    out = tmp_path_factory.mktemp("proof")
+    generate(41, 3, out, None)
+    cases = sorted((out / "open").iterdir())
+    runs = {c.name: dict(code=0, seconds=2.0, cpu=1.0, mb=10.0, printed="said") for c in cases}
+    for c in cases[:2]:
+        t = json.loads((out / "truth" / f"{c.name}.json").read_text())
+        answer = out / "verdicts" / c.name
+        for k in ("before", "after"):
+            (answer / "predictions" / k).mkdir(parents=True)
+            for f in files(c):
+                (answer / "predictions" / k / f).write_bytes((c / f).read_bytes())
+        (answer / "verdict.json").write_text(json.dumps({
+            "mismatch": {"detected": bool(t["missing"]), "where": [{"origin": (t["origin"] or ["contact"])[0], "phase": max(t["acts"], key=t["acts"].get)}]},
+            "missing": [] if any(m.startswith("unknown:") for m in t["missing"]) else [{"mechanism": m} for m in t["missing"]],
+            "unexplained": {"detected": any(m.startswith("unknown:") for m in t["missing"])}}))
+    return out, prove.opened(cases, out, runs)
+
+
+def head(out):
+    return dict(sets=[(41, 3)], cases=3, date="2000-01-02", commit="abc", jobs=1, sha256=label_hash(out / "truth"), binary="b")
+
+
+def test_the_page_holds_hash_scores_and_every_wrong_case(answered):
+    out, rows = answered
+    page.write(out, head(out), rows, None, None, None)
+    text = (out / "index.html").read_text()
+    assert label_hash(out / "truth") in text and "tests/prove 41/3" in text
+    assert [r["right"] for r in rows] == [True, True, False]
+    assert "All 1 cases not answered right" in text and rows[2]["case"] in text
+    assert "no answer" in text
+
+
+def test_the_readme_keeps_what_is_not_the_proof_s(answered, tmp_path):
+    out, rows = answered
+    page.write(out, head(out), rows, None, None, None)
+    readme = tmp_path / "README.md"
+    (tmp_path / "tests" / "concealed").mkdir(parents=True)
+    readme.write_text(f"before\n{page.START}\nold\n{page.END}\nafter\n")
+    page.readme(tmp_path, out, head(out), rows, None, None)
+    once = readme.read_text()
+    page.readme(tmp_path, out, head(out), rows, None, None)
+    assert readme.read_text() == once and once.startswith("before\n") and once.endswith("\nafter\n") and "old" not in once
+    assert "seed 41, 2000-01-02" in once
+    for name in ("scoreboard.svg", "detection.svg"):
+        assert f"tests/concealed/pictures/{name}" in once and (tmp_path / "tests/concealed/pictures" / name).read_text().count("<svg") == 1
+    readme.write_text("no markers\n")
+    with pytest.raises(SystemExit, match="missing"):
+        page.readme(tmp_path, out, head(out), rows, None, None)
+    assert readme.read_text() == "no markers\n"
+
+
+def test_a_set_is_a_seed_and_a_number():
+    assert prove.a_set("41/100") == (41, 100)
+    for bad in ("41", "41/", "/3", "41/0", "a/3", "41/-1"):
+        with pytest.raises(argparse.ArgumentTypeError):
+            prove.a_set(bad)
+
+
+def test_what_is_wrong_most_comes_first():
+    row = lambda name, right, said: dict(truth=[name], right=right, named=[said] if said else [], unexplained=False, answered=True)
+    rows = [row("adhesion", True, "adhesion"), row("adhesion", False, "clipping"), row("gravity", False, ""), row("gravity", False, "adhesion"), row("clipping", True, "clipping")]
+    assert page.wrong_most(rows) == [("gravity", 2, 2, ["adhesion", "nothing"]), ("adhesion", 1, 2, ["clipping"])]
+
+
+def test_a_force_is_carried_through_the_motion():
+    """A constant body force on a damped oscillator: the closed solution, to the order of the step."""
+    dt, mass, k, c = 1e-5, 0.5, 2e4, 20.0
+    t = np.arange(4000) * dt
+    one = np.ones(len(t))
+    x, v, a = carried(dt, mass, k * one, c * one, 0.0, 0 * one, 3.0 * one)
+    n, w = c / 2 / mass, np.sqrt(k / mass - (c / 2 / mass) ** 2)
+    want = 3.0 / k * (1 - np.exp(-n * t) * (np.cos(w * t) + n / w * np.sin(w * t)))
+    assert np.allclose(x, want, atol=2e-4 * want.max())
+    assert np.allclose(carried(dt, mass, k * one, c * one, 0.0, 3.0 * one, 0 * one)[0], -x)
+
+
+def test_rivals_get_a_tie_right_only_with_the_other_held_open():
+    assert right_name(["adhesion"], ["adhesion"], [])
+    assert not right_name(["adhesion"], ["adhesion", "clipping"], [])
+    assert not right_name(["lowpass_lag"], ["channel_skew"], [])
+    assert right_name(["lowpass_lag"], ["channel_skew"], ["lowpass_lag"])
+
+
+def test_real_recordings_tell_of_set_hold_and_pull():
+    t = np.linspace(0, 3, 3001)
+    x = np.interp(t, [0, 1, 2, 3], [-0.1, 1.0, 1.0, -0.1])
+    set_ = 0.4
+    f = np.where(t < 1, np.maximum(x, 0) ** 1.5, np.where(t < 2, 1 - 0.3 * (t - 1), 0.7 * np.maximum((x - set_) / (1 - set_), 0) ** 1.5))
+    a = dict(time=t, penetration=x, force=f)
+    assert real.set_left(a) == pytest.approx(0.45, abs=0.06)
+    loss, long = real.hold_loss(a)
+    assert loss == pytest.approx(0.3, abs=0.03) and long == pytest.approx(1.0, abs=0.08)
+    noise = np.random.default_rng(3).normal(0, 1e-4, len(t))
+    b = dict(a, force=f + noise - 0.1 * np.exp(-((t - 2.9) / 0.02) ** 2))
+    sigmas, share = real.pull_off(b)
+    assert sigmas > 100 and share == pytest.approx(0.1, abs=0.005)
+
+
+def test_the_delay_of_a_clipped_and_late_sensor_is_found():
+    t = np.arange(0, 0.2, 1e-4)
+    y = lambda s: -300 * np.exp(-((t - 0.1 - s) / 0.01) ** 2)
+    good = dict(time=t, acceleration=y(0.0))
+    late = dict(time=t, acceleration=np.clip(y(0.0015), -200, 200))
+    assert real.delay(good, late) == pytest.approx(0.0015, abs=1e-4)
