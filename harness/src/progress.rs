@@ -58,6 +58,7 @@ struct Job {
     total: u64,
     done: AtomicU64,
     terminal: bool,
+    began: Instant,
     shown: Mutex<Shown>,
 }
 
@@ -76,6 +77,7 @@ impl Progress {
             total,
             done: AtomicU64::new(0),
             terminal: std::io::stderr().is_terminal(),
+            began: Instant::now(),
             shown: Mutex::new(Shown { bar: None, due: Instant::now() + QUIET, note: String::new() }),
         });
         let (ended, end) = channel();
@@ -135,8 +137,8 @@ impl Job {
             bar.set_position(done);
             bar.tick();
         } else {
-            let count = if self.total > 0 { format!("{done} of {}", self.total) } else { format!("{done} done") };
-            eprintln!("{}", join(format!("{}: {count}", self.what)));
+            let count = if self.total > 0 { format!("{done} of {}, ", self.total) } else { String::new() };
+            eprintln!("{}", join(format!("{}: {count}{} s", self.what, self.began.elapsed().as_secs())));
             s.due = Instant::now() + BETWEEN_LINES;
         }
     }

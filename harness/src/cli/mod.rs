@@ -9,6 +9,7 @@ mod pack;
 mod paper;
 mod run;
 
+use anyhow::Result;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -27,7 +28,7 @@ struct Cli {
 enum Command {
     /// Measure what steps, powers, fits and diagnoses cost, beside others in the same run
     Bench(bench::Arguments),
-    /// Make a campaign with hidden friction and diagnose it
+    /// Do the main job on data of the repository: pack, run, fit, diagnose, run again, with pictures
     Demo(demo::Arguments),
     /// Say what physics the simulation of a campaign leaves out, and how much better it fits with it
     Diagnose(diagnose::Arguments),
@@ -45,7 +46,19 @@ enum Command {
 
 /// Runs the command line; exit code 2 for bad input.
 pub fn main() -> ExitCode {
-    let done = match Cli::parse().command {
+    command(Cli::parse()).unwrap_or_else(|e| {
+        eprintln!("touchdown: {e:#}");
+        ExitCode::from(2)
+    })
+}
+
+/// Runs one command given as words, as a shell would.
+fn dispatch<'a>(words: impl Iterator<Item = &'a str>) -> Result<ExitCode> {
+    command(Cli::try_parse_from(std::iter::once("touchdown").chain(words))?)
+}
+
+fn command(c: Cli) -> Result<ExitCode> {
+    match c.command {
         Command::Bench(a) => bench::run(&a),
         Command::Demo(a) => demo::run(&a),
         Command::Diagnose(a) => diagnose::run(&a),
@@ -54,12 +67,5 @@ pub fn main() -> ExitCode {
         Command::Pack(a) => pack::run(&a),
         Command::Paper(a) => paper::run(&a),
         Command::Run(a) => run::run(&a),
-    };
-    match done {
-        Ok(code) => code,
-        Err(e) => {
-            eprintln!("touchdown: {e:#}");
-            ExitCode::from(2)
-        }
     }
 }

@@ -81,9 +81,7 @@ pub fn intervals(search: &Search<'_>, chosen: &Candidate, wander: f64) -> Vec<In
                 for j in 0..n {
                     let mut v = values.to_vec();
                     v[j] += sd[at - first + j];
-                    for (s, (q, d)) in
-                        var.iter_mut().zip((t.form.describe)(&v, &search.context).iter().zip(&said))
-                    {
+                    for (s, (q, d)) in var.iter_mut().zip((t.form.describe)(&v, &search.context).iter().zip(&said)) {
                         *s += (q.1 - d.1).powi(2);
                     }
                 }

@@ -118,11 +118,7 @@ pub fn latent(search: &Search<'_>, reference: &Candidate, wander: f64) -> Option
     let (z, r, i) = best?;
     let rec = &records[r];
     let channels = search.data.compared(r).count();
-    let apart = if channels > 1 {
-        ""
-    } else {
-        " With one channel the place it enters cannot be told."
-    };
+    let apart = if channels > 1 { "" } else { " With one channel the place it enters cannot be told." };
     let text = format!(
         "It takes {}. Most of it lies in the {} phase; it is clearest in {} at {:.4e} s: {:.3e} {} +- {:.1e}, \
          {:.1} times its band.{apart}",
@@ -219,9 +215,8 @@ fn estimate(problem: &Problem<'_>, point: &Point, r: usize, place: Place, wander
         (1.0 - ((i - a) as f64 / spacing - k as f64).abs()).max(0.0)
     };
     let s = data.scales;
-    let whole = |y: [Vec<f64>; 3]| -> Vec<f64> {
-        data.compared(r).flat_map(|c| whitened(data, r, c, &y[c.index()])).collect()
-    };
+    let whole =
+        |y: [Vec<f64>; 3]| -> Vec<f64> { data.compared(r).flat_map(|c| whitened(data, r, c, &y[c.index()])).collect() };
     // columns: d on the knots, then what the fit of this recording was free to move
     let scale = match place {
         Place::Reading(c) => 1e-2 * data.range[c.index()],

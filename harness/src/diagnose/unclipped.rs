@@ -59,9 +59,9 @@ pub fn unclipped(search: &Search<'_>, chosen: &Candidate, wander: f64) -> Option
                 (top(&curve(&t, r, false)) - peak) / h
             })
             .collect();
-        let var: f64 = covariance.as_ref().map_or(f64::NAN, |c| {
-            (0..g).map(|i| (0..g).map(|j| slope[i] * c[(i, j)] * slope[j]).sum::<f64>()).sum()
-        });
+        let var: f64 = covariance
+            .as_ref()
+            .map_or(f64::NAN, |c| (0..g).map(|i| (0..g).map(|j| slope[i] * c[(i, j)] * slope[j]).sum::<f64>()).sum());
         let sd = (var.max(0.0) * wander.max(1.0)).sqrt();
         out.push(Unclipped { file: rec.file.clone(), read: top(read), peak, sd, clipped, curve: free });
     }

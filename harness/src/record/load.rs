@@ -21,7 +21,10 @@ fn err(file: &Path, line: usize, what: impl Into<String>, cure: impl Into<String
 
 fn unit_of(channel: &str, unit: &str) -> Option<f64> {
     let v = match (channel, unit) {
-        ("time", "s") | ("force", "N") | ("acceleration", "m/s^2" | "m/s2" | "m/s²" | "m/s/s") | ("penetration", "m") => 1.0,
+        ("time", "s")
+        | ("force", "N")
+        | ("acceleration", "m/s^2" | "m/s2" | "m/s²" | "m/s/s")
+        | ("penetration", "m") => 1.0,
         ("time", "ms") | ("force", "mN") | ("penetration", "mm") | ("acceleration", "mm/s^2") => 1e-3,
         ("time", "us") | ("time", "µs") | ("force", "uN") | ("force", "µN") => 1e-6,
         ("penetration", "um") | ("penetration", "µm") => 1e-6,

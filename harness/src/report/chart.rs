@@ -86,7 +86,8 @@ impl Chart {
 
     /// The chart as SVG text; an empty string where there is nothing to draw.
     pub fn svg(&self) -> String {
-        let all: Vec<&(f64, f64)> = self.series.iter().flat_map(|s| &s.points).chain(self.bands.iter().flatten()).collect();
+        let all: Vec<&(f64, f64)> =
+            self.series.iter().flat_map(|s| &s.points).chain(self.bands.iter().flatten()).collect();
         let Some(first) = all.first() else { return String::new() };
         let (mut x0, mut x1, mut y0, mut y1) = (first.0, first.0, first.1, first.1);
         for p in &all {
@@ -158,9 +159,7 @@ impl Chart {
             .map_err(|e| fail(e.to_string()))?;
         for b in &self.bands {
             let fill = RGBColor(40, 140, 90).mix(0.2);
-            chart
-                .draw_series(std::iter::once(Polygon::new(b.clone(), fill)))
-                .map_err(|e| fail(e.to_string()))?;
+            chart.draw_series(std::iter::once(Polygon::new(b.clone(), fill))).map_err(|e| fail(e.to_string()))?;
         }
         for s in &self.series {
             let (colour, width) = match s.style {

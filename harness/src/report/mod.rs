@@ -7,4 +7,4 @@ pub mod run;
 
 pub use chart::{Chart, Style};
 pub use heat::Heat;
-pub use page::Page;
+pub use page::{lead, picture, Page};

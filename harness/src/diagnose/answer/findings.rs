@@ -50,7 +50,8 @@ pub fn gather(
 ) -> Findings {
     let wander = d.wander.1.max(1.0);
     stage("mapping the misfit");
-    let mut f = Findings { map: map(search, &d.base, &d.chosen), caveats: caveats(c, search, d), ..Findings::default() };
+    let mut f =
+        Findings { map: map(search, &d.base, &d.chosen), caveats: caveats(c, search, d), ..Findings::default() };
     stage("scoring the rivals on levels they did not see");
     f.rivals = rivals(search, d, after.map(|a| a.nrmse));
     if d.detected {

@@ -85,10 +85,11 @@ fn overlay(c: &Campaign, o: &Outcome, i: usize, ch: Channel, size: (u32, u32)) -
     if o.before.readings[i][ch.index()].len() != y.len() {
         return String::new();
     }
-    let mut chart = Chart::new(&format!("{} {}", r.file, ch.name()), "time [s]", &format!("{} [{}]", ch.name(), unit(ch)))
-        .size(size.0, size.1)
-        .series("measured", &r.time, y, Style::Measured)
-        .series("before", &r.time, &o.before.readings[i][ch.index()], Style::Before);
+    let mut chart =
+        Chart::new(&format!("{} {}", r.file, ch.name()), "time [s]", &format!("{} [{}]", ch.name(), unit(ch)))
+            .size(size.0, size.1)
+            .series("measured", &r.time, y, Style::Measured)
+            .series("before", &r.time, &o.before.readings[i][ch.index()], Style::Before);
     if let Some(a) = &o.after {
         chart = chart.series("after", &r.time, &a.readings[i][ch.index()], Style::After);
     }
@@ -105,9 +106,12 @@ fn remainder(c: &Campaign, o: &Outcome, i: usize, ch: Channel) -> String {
     let r = &c.recordings[i];
     let Some(y) = &r.channels[ch.index()] else { return String::new() };
     let less = |p: &[f64]| -> Vec<f64> { y.iter().zip(p).map(|(a, b)| a - b).collect() };
-    let mut chart = Chart::new("measured - predicted", "time [s]", &format!("[{}]", unit(ch)))
-        .size(420, 170)
-        .series("before", &r.time, &less(&o.before.readings[i][ch.index()]), Style::Before);
+    let mut chart = Chart::new("measured - predicted", "time [s]", &format!("[{}]", unit(ch))).size(420, 170).series(
+        "before",
+        &r.time,
+        &less(&o.before.readings[i][ch.index()]),
+        Style::Before,
+    );
     if let Some(a) = &o.after {
         chart = chart.series("after", &r.time, &less(&a.readings[i][ch.index()]), Style::After);
     }
@@ -158,7 +162,11 @@ fn heat(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
     }
     page = page.section("Where the mismatch sits");
     for w in o.verdict["mismatch"]["where"].as_array().into_iter().flatten() {
-        page = page.paragraph(&format!("In the {}: {}.", w["origin"].as_str().unwrap_or(""), w["text"].as_str().unwrap_or("")));
+        page = page.paragraph(&format!(
+            "In the {}: {}.",
+            w["origin"].as_str().unwrap_or(""),
+            w["text"].as_str().unwrap_or("")
+        ));
     }
     let channels: Vec<Channel> = Channel::ALL.into_iter().filter(|ch| map.iter().any(|m| m.channel == *ch)).collect();
     let phases: Vec<usize> = (0..4).filter(|p| map.iter().any(|m| m.phase == *p)).collect();
@@ -209,7 +217,8 @@ fn clipping(page: Page, c: &Campaign, o: &Outcome) -> Page {
         .iter()
         .filter(|u| u.clipped)
         .map(|u| {
-            let level = c.recordings.iter().find(|r| r.file == u.file).map_or(String::new(), |r| c.levels[r.level].1.clone());
+            let level =
+                c.recordings.iter().find(|r| r.file == u.file).map_or(String::new(), |r| c.levels[r.level].1.clone());
             let q = unit(*channel);
             vec![
                 u.file.clone(),
@@ -295,10 +304,9 @@ fn bias_table(page: Page, o: &Outcome) -> Page {
             ]
         })
         .collect();
-    page.section("How far the calibration had been biased").paragraph(&said).table(
-        &["parameter", "without it", "with it", "off by", "off by [sigma]"],
-        &rows,
-    )
+    page.section("How far the calibration had been biased")
+        .paragraph(&said)
+        .table(&["parameter", "without it", "with it", "off by", "off by [sigma]"], &rows)
 }
 
 fn element(page: Page, o: &Outcome) -> Page {
@@ -312,7 +320,8 @@ fn element(page: Page, o: &Outcome) -> Page {
 
 fn candidates(page: Page, o: &Outcome) -> Page {
     let score = |h: Option<f64>| h.map_or("-".into(), |h| format!("{:.3} %", 100.0 * h));
-    let mut rows = vec![vec!["(as given)".into(), String::new(), String::new(), score(Some(o.before.nrmse)), String::new()]];
+    let mut rows =
+        vec![vec!["(as given)".into(), String::new(), String::new(), score(Some(o.before.nrmse)), String::new()]];
     let wrong = o
         .findings
         .rivals

@@ -123,8 +123,7 @@ pub fn summary(o: &Outcome) -> String {
     let v = &o.verdict;
     let mut s = format!("{}: {}\n", text(&v["campaign"]), sentence(o));
     for (m, w) in items(&v["missing"]).zip(items(&v["mismatch"]["where"])) {
-        let list: Vec<String> =
-            parameters(m).into_iter().map(|(n, v, ci)| format!("{n} {v} (95 %: {ci})")).collect();
+        let list: Vec<String> = parameters(m).into_iter().map(|(n, v, ci)| format!("{n} {v} (95 %: {ci})")).collect();
         s += &format!("  {}, {}: {}\n", text(&m["mechanism"]), text(&m["form"]), list.join(", "));
         s += &format!(
             "    sits in {}, acts most in {}, shows most in {}. {}\n",
