@@ -17,7 +17,7 @@ fn every_step_of_the_demo_leaves_its_picture_and_the_last_fmu_holds_what_was_fou
     assert_eq!(verdict["missing"][0]["mechanism"], "plastic_indentation");
     let nrmse = |part: &str| verdict["fit"][part]["heldout_nrmse"].as_f64().unwrap();
     assert!(nrmse("after") < 0.6 * nrmse("before"));
-    let summary = std::fs::read_to_string(out.join("first_drop/summary.json")).unwrap();
+    let summary = std::fs::read_to_string(out.join("same_drops/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     let element = summary["runs"][0]["element"].as_str().unwrap();
     assert!(element.contains("diagnosis/bench_drop/HysteresisContact.fmu"), "{element}");

@@ -74,18 +74,18 @@ const STEPS: [Step; 6] = [
         report: Some("diagnosis/bench_drop/report.html"),
     },
     Step {
-        title: "Run the first drop through the FMU that holds it",
-        words: &["run", "{}/input/first_drop.toml", "--out", "{}/first_drop"],
-        report: Some("first_drop/report.html"),
+        title: "Run the same drops through the FMU that holds it",
+        words: &["run", "{}/input/same_drops.toml", "--out", "{}/same_drops"],
+        report: Some("same_drops/report.html"),
     },
 ];
 
-/// The drop of bench_drop's first recording; law and missing physics are the FMU's start values.
-const FIRST_DROP: &str = "\
-# the first drop of bench_drop, its contact the FMU that the diagnosis wrote: no parameter is given here
+/// The drops of bench_drop; law and missing physics are the FMU's start values.
+const DROPS: &str = "\
+# the drops of bench_drop on the FMU that the diagnosis wrote: no parameter of the contact is given here
 kind = \"drop_test\"
 mass = 0.32622          # kg
-drop_height = 0.005     # m
+drop_heights = [0.005, 0.01, 0.02, 0.035, 0.12]   # m
 gravity = true
 
 [contact]
@@ -105,7 +105,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     );
     catch_interrupts();
     let input = INPUT.iter().map(|(name, bytes)| (*name, *bytes));
-    for (name, bytes) in input.chain([("first_drop.toml", FIRST_DROP.as_bytes())]) {
+    for (name, bytes) in input.chain([("same_drops.toml", DROPS.as_bytes())]) {
         let path = a.out.join("input").join(name);
         files::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))?;
     }

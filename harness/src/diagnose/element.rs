@@ -79,8 +79,7 @@ fn through(search: &Search<'_>, c: &Candidate, h: &HeldOut, fmu: &[u8]) -> Resul
     let mut readings = Vec::new();
     let mut difference: f64 = 0.0;
     for (r, (theta, local)) in h.points.iter().enumerate() {
-        let (trace, y) =
-            problem.predict_on(theta, r, local, &make).with_context(|| data.records[r].file.clone())?;
+        let (trace, y) = problem.predict_on(theta, r, local, &make).with_context(|| data.records[r].file.clone())?;
         ensure!(trace.ok, "{}: the motion on the FMU does not reach the recording's end", data.records[r].file);
         for ((own, of_fmu), read) in h.readings[r].iter().zip(&y).zip(&data.records[r].y) {
             let Some(read) = read else { continue };

@@ -311,8 +311,7 @@ fn bias_table(page: Page, o: &Outcome) -> Page {
 
 fn element(page: Page, o: &Outcome) -> Page {
     let Ok(p) = &o.element else { return page };
-    let rows: Vec<Vec<String>> =
-        p.starts.iter().map(|(n, v, u)| vec![n.to_string(), figure(*v, u)]).collect();
+    let rows: Vec<Vec<String>> = p.starts.iter().map(|(n, v, u)| vec![n.to_string(), figure(*v, u)]).collect();
     page.section("Back in the simulator: HysteresisContact.fmu")
         .paragraph(&format!("{}.", through(o, p)))
         .table(&["parameter", "start value"], &rows)

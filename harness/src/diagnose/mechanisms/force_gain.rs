@@ -11,7 +11,8 @@ pub const MECHANISM: Mechanism = Mechanism {
     equation: "y = g u",
     source: "calibration of the transducer",
     sentence: "the force transducer reads too much or too little, beyond its tolerance",
-    cure: "The contact element is right; divide the force readings by the gain given here, and calibrate the transducer.",
+    cure:
+        "The contact element is right; divide the force readings by the gain given here, and calibrate the transducer.",
     forms,
     acts: Acts::Reading,
 };
