@@ -168,11 +168,11 @@ fn interrupters_recover_the_speed() {
     let p = &v["runs"][0]["photo_interrupters"];
     assert_eq!(p["times"].as_array().unwrap().len(), 3);
     assert!(number(&p["difference"]).abs() < 1e-9, "{p}");
-    close(number(&p["impact_speed"]), (2.0f64 * 9.80665 * 0.05).sqrt(), 1e-9);
+    close(number(&p["impact_speed"]), (2.0f64 * 9.81 * 0.05).sqrt(), 1e-9);
     // drag of the guide is seen as less acceleration, and the speed still comes out
     let text = example("drop_test").replace("gravity = true", "gravity = true\nguide_friction = 2.0");
     let p = summary(&text, &["--direct"])["runs"][0]["photo_interrupters"].clone();
-    close(number(&p["recovered"]["acceleration"]), 9.80665 - 2.0, 1e-6);
+    close(number(&p["recovered"]["acceleration"]), 9.81 - 2.0, 1e-6);
     assert!(number(&p["difference"]).abs() < 1e-9, "{p}");
     // a coarse clock errs, by no more than a tick at 6 mm can do
     let text = example("drop_test").replace("last_to_touch", "clock = 1e-5\nlast_to_touch");
@@ -195,7 +195,7 @@ fn the_papers_contactor_comes_out_and_the_printed_unit_does_not() {
     let remarks = v["remarks"].as_array().unwrap();
     assert!(remarks.len() == 1 && remarks[0].as_str().unwrap().contains("7.4 mm"), "{remarks:?}");
     // undamped with weight: harmonic about the static depth
-    let (m, k, g, h): (f64, f64, f64, f64) = (0.509, 2.27e6, 9.80665, 0.005);
+    let (m, k, g, h): (f64, f64, f64, f64) = (0.509, 2.27e6, 9.81, 0.005);
     let s = m * g / k;
     close(b(0, "deepest"), s + (s * s + 2.0 * h * s).sqrt(), 1e-9);
     let w = (k / m).sqrt();

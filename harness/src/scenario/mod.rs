@@ -22,9 +22,9 @@ pub use interrupters::{recover, Recovered};
 pub use outcome::{Balance, Bounce, Event, Moment, Outcome, Row};
 pub use plan::{Case, Start};
 pub use results::{peak, table, Exact, SensorPeak, Table};
-pub use rig::{Bodies, Link, Rig, Spring};
+pub use rig::{Bodies, Link, Places, Rig, Spring};
 pub use simulate::simulate;
 pub use source::{Source, Through};
 
-/// Standard gravity, m/s^2.
-pub const GRAVITY: f64 = 9.80665;
+/// Gravity, m/s^2, as the recordings' format has it.
+pub const GRAVITY: f64 = 9.81;

@@ -10,7 +10,7 @@ pub struct Row {
     /// Time, s.
     pub time: f64,
     /// State: position m and velocity m/s of tip, body, accelerometer (one body: the first pair), then
-    /// [`super::rig::Places`].
+    /// [`super::Places`].
     pub state: State,
     /// Contact force, N, positive in compression.
     pub force: f64,

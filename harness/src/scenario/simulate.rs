@@ -22,6 +22,8 @@ const PIECES: usize = 8;
 /// Share of the impact's momentum by which an unforeseen change of the element's memory may be wrong, a step.
 const MEMORY_TOLERANCE: f64 = 1e-10;
 
+/// Speed below which a body inside the stop rests, over its impact speed, where its acceleration says the same.
+const QUIET: f64 = 1e-6;
 /// Longest step in flight, over the time from here to its top or bottom.
 const FLIGHT_STEP: f64 = 0.04;
 
@@ -137,6 +139,16 @@ fn on_clock(t: f64, h: f64) -> f64 {
     (t + h) - t
 }
 
+/// The shortest step the clock can tell at `t` that is no shorter than `h`: an event stays behind it.
+fn beyond(t: f64, h: f64) -> f64 {
+    let end = t + h;
+    if end - t < h {
+        end.next_up() - t
+    } else {
+        end - t
+    }
+}
+
 /// Position and velocity of the tip inside a step, from both ends' position, velocity and acceleration: the
 /// polynomial of order five and its slope.
 fn between(y: &State, a0: f64, z: &State, a1: f64, h: f64, s: f64) -> (f64, f64) {
@@ -226,7 +238,7 @@ pub fn simulate(case: &Case, element: &mut dyn Element, watch: &mut dyn FnMut(&M
         let k0 = run.rates(t, &y)?;
         let force = k0[places.impulse];
         record(&mut o, &mut run, (t, &y), force, dropped, &mut first_energies)?;
-        if o.rows.len() % 64 == 0 {
+        if o.rows.len().is_multiple_of(64) {
             let m = Moment { time: t, impacts: o.bounces.len(), steps: o.rows.len() };
             if !watch(&m) {
                 o.interrupted = true;
@@ -243,7 +255,7 @@ pub fn simulate(case: &Case, element: &mut dyn Element, watch: &mut dyn FnMut(&M
                     (b.peak_force, b.peak_time) = (force, t);
                 }
                 b.impulse = y[places.impulse] - touch_impulse;
-                let d = b.impact_speed * 1e-9;
+                let d = b.impact_speed * QUIET;
                 let quiet = speed.abs() < d && (k0[1] * depth(b.impact_speed) / b.impact_speed).abs() < d;
                 if quiet && t > b.touch {
                     o.at_rest = true;
@@ -307,7 +319,7 @@ pub fn simulate(case: &Case, element: &mut dyn Element, watch: &mut dyn FnMut(&M
             }
         };
         let event = run.first(&active, (t, &y, &k0), h, &z)?;
-        let taken = event.map_or(h, |e| on_clock(t, e.1));
+        let taken = event.map_or(h, |e| beyond(t, e.1));
         if let Some((i, _)) = event {
             z = run.step(t, &y, taken, &k0)?.0;
             match i {
