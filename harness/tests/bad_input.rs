@@ -137,3 +137,88 @@ fn a_kind_nobody_knows() {
         &["campaign.toml:5", "crash-test", "drop-test"],
     );
 }
+
+#[test]
+fn force_in_kilonewton_that_is_in_newton() {
+    refused(
+        |d| edit(d, "r03.csv", |l| l.into_iter().map(|s| s.replace("force [N]", "force [kN]")).collect()),
+        &["r03.csv", "times mass times acceleration", "correct the unit"],
+    );
+}
+
+#[test]
+fn time_in_milliseconds_that_is_in_seconds() {
+    refused(
+        |d| edit(d, "r02.csv", |l| l.into_iter().map(|s| s.replace("time [s]", "time [ms]")).collect()),
+        &["r02.csv", "times", "correct the unit"],
+    );
+}
+
+#[test]
+fn noise_alone_in_one_recording() {
+    let noise = |l: Vec<String>| {
+        l.into_iter()
+            .enumerate()
+            .map(|(i, s)| {
+                let time = s.split(',').next().unwrap().to_string();
+                let z = |k: usize| f64::from(((i * 7919 + k * 104729) % 1009) as u32) / 1009.0 - 0.5;
+                if i == 0 {
+                    s
+                } else {
+                    format!("{time},{:e},{:e},{:e}", z(1), z(2), 1e-6 * z(3))
+                }
+            })
+            .collect()
+    };
+    refused(|d| edit(d, "r06.csv", noise), &["r06.csv"]);
+}
+
+#[test]
+fn two_campaigns_in_one_folder() {
+    let other = |d: &Path| {
+        let mut stiffer = Recipe { seed: 7, ..Recipe::default() };
+        stiffer.physics.law.stiffness *= 5.0;
+        let second = d.join("second");
+        write_campaign(&second, &stiffer).unwrap();
+        let mut listed = String::new();
+        for i in 1..=10 {
+            std::fs::rename(second.join(format!("r{i:02}.csv")), d.join(format!("s{i:02}.csv"))).unwrap();
+        }
+        let text = std::fs::read_to_string(second.join("campaign.toml")).unwrap();
+        listed += &text[text.find("[[recording]]").unwrap()..].replace("\"r", "\"s");
+        std::fs::remove_dir_all(second).unwrap();
+        let path = d.join("campaign.toml");
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(path, text + "\n" + &listed).unwrap();
+    };
+    refused(other, &["two sets", "r01.csv", "s01.csv", "two folders", "both have order 1"]);
+}
+
+#[test]
+fn no_open_campaign_is_refused() {
+    let Some(shared) = shared() else { return };
+    let mut seen = 0;
+    for folder in ["concealed/open", "recordings"] {
+        for entry in std::fs::read_dir(shared.join(folder)).unwrap() {
+            let dir = entry.unwrap().path();
+            if dir.join("campaign.toml").exists() {
+                let c = touchdown::record::load(&dir).unwrap();
+                let (data, _) = touchdown::diagnose::prepare::prepare(&c).unwrap();
+                touchdown::diagnose::plausible::check(&c, &data).unwrap();
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 0, "no campaign in {}", shared.display());
+}
+
+/// The shared recordings beside the project; a message where they are absent, a failure where CI expects them.
+fn shared() -> Option<std::path::PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared");
+    if path.is_dir() {
+        return Some(path);
+    }
+    assert!(std::env::var("CI").is_err(), "{} is absent", path.display());
+    eprintln!("skipped: {} is absent", path.display());
+    None
+}

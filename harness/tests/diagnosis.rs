@@ -23,6 +23,32 @@ fn nothing_is_reported_where_nothing_is_missing() {
     }
 }
 
+/// The campaign of `recipe` with one channel kept.
+fn only(recipe: &Recipe, channel: &str) -> Outcome {
+    let dir = tempfile::tempdir().unwrap();
+    write_campaign(dir.path(), recipe).unwrap();
+    for i in 1..=10 {
+        let path = dir.path().join(format!("r{i:02}.csv"));
+        let text = std::fs::read_to_string(&path).unwrap();
+        let keep = text.lines().next().unwrap().split(',').position(|h| h.starts_with(channel)).unwrap();
+        let cut = |l: &str| {
+            let v: Vec<&str> = l.split(',').collect();
+            format!("{},{}\n", v[0], v[keep])
+        };
+        std::fs::write(&path, text.lines().map(cut).collect::<String>()).unwrap();
+    }
+    diagnose(&record::load(dir.path()).unwrap()).unwrap()
+}
+
+#[test]
+fn one_channel_alone_raises_no_alarm_and_says_what_it_cannot_tell() {
+    for channel in ["force", "acceleration", "penetration"] {
+        let o = only(&Recipe { seed: 5, ..Recipe::default() }, channel);
+        assert_eq!(o.verdict["mismatch"]["detected"], false, "{channel}: {:?}", o.candidates.first());
+        assert!(o.findings.caveats.iter().any(|c| c.starts_with("One channel only")), "{:?}", o.findings.caveats);
+    }
+}
+
 #[test]
 fn hidden_friction_is_named_sized_and_improves_levels_not_seen() {
     let mut r = Recipe::default();
@@ -45,6 +71,14 @@ fn a_permanent_set_is_named_and_located_in_the_unloading() {
     assert_eq!(names(&o), ["plastic_indentation"]);
     assert_eq!(o.verdict["mismatch"]["where"][0]["phase"], "unloading");
     assert!(o.law.plastic_ratio > 0.1);
+    // the FMU holds it, and what it does is the answer's prediction
+    let packed = o.element.as_ref().unwrap();
+    let starts: Vec<&str> = packed.starts.iter().map(|s| s.0).collect();
+    assert!(starts.contains(&"plastic_ratio") && starts.contains(&"yield_penetration"), "{starts:?}");
+    let through = packed.through.as_ref().unwrap();
+    assert!(through.difference < 1e-4, "{}", through.difference);
+    assert_eq!(through.readings, o.after.as_ref().unwrap().readings);
+    assert_eq!(o.verdict["element"]["right"], false);
 }
 
 #[test]
@@ -57,6 +91,7 @@ fn a_low_pass_filter_in_the_chain_leaves_the_element_right() {
     let n = names(&o);
     assert!(n == ["lowpass_lag"] || n == ["channel_skew"], "{n:?}");
     assert_eq!(o.verdict["mismatch"]["where"][0]["origin"], "chain");
+    assert_eq!(o.verdict["element"]["right"], true);
 }
 
 #[test]

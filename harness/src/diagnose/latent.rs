@@ -6,6 +6,7 @@
 //! cross-validation (Golub, Heath and Wahba 1979). Which of the places fits best is the parity test: a contact force
 //! shows in force and motion, a body force in motion alone, an error of a reading in that reading alone.
 
+use super::answer::figure;
 use super::decide::{phase, Candidate, PHASES};
 use super::map::{residuals, whitened};
 use super::search::Search;
@@ -68,6 +69,8 @@ pub struct Latent {
     /// Fall of chi^2, less twice the freedom spent, by place; best first.
     pub scores: Vec<(Place, f64)>,
     pub records: Vec<Record>,
+    /// What it is and how large, in a few words.
+    pub brief: String,
     /// Where it is clearest.
     pub text: String,
     pub phase: usize,
@@ -78,8 +81,8 @@ const KNOTS: usize = 64;
 /// Penalties tried, relative to the data's weight.
 const PENALTIES: [f64; 12] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 1e2, 1e3, 1e4, 1e5];
 
-/// The latent force that the model of `reference` lacks; None where it cannot be simulated. `wander` widens the band.
-pub fn latent(search: &Search<'_>, reference: &Candidate, wander: f64) -> Option<Latent> {
+/// The latent force that the model of `reference` lacks; None where it cannot be simulated.
+pub fn latent(search: &Search<'_>, reference: &Candidate) -> Option<Latent> {
     let model = search.model(&reference.make_up, 1.0, 1.0, 0.0);
     let problem = Problem::new(search.data, &model);
     let places: Vec<Place> = if search.data.kind == Kind::Indentation {
@@ -92,7 +95,7 @@ pub fn latent(search: &Search<'_>, reference: &Candidate, wander: f64) -> Option
         .into_par_iter()
         .filter_map(|p| {
             let parts: Vec<(Record, f64)> = (0..search.data.records.len())
-                .map(|r| estimate(&problem, &reference.fit.point, r, p, wander))
+                .map(|r| estimate(&problem, &reference.fit.point, r, p))
                 .collect::<Option<_>>()?;
             Some((p, parts.iter().map(|q| q.1).sum(), parts))
         })
@@ -118,20 +121,30 @@ pub fn latent(search: &Search<'_>, reference: &Candidate, wander: f64) -> Option
     let (z, r, i) = best?;
     let rec = &records[r];
     let channels = search.data.compared(r).count();
-    let apart = if channels > 1 { "" } else { " With one channel the place it enters cannot be told." };
+    let apart = if channels > 1 {
+        ""
+    } else {
+        " With one channel the place it enters cannot be told."
+    };
+    let unit = place.unit();
+    let brief = format!(
+        "{}, {} at its clearest, most in the {} phase",
+        place.words(),
+        figure(rec.force[i], unit),
+        PHASES[most]
+    );
     let text = format!(
-        "It takes {}. Most of it lies in the {} phase; it is clearest in {} at {:.4e} s: {:.3e} {} +- {:.1e}, \
-         {:.1} times its band.{apart}",
+        "It takes {}. Most of it lies in the {} phase; it is clearest in {} at {}: {} +- {}, {:.1} times its \
+         band.{apart}",
         place.words(),
         PHASES[most],
         rec.file,
-        rec.time[i],
-        rec.force[i],
-        place.unit(),
-        rec.band[i],
+        figure(rec.time[i], "s"),
+        figure(rec.force[i], unit),
+        figure(rec.band[i], unit),
         z
     );
-    Some(Latent { place, scores, records, text, phase: most })
+    Some(Latent { place, scores, records, brief, text, phase: most })
 }
 
 /// k(t), c(t) of the contact along a simulated path.
@@ -188,7 +201,7 @@ fn respond(
 }
 
 /// d(t) of one recording and what it gains.
-fn estimate(problem: &Problem<'_>, point: &Point, r: usize, place: Place, wander: f64) -> Option<(Record, f64)> {
+fn estimate(problem: &Problem<'_>, point: &Point, r: usize, place: Place) -> Option<(Record, f64)> {
     let data = problem.data;
     let rec = &data.records[r];
     let time = &rec.setup.time;
@@ -286,6 +299,7 @@ fn estimate(problem: &Problem<'_>, point: &Point, r: usize, place: Place, wander
     }
     let weight = (0..knots).map(|k| gram[(k, k)]).sum::<f64>() / knots as f64;
     let mut best: Option<(f64, f64, DVector<f64>, DMatrix<f64>)> = None;
+    let mut least = f64::INFINITY;
     for p in PENALTIES {
         let mut a = &gram + &penalty * (p * weight.max(1e-12));
         for k in 0..knots {
@@ -301,12 +315,14 @@ fn estimate(problem: &Problem<'_>, point: &Point, r: usize, place: Place, wander
         let left = (&target - &design * &x).norm_squared();
         let gcv = left / (rows as f64 - 1.4 * freedom).max(1.0).powi(2);
         let gain = target.norm_squared() - left - 2.0 * freedom;
-        if best.as_ref().is_none_or(|b| gcv < b.0) {
-            best = Some((gcv, gain, x, inverse));
+        if gcv < least {
+            least = gcv;
+            best = Some((left / (rows as f64 - freedom).max(1.0), gain, x, inverse));
         }
     }
-    let (_, gain, x, inverse) = best?;
-    let widen = wander.max(1.0).sqrt();
+    let (left, gain, x, inverse) = best?;
+    // the noise is what the force leaves over
+    let widen = left.max(1.0).sqrt();
     let (mut force, mut band) = (vec![0.0; n], vec![0.0; n]);
     for i in a..=b {
         let u = (i - a) as f64 / spacing;

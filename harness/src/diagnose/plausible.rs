@@ -1,8 +1,9 @@
-//! Whether channels and speeds agree at all: a wrong unit is no physics.
+//! Whether channels and speeds agree at all: a wrong unit is no physics, nor are two campaigns in one folder.
 
 use super::prepare::Invalid;
 use crate::model::estimate::Data;
 use crate::record::{Campaign, Kind};
+use nalgebra::{DMatrix, DVector};
 
 /// Factor beyond which two measurements of one thing are in different units: the smallest step between neighbouring
 /// SI prefixes is 1000, g and m/s^2 differ by 9.8, mm and cm by 10.
@@ -12,13 +13,15 @@ fn refused(file: &str, what: String, cure: &str) -> Invalid {
     Invalid(format!("{file}: {what}; {cure}"))
 }
 
-/// Checks force against mass times acceleration, and acceleration against the speed of the impact.
+/// Checks force against mass times acceleration and against a calibrated simulation, what the push adds up to against
+/// the speed of the impact, and that the recordings are of one campaign.
 ///
 /// # Errors
 /// Names the recording, what disagrees and by what factor, and the cure.
 pub fn check(c: &Campaign, data: &Data) -> Result<(), Invalid> {
+    against_given(c, data)?;
     if c.kind == Kind::Indentation {
-        return Ok(());
+        return one_campaign(c, data);
     }
     for rec in &data.records {
         let n = rec.setup.time.len();
@@ -77,24 +80,169 @@ pub fn check(c: &Campaign, data: &Data) -> Result<(), Invalid> {
                 }
             }
         }
-        if let Some(a) = rec.y[1].as_ref().filter(|_| rec.y[0].is_none()) {
-            let a = centred(a);
+        let push = match (&rec.y[1], &rec.y[0]) {
+            (Some(a), _) => Some(("acceleration", -data.mass, a)),
+            (None, Some(f)) => Some(("force", 1.0, f)),
+            _ => None,
+        };
+        if let Some((what, mass, y)) = push {
             let dt = (rec.setup.time[n - 1] - rec.setup.time[0]) / (n - 1) as f64;
-            let mut speed: f64 = 0.0;
-            let mut most: f64 = 0.0;
-            for u in &a {
-                speed -= u * dt;
+            let (mut speed, mut most): (f64, f64) = (0.0, 0.0);
+            for u in centred(y) {
+                speed += mass * u / data.mass * dt;
                 most = most.max(speed);
             }
             let ratio = most / v.max(1e-300);
             if !(0.1 / APART..=2.0 * APART).contains(&ratio) {
                 return Err(refused(
                     &rec.file,
-                    format!("acceleration adds up to {ratio:.3e} times the speed given, {v} m/s"),
-                    "correct the unit of acceleration or time in its header, or the speed (m/s) in campaign.toml",
+                    format!("{what} adds up to {ratio:.3e} times the speed given, {v} m/s"),
+                    &format!(
+                        "correct the unit of {what} or time in its header, moving_mass (kg) or the speed (m/s) in \
+                         campaign.toml, or leave a recording without an impact out"
+                    ),
                 ));
             }
         }
     }
+    one_campaign(c, data)
+}
+
+/// Force against what the simulation as given makes of the penetration.
+fn against_given(c: &Campaign, data: &Data) -> Result<(), Invalid> {
+    let (Some(k), Some(p)) = (c.simulation.k, c.simulation.p) else { return Ok(()) };
+    for rec in &data.records {
+        let (Some(f), Some(x)) = (&rec.y[0], &rec.y[2]) else { continue };
+        let deep = x.iter().cloned().fold(f64::MIN, f64::max);
+        let mut ratios: Vec<f64> =
+            f.iter().zip(x).filter(|(_, x)| **x > 0.7 * deep).map(|(f, x)| f / (k * x.powf(p))).collect();
+        ratios.retain(|r| r.is_finite());
+        ratios.sort_by(f64::total_cmp);
+        if ratios.len() < 5 {
+            continue;
+        }
+        let ratio = ratios[ratios.len() / 2];
+        if !(1.0 / GIVEN..=GIVEN).contains(&ratio) {
+            return Err(refused(
+                &rec.file,
+                format!("force is {ratio:.3e} times the k x^p of [simulation]"),
+                "correct the unit of force or penetration in its header, or k (N/m^p) and p in campaign.toml; without \
+                 k and p the simulation counts as not calibrated yet",
+            ));
+        }
+    }
     Ok(())
+}
+
+/// Factor between force and a calibrated k x^p that no physics left out makes.
+const GIVEN: f64 = 100.0;
+/// Natural logarithm of the factor by which the peaks of two sets have to differ before they count as two.
+const SETS_APART: f64 = 0.25;
+
+/// Refuses recordings that fall into two sets: at the same speed, preload or depth their peaks differ by a factor
+/// while within a set they agree. Nothing that happens to one contact does that.
+fn one_campaign(c: &Campaign, data: &Data) -> Result<(), Invalid> {
+    let mut points: Vec<(f64, f64, &str)> = Vec::new();
+    for (rec, r) in data.records.iter().zip(&c.recordings) {
+        let drive = match c.kind {
+            Kind::DropTest => rec.speed.map(|v| v.0),
+            Kind::ContactorOpening => r.spring_preload,
+            Kind::Indentation => rec.y[2].as_ref().map(|x| x.iter().cloned().fold(f64::MIN, f64::max)),
+        };
+        let peak = match (&rec.y[0], &rec.y[1]) {
+            (Some(f), _) => f.iter().cloned().fold(f64::MIN, f64::max),
+            (None, Some(a)) => data.mass * a.iter().fold(f64::MIN, |m, a| m.max(-a)),
+            _ => continue,
+        };
+        if let Some(d) = drive.filter(|d| *d > 0.0 && peak > 0.0) {
+            points.push((d.ln(), peak.ln(), &rec.file));
+        }
+    }
+    let Some((groups, factor)) = two_sets(&points.iter().map(|p| (p.0, p.1)).collect::<Vec<_>>()) else {
+        return Ok(());
+    };
+    let list = |which: bool| -> String {
+        let names: Vec<&str> = points.iter().zip(&groups).filter(|(_, g)| **g == which).map(|(p, _)| p.2).collect();
+        match names.len() {
+            0..=3 => names.join(", "),
+            n => format!("{}, {} and {} more", names[0], names[1], n - 2),
+        }
+    };
+    Err(Invalid(format!(
+        "the recordings fall into two sets, {} and {}: driven alike, their peaks differ by a factor of {factor:.2}; put \
+         two campaigns in two folders, correct the units of one set, or leave it out",
+        list(false),
+        list(true)
+    )))
+}
+
+/// Membership in the upper of two parallel lines, and the factor between them, where two lines explain
+/// (ln drive, ln peak) and one parabola does not.
+fn two_sets(points: &[(f64, f64)]) -> Option<(Vec<bool>, f64)> {
+    let n = points.len();
+    if n < 6 {
+        return None;
+    }
+    let mean = points.iter().map(|p| p.0).sum::<f64>() / n as f64;
+    // least squares on 1, x, x^2 and, with groups, membership; the residuals and the last coefficient
+    let fit = |groups: Option<&[bool]>| -> Option<(Vec<f64>, f64)> {
+        let spread = points.iter().map(|p| (p.0 - mean).abs()).fold(0.0, f64::max);
+        let powers = if spread < 1e-6 { 1 } else { 3 };
+        let m = powers + usize::from(groups.is_some());
+        let a = DMatrix::from_fn(n, m, |i, j| match (j < powers, groups) {
+            (true, _) => ((points[i].0 - mean) / spread.max(1e-6)).powi(j as i32),
+            (false, Some(g)) => f64::from(u8::from(g[i])),
+            _ => 0.0,
+        });
+        let y = DVector::from_fn(n, |i, _| points[i].1);
+        let x = a.clone().svd(true, true).solve(&y, 1e-9).ok()?;
+        Some(((&y - a * &x).iter().cloned().collect(), x[m - 1]))
+    };
+    let rms = |r: &[f64]| (r.iter().map(|v| v * v).sum::<f64>() / n as f64).sqrt();
+    let (single, _) = fit(None)?;
+    if rms(&single) < 0.1 {
+        return None;
+    }
+    // above and below the one curve, then by the nearer of the two lines until nothing moves
+    let mut groups: Vec<bool> = single.iter().map(|r| *r > 0.0).collect();
+    let mut last = fit(Some(&groups))?;
+    for _ in 0..20 {
+        let (residual, step) = &last;
+        let next: Vec<bool> = (0..n)
+            .map(|i| {
+                let low = residual[i] + if groups[i] { *step } else { 0.0 };
+                (low - step).abs() < low.abs()
+            })
+            .collect();
+        if next == groups {
+            break;
+        }
+        groups = next;
+        last = fit(Some(&groups))?;
+    }
+    let (residual, step) = last;
+    let members = groups.iter().filter(|g| **g).count();
+    let both = members >= 2 && n - members >= 2;
+    (both && step.abs() > SETS_APART && rms(&residual) < 0.2 * rms(&single)).then(|| (groups, step.abs().exp()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_parallel_lines_are_two_sets_and_one_bent_line_is_one() {
+        let line = |i: usize, shift: f64| {
+            let x = 0.3 * (i / 2) as f64;
+            (x, 1.2 * x + 0.05 * x * x + shift + 0.004 * ((i * 7919) % 13) as f64)
+        };
+        let one: Vec<(f64, f64)> = (0..10).map(|i| line(i, 0.0)).collect();
+        assert_eq!(two_sets(&one), None);
+        let bent: Vec<(f64, f64)> = one.iter().map(|(x, y)| (*x, y + if *x > 0.8 { x - 0.8 } else { 0.0 })).collect();
+        assert_eq!(two_sets(&bent), None);
+        let both: Vec<(f64, f64)> = one.iter().copied().chain((0..8).map(|i| line(i, 0.7))).collect();
+        let (groups, factor) = two_sets(&both).unwrap();
+        assert!(groups[..10].iter().all(|g| !g) && groups[10..].iter().all(|g| *g));
+        assert!((factor.ln() - 0.7).abs() < 0.02, "{factor}");
+    }
 }

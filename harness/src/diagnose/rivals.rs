@@ -17,6 +17,8 @@ pub struct Rival {
     /// Whether it is (part of) what was chosen, or tied with it.
     pub chosen: bool,
     pub tied: bool,
+    /// False for what stands in for physics nobody has named.
+    pub named: bool,
 }
 
 /// Rivals whose held-out score is worked out.
@@ -49,6 +51,7 @@ pub fn rivals(search: &Search<'_>, d: &Decision, after: Option<f64>) -> Vec<Riva
                 heldout,
                 chosen: is_chosen,
                 tied: tied.contains(&name),
+                named: s.make_up.terms[0].mechanism.named,
             }
         })
         .collect()

@@ -289,7 +289,15 @@ pub fn load(dir: &Path) -> Result<Campaign, RecordError> {
         .and_then(|d| d.file_name().map(|n| n.to_string_lossy().into_owned()))
         .unwrap_or_else(|| "campaign".into());
     let listed: Vec<&str> = recordings.iter().map(|r| r.file.as_str()).collect();
-    let warnings = unlisted(dir, &listed);
+    let mut warnings = unlisted(dir, &listed);
+    let orders: Vec<(f64, &str)> =
+        f.recording.iter().filter_map(|r| Some((r.get_ref().order?, r.get_ref().file.get_ref().as_str()))).collect();
+    let again = |i: usize| orders[..i].iter().find(|o| o.0 == orders[i].0).map(|o| (o.1, orders[i].1, o.0));
+    if let Some((a, b, order)) = (0..orders.len()).find_map(again) {
+        warnings.push(format!(
+            "{a} and {b} both have order {order}: give orders as they were taken; two campaigns belong in two folders."
+        ));
+    }
     Ok(Campaign {
         dir: dir.to_path_buf(),
         name: f.campaign.name.clone().unwrap_or_else(|| folder.clone()),
@@ -318,10 +326,16 @@ fn unlisted(dir: &Path, listed: &[&str]) -> Vec<String> {
         })
         .collect();
     names.sort();
-    names
-        .into_iter()
-        .map(|n| format!("{n} lies in the folder but campaign.toml does not list it: it was left out."))
-        .collect()
+    let rest = names.len().saturating_sub(3);
+    let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+    match names.len() {
+        0 => Vec::new(),
+        1 => vec![format!("{} lies in the folder but campaign.toml does not list it: it was left out.", names[0])],
+        n => vec![format!(
+            "{}{more} lie in the folder but campaign.toml does not list them: they were left out.",
+            names[..n.min(3)].join(", ")
+        )],
+    }
 }
 
 type Columns = (Vec<f64>, [Option<Vec<f64>>; 3], Vec<Column>);

@@ -43,6 +43,7 @@ pub struct Chart {
     series: Vec<Series>,
     bands: Vec<Vec<(f64, f64)>>,
     size: (u32, u32),
+    names: bool,
 }
 
 /// Most points of a series that are drawn; longer series are thinned by bucket, extremes kept.
@@ -51,12 +52,26 @@ const MOST_POINTS: usize = 600;
 impl Chart {
     /// An empty chart; axes carry their units.
     pub fn new(title: &str, x: &str, y: &str) -> Chart {
-        Chart { title: title.into(), x: x.into(), y: y.into(), series: Vec::new(), bands: Vec::new(), size: (620, 330) }
+        Chart {
+            title: title.into(),
+            x: x.into(),
+            y: y.into(),
+            series: Vec::new(),
+            bands: Vec::new(),
+            size: (620, 330),
+            names: true,
+        }
     }
 
     /// Width and height in pixels (620 by 330 unless told).
     pub fn size(mut self, width: u32, height: u32) -> Chart {
         self.size = (width.max(120), height.max(80));
+        self
+    }
+
+    /// Leaves the names of the series out, where a chart beside it has them.
+    pub fn without_names(mut self) -> Chart {
+        self.names = false;
         self
     }
 
@@ -175,14 +190,16 @@ impl Chart {
                 .label(&s.name)
                 .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 14, y)], colour.stroke_width(width)));
         }
-        chart
-            .configure_series_labels()
-            .label_font(("sans-serif", 11))
-            .position(self.emptiest(x, y))
-            .background_style(WHITE.mix(0.8))
-            .border_style(BLACK.mix(0.2))
-            .draw()
-            .map_err(|e| fail(e.to_string()))?;
+        if self.names {
+            chart
+                .configure_series_labels()
+                .label_font(("sans-serif", 11))
+                .position(self.emptiest(x, y))
+                .background_style(WHITE.mix(0.8))
+                .border_style(BLACK.mix(0.2))
+                .draw()
+                .map_err(|e| fail(e.to_string()))?;
+        }
         root.present().map_err(|e| fail(e.to_string()))?;
         Ok(())
     }

@@ -66,7 +66,7 @@ pub fn gather(
     }
     if d.unexplained {
         stage("finding the force it takes");
-        f.latent = named_part(search, d).and_then(|r| latent(search, &r, wander));
+        f.latent = named_part(search, d).and_then(|r| latent(search, &r));
     }
     if let Some(a) = after {
         if a.nrmse > before.nrmse {
@@ -100,12 +100,24 @@ fn caveats(c: &Campaign, search: &Search<'_>, d: &Decision) -> Vec<String> {
     let data = search.data;
     let model = search.model(&d.base.make_up, 1.0, 1.0, 0.0);
     let problem = Problem::new(data, &model);
+    let mut short: Vec<&str> = Vec::new();
     let quiet: usize = (0..data.records.len())
         .map(|r| {
             let (t, _) = problem.predict(&d.base.fit.point.theta, r, &d.base.fit.point.locals[r]);
-            data.records[r].setup.time.iter().filter(|s| **s < t.touch || **s > t.leave).count()
+            let time = &data.records[r].setup.time;
+            if time.last().is_some_and(|end| t.deepest >= *end) {
+                short.push(&data.records[r].file);
+            }
+            time.iter().filter(|s| **s < t.touch || **s > t.leave).count()
         })
         .sum();
+    if let Some(first) = short.first() {
+        v.push(format!(
+            "{} of {} recordings ({first} first) end before the deepest point: nothing is known of unloading there.",
+            short.len(),
+            data.records.len()
+        ));
+    }
     if quiet < QUIET {
         v.push(format!(
             "Only {quiet} samples lie outside contact: noise was learnt from neighbouring samples and may be larger \

@@ -5,7 +5,7 @@ mod page;
 pub mod verdict;
 mod words;
 
-pub use words::{sentence, summary};
+pub use words::{figure, sentence, summary};
 
 use super::heldout::HeldOut;
 use super::run::Outcome;

@@ -1,24 +1,20 @@
 //! report.html: what a test engineer reads in a minute, the sentence on top.
 
-use super::words::{bias, figure, parameters, sentence, through};
+use super::verdict::unit;
+use super::words::{advice, bias, figure, parameters, sentence, share, through};
 use crate::diagnose::decide::PHASES;
 use crate::diagnose::run::Outcome;
 use crate::record::{Campaign, Channel, Kind};
 use crate::report::{Chart, Heat, Page, Style};
-
-fn unit(c: Channel) -> &'static str {
-    match c {
-        Channel::Force => "N",
-        Channel::Acceleration => "m/s^2",
-        Channel::Penetration => "m",
-    }
-}
 
 /// The whole report.
 pub fn html(c: &Campaign, o: &Outcome) -> String {
     let v = &o.verdict;
     let mut page = Page::new(&format!("Diagnosis of {}", c.name)).sentence(&sentence(o));
     if o.invalid.is_none() {
+        for a in advice(o) {
+            page = page.paragraph(&a);
+        }
         page = facts(page, c, o);
         page = first_sight(page, c, o);
         page = heat(page, c, o);
@@ -106,12 +102,10 @@ fn remainder(c: &Campaign, o: &Outcome, i: usize, ch: Channel) -> String {
     let r = &c.recordings[i];
     let Some(y) = &r.channels[ch.index()] else { return String::new() };
     let less = |p: &[f64]| -> Vec<f64> { y.iter().zip(p).map(|(a, b)| a - b).collect() };
-    let mut chart = Chart::new("measured - predicted", "time [s]", &format!("[{}]", unit(ch))).size(420, 170).series(
-        "before",
-        &r.time,
-        &less(&o.before.readings[i][ch.index()]),
-        Style::Before,
-    );
+    let mut chart = Chart::new("measured - predicted", "time [s]", &format!("[{}]", unit(ch)))
+        .size(420, 170)
+        .without_names()
+        .series("before", &r.time, &less(&o.before.readings[i][ch.index()]), Style::Before);
     if let Some(a) = &o.after {
         chart = chart.series("after", &r.time, &less(&a.readings[i][ch.index()]), Style::After);
     }
@@ -294,12 +288,11 @@ fn bias_table(page: Page, o: &Outcome) -> Page {
         .bias
         .iter()
         .map(|b| {
-            let percent = if b.percent.is_finite() { format!("{:+.3} %", b.percent) } else { "-".into() };
             vec![
                 b.name.to_string(),
                 figure(b.before, &b.unit),
                 figure(b.after, &b.unit),
-                percent,
+                share(b),
                 format!("{:+.1}", b.sigmas),
             ]
         })
@@ -329,7 +322,9 @@ fn candidates(page: Page, o: &Outcome) -> Page {
         .filter_map(|r| r.heldout.map(|h| (h, r.name.clone())))
         .min_by(|a, b| a.0.total_cmp(&b.0));
     for r in o.findings.rivals.iter().take(12) {
-        let mark = if r.chosen {
+        let mark = if r.chosen && !r.named {
+            "stand-in for the unknown"
+        } else if r.chosen {
             "named"
         } else if r.tied {
             "tied"

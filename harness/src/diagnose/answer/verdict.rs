@@ -35,6 +35,7 @@ pub fn verdict(
                     "intervals_by": if f.intervals.get(i).is_some_and(|v| v.profiled) { "profile likelihood" } else { "covariance" },
                     "also_possible": others,
                     "text": format!("{}. {}", t.mechanism.sentence, t.mechanism.cure),
+                    "cure": t.mechanism.cure,
                     "equation": t.mechanism.equation,
                     "source": t.mechanism.source,
                 });
@@ -81,7 +82,7 @@ pub fn verdict(
         v["without_clipping"] = list
             .iter()
             .map(|u| {
-                json!({"recording": u.file, "channel": channel.name(), "read": u.read, "peak": u.peak,
+                json!({"recording": u.file, "channel": channel.name(), "unit": unit(*channel), "read": u.read, "peak": u.peak,
                     "ci95": [u.peak - 1.96 * u.sd, u.peak + 1.96 * u.sd], "clipped": u.clipped})
             })
             .collect();
@@ -135,6 +136,15 @@ pub fn invalid(c: &Campaign, reason: &str, before: Option<f64>) -> Value {
         "unexplained": {"detected": false, "text": ""},
         "fit": {"before": {"heldout_nrmse": before}, "after": {"heldout_nrmse": before}},
     })
+}
+
+/// SI unit of a channel.
+pub fn unit(c: Channel) -> &'static str {
+    match c {
+        Channel::Force => "N",
+        Channel::Acceleration => "m/s^2",
+        Channel::Penetration => "m",
+    }
 }
 
 /// Share of belief among names: by cost where the search fitted rivals, evenly among those that never part.
@@ -219,7 +229,8 @@ fn place(c: &Campaign, search: &Search<'_>, d: &Decision, map: &[Cell], i: usize
         "recording": span.as_ref().map(|s| s.0.clone()),
         "t_start": span.as_ref().map(|s| s.1),
         "t_end": span.as_ref().map(|s| s.2),
-        "text": format!("{} acts most in the {} phase and shows most clearly in {}", t.mechanism.name,
+        "text": format!("{} acts most in the {} phase and shows most clearly in {}",
+            if t.mechanism.named { t.mechanism.name } else { "what is missing" },
             PHASES[strongest], Channel::ALL[channel].name()),
     })
 }

@@ -1,5 +1,6 @@
 //! The answer in words: one sentence, and a short text for the terminal.
 
+use crate::diagnose::bias::Bias;
 use crate::diagnose::element::Packed;
 use crate::diagnose::run::Outcome;
 use serde_json::Value;
@@ -21,6 +22,9 @@ pub fn figure(v: f64, unit: &str) -> String {
         format!("{s} {unit}")
     }
 }
+
+/// Probability of having named the right one of a tie from which no experiment is asked for.
+const SURE: f64 = 0.95;
 
 fn items(v: &Value) -> impl Iterator<Item = &Value> {
     v.as_array().into_iter().flatten()
@@ -55,18 +59,23 @@ pub fn sentence(o: &Outcome) -> String {
             if others.is_empty() {
                 name.to_string()
             } else {
-                format!("{name} (not to be told from {} by these recordings)", others.join(", "))
+                let p = number(&m["tie"]["p_right"]);
+                if p > SURE {
+                    format!("{name} (held open: {}, at P(right) = {p:.2})", others.join(", "))
+                } else {
+                    format!("{name} (not to be told from {} by these recordings)", others.join(", "))
+                }
             }
         })
         .collect();
     let unexplained = v["unexplained"]["detected"].as_bool() == Some(true);
+    let takes = o.findings.latent.as_ref().map_or(String::new(), |l| format!(": it takes {}", l.brief));
     if v["mismatch"]["detected"].as_bool() != Some(true) {
         "Nothing is missing beyond noise, tolerances and repeat scatter.".into()
     } else if names.is_empty() {
-        let what = text(&v["unexplained"]["text"]);
-        format!("Something is missing that no mechanism known explains: {}.{gain}", what.trim_end_matches('.'))
+        format!("Something is missing that no mechanism known explains{takes}.{gain}")
     } else {
-        let more = if unexplained { " Beyond that a misfit stays unexplained." } else { "" };
+        let more = if unexplained { format!(" Beyond that a misfit stays unexplained{takes}.") } else { String::new() };
         format!("The simulation leaves out {}.{gain}{more}", names.join(" and "))
     }
 }
@@ -88,21 +97,43 @@ pub fn parameters(m: &Value) -> Vec<(String, String, String)> {
         .collect()
 }
 
+/// How far off a parameter had been: per cent, or a factor where per cent say little.
+pub fn share(b: &Bias) -> String {
+    if !b.percent.is_finite() {
+        figure(b.before - b.after, &b.unit)
+    } else if b.percent.abs() > 300.0 && b.before / b.after > 0.0 {
+        format!("by a factor of {}", figure(b.before / b.after, ""))
+    } else {
+        format!("{:+.2} %", b.percent)
+    }
+}
+
 /// How far the base had been biased, one text each; only what moved by more than two standard deviations.
 pub fn bias(o: &Outcome) -> Vec<String> {
     o.findings
         .bias
         .iter()
         .filter(|b| b.sigmas.abs() > 2.0)
-        .map(|b| {
-            let by = if b.percent.is_finite() {
-                format!("{:+.2} %", b.percent)
-            } else {
-                figure(b.before - b.after, &b.unit)
-            };
-            format!("{} {by} ({:.0} sigma)", b.name, b.sigmas.abs())
-        })
+        .map(|b| format!("{} {} ({:.0} sigma)", b.name, share(b), b.sigmas.abs()))
         .collect()
+}
+
+/// What to do about it, one text each: correct what was named, part what is tied.
+pub fn advice(o: &Outcome) -> Vec<String> {
+    let v = &o.verdict;
+    let mut out: Vec<String> =
+        items(&v["missing"]).map(|m| format!("{}: {}", text(&m["mechanism"]), text(&m["cure"]))).collect();
+    let e = &v["experiment"];
+    let open = items(&v["missing"]).any(|m| number(&m["tie"]["p_right"]) <= SURE);
+    if e.is_object() && open {
+        let (sigmas, p) = (number(&e["separation_sigmas"]), number(&e["p_right"]));
+        let hope = if sigmas < 2.0 { ", which is little: no experiment tried parts them well" } else { "" };
+        out.push(format!(
+            "experiment that parts the names best: {} ({sigmas:.1} sigma apart{hope}; P(right) then {p:.2})",
+            text(&e["text"])
+        ));
+    }
+    out
 }
 
 /// What the packed element holds, and how it did.
@@ -130,7 +161,7 @@ pub fn summary(o: &Outcome) -> String {
             text(&w["origin"]),
             text(&w["phase"]),
             text(&w["channel"]),
-            text(&m["text"]).split_once(". ").map_or("", |t| t.1)
+            text(&m["cure"])
         );
         if m["tie"].is_object() {
             s += &format!(
@@ -140,14 +171,8 @@ pub fn summary(o: &Outcome) -> String {
             );
         }
     }
-    let e = &v["experiment"];
-    if e.is_object() {
-        s += &format!(
-            "  experiment: {} ({:.1} sigma apart, P(right) then {:.2})\n",
-            text(&e["text"]),
-            number(&e["separation_sigmas"]),
-            number(&e["p_right"])
-        );
+    for a in advice(o).iter().skip(items(&v["missing"]).count()) {
+        s += &format!("  {a}\n");
     }
     let moved = bias(o);
     if !moved.is_empty() {
@@ -157,10 +182,10 @@ pub fn summary(o: &Outcome) -> String {
         s += &format!(
             "  {}: read {}, peak before the clip {} (95 %: {} to {})\n",
             text(&u["recording"]),
-            figure(number(&u["read"]), ""),
-            figure(number(&u["peak"]), ""),
+            figure(number(&u["read"]), text(&u["unit"])),
+            figure(number(&u["peak"]), text(&u["unit"])),
             figure(number(&u["ci95"][0]), ""),
-            figure(number(&u["ci95"][1]), "")
+            figure(number(&u["ci95"][1]), text(&u["unit"]))
         );
     }
     if let Ok(p) = &o.element {
