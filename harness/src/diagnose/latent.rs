@@ -121,11 +121,7 @@ pub fn latent(search: &Search<'_>, reference: &Candidate) -> Option<Latent> {
     let (z, r, i) = best?;
     let rec = &records[r];
     let channels = search.data.compared(r).count();
-    let apart = if channels > 1 {
-        ""
-    } else {
-        " With one channel the place it enters cannot be told."
-    };
+    let apart = if channels > 1 { "" } else { " With one channel the place it enters cannot be told." };
     let unit = place.unit();
     let brief = format!(
         "{}, {} at its clearest, most in the {} phase",
