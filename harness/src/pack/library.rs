@@ -1,0 +1,190 @@
+//! Shared libraries: found, built, asked what they are, given their start values.
+
+use super::{library_name, Model};
+use anyhow::{bail, ensure, Context, Result};
+use hysteresis_contact::start::{GUID_LENGTH, GUID_OFFSET, MARKER, VALUES_OFFSET};
+use std::ffi::{c_char, CStr};
+use std::path::Path;
+
+/// A platform's shared library.
+#[derive(Clone, Debug)]
+pub struct Binary {
+    /// Platform as FMI 2.0 names it: linux64, win64, win32, darwin64.
+    pub platform: String,
+    /// The library as it was built.
+    pub bytes: Vec<u8>,
+}
+
+impl Model {
+    /// File name of the library inside an FMU.
+    ///
+    /// # Errors
+    /// A platform that FMI 2.0 does not name.
+    pub fn library_name(&self, platform: &str) -> Result<String> {
+        let ending = match platform {
+            "linux64" | "linux32" => "so",
+            "win64" | "win32" => "dll",
+            "darwin64" => "dylib",
+            _ => bail!("platform {platform:?}: give linux64, linux32, win64, win32 or darwin64"),
+        };
+        Ok(format!("{}.{ending}", self.name))
+    }
+
+    /// The library of this machine, as cargo left it beside the running program.
+    ///
+    /// # Errors
+    /// Where it is not there: says where it was looked for.
+    pub fn built_library(&self) -> Result<Binary> {
+        ensure!(platform() == Some("linux64"), "FMI 2.0 has no folder for this machine: pass --binary PLATFORM=FILE");
+        let program =
+            std::env::current_exe().context("the program's own path is not known: pass --binary linux64=FILE")?;
+        let mut looked = Vec::new();
+        let file = format!("lib{}.so", self.stem);
+        for folder in program.ancestors().skip(1).take(2) {
+            for path in [folder.join(&file), folder.join("deps").join(&file)] {
+                match std::fs::read(&path) {
+                    Ok(bytes) => return Ok(Binary { platform: "linux64".into(), bytes }),
+                    Err(_) => looked.push(path.display().to_string()),
+                }
+            }
+        }
+        bail!(
+            "the library of {} is at none of {}: run `cargo build --release --workspace`",
+            self.name,
+            looked.join(", ")
+        )
+    }
+
+    /// The libraries for every platform that can be built here: runs fmu/platforms/build of the checkout the running
+    /// program was built in, or else of the current folder's.
+    ///
+    /// # Errors
+    /// No checkout; a build that fails, or misses a tool: what it said stands above, with what to install.
+    pub fn libraries_everywhere(&self) -> Result<Vec<Binary>> {
+        const SCRIPT: &str = "fmu/platforms/build";
+        let (program, here) = (std::env::current_exe().ok(), std::env::current_dir().ok());
+        let mut folders = program.iter().chain(&here).flat_map(|p| p.ancestors());
+        let root = folders.find(|f| f.join(SCRIPT).is_file()).with_context(|| {
+            format!("{SCRIPT} is not here: call from a checkout of touchdown, or pass --binary PLATFORM=FILE")
+        })?;
+        let script = root.join(SCRIPT);
+        let done = std::process::Command::new(&script)
+            .arg(self.stem)
+            .stdin(std::process::Stdio::null())
+            .stderr(std::process::Stdio::inherit())
+            .output()
+            .with_context(|| format!("{}: cannot be run", script.display()))?;
+        ensure!(done.status.success(), "{} has failed: it says why above", script.display());
+        let said = String::from_utf8_lossy(&done.stdout);
+        let read = |p: &str| {
+            let path = root.join("target/platforms").join(p).join(self.library_name(p)?);
+            let bytes = std::fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+            Ok(Binary { platform: p.into(), bytes })
+        };
+        said.split_whitespace().map(read).collect()
+    }
+}
+
+/// Reads a library given as PLATFORM=FILE.
+///
+/// # Errors
+/// Not of that form; cannot be read; for this machine and no FMI 2.0 co-simulation library.
+pub fn library(given: &str) -> Result<Binary> {
+    let (platform, path) =
+        given.split_once('=').with_context(|| format!("--binary {given}: give PLATFORM=FILE, e.g. win64=x.dll"))?;
+    library_name(platform)?;
+    let bytes = std::fs::read(path).with_context(|| format!("{path}: cannot be read; give the built library"))?;
+    if self::platform() == Some(platform) {
+        check(&std::fs::canonicalize(path)?)?;
+    }
+    Ok(Binary { platform: platform.into(), bytes })
+}
+
+/// The platform of this machine as FMI 2.0 names it; None where it names none.
+fn platform() -> Option<&'static str> {
+    if cfg!(all(target_os = "linux", target_arch = "x86_64")) {
+        Some("linux64")
+    } else if cfg!(all(target_os = "windows", target_arch = "x86_64")) {
+        Some("win64")
+    } else if cfg!(all(target_os = "macos", target_arch = "x86_64")) {
+        Some("darwin64")
+    } else {
+        None
+    }
+}
+
+/// Functions without which no host can step a co-simulation FMU.
+const LIFE: [&str; 8] = [
+    "fmi2Instantiate",
+    "fmi2SetupExperiment",
+    "fmi2EnterInitializationMode",
+    "fmi2ExitInitializationMode",
+    "fmi2GetReal",
+    "fmi2SetReal",
+    "fmi2DoStep",
+    "fmi2FreeInstance",
+];
+
+/// Loads a library of this machine and holds it against FMI 2.0.
+///
+/// # Errors
+/// It does not load (a dependency may be missing); it lacks a function; it speaks another version or other types.
+fn check(path: &Path) -> Result<()> {
+    let named = || format!("{}: give the library that touchdown builds for this machine", path.display());
+    // SAFETY: loading runs the library's initialisers; whoever packs a library trusts it to run in this process
+    let l = unsafe { libloading::Library::new(path) }.with_context(named)?;
+    for name in LIFE {
+        // SAFETY: only looked up, never called
+        let found = unsafe { l.get::<unsafe extern "C" fn()>(name.as_bytes()) };
+        ensure!(found.is_ok(), "{}: has no {name}; {}", path.display(), "give a co-simulation FMU's library");
+    }
+    for (name, want) in [("fmi2GetVersion", "2.0"), ("fmi2GetTypesPlatform", "default")] {
+        // SAFETY: FMI 2.0, section 2.1.4: takes nothing, returns a string that lives as long as the library
+        let said = unsafe {
+            let ask = l.get::<unsafe extern "C" fn() -> *const c_char>(name.as_bytes()).with_context(named)?;
+            let text = ask();
+            ensure!(!text.is_null(), "{}: {name} answers null", path.display());
+            CStr::from_ptr(text).to_string_lossy().into_owned()
+        };
+        ensure!(said == want, "{}: {name} answers {said:?}, not {want:?}", path.display());
+    }
+    Ok(())
+}
+
+/// A library with GUID and start values of its own.
+pub(super) fn patch(library: &[u8], guid: &str, values: &[f64]) -> Result<Vec<u8>> {
+    let mut o = library.to_vec();
+    let length = VALUES_OFFSET + 8 * values.len();
+    let found: Vec<usize> = o
+        .windows(length)
+        .enumerate()
+        // the marker alone may also stand in code that searches for it
+        .filter(|(_, w)| w.starts_with(&MARKER) && w[GUID_OFFSET] == b'{' && w[GUID_OFFSET + GUID_LENGTH - 1] == b'}')
+        .map(|(i, _)| i)
+        .collect();
+    let [at] = found[..] else {
+        bail!("has its block of start values {} times, not once: give the library that touchdown builds", found.len());
+    };
+    o[at + GUID_OFFSET..at + GUID_OFFSET + GUID_LENGTH].copy_from_slice(guid.as_bytes());
+    for (i, v) in values.iter().enumerate() {
+        let p = at + VALUES_OFFSET + 8 * i;
+        o[p..p + 8].copy_from_slice(&v.to_le_bytes());
+    }
+    Ok(o)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_fmi_binary_is_refused_by_name() {
+        let dir = tempfile::tempdir().unwrap();
+        let text = dir.path().join("x.so");
+        std::fs::write(&text, "not a library").unwrap();
+        for path in [text.as_path(), Path::new("libc.so.6"), Path::new("libm.so.6")] {
+            let why = format!("{:#}", check(path).unwrap_err());
+            assert!(why.contains(&path.display().to_string()), "{why}");
+        }
+    }
+}
