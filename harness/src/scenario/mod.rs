@@ -1,10 +1,11 @@
 //! Scenarios a user writes in TOML: a drop test, or the opening of a magnetic contactor.
 //!
 //! `file` reads and checks, `plan` makes one [`Case`] of every height, tip and comparison, `rig` holds the
-//! equations of motion, `simulate` integrates them with `integrator` on any contact [`crate::host::Element`],
-//! `results` makes tables of what came out.
+//! equations of motion, `coupled` steps them with `integrator` beside any contact [`crate::host::Element`], `simulate`
+//! takes them to their end, `results` makes tables of what came out.
 
 mod contact;
+mod coupled;
 mod file;
 mod integrator;
 mod interrupters;
