@@ -1,6 +1,6 @@
 //! What an estimation leaves behind: fit.json, certificate.json and report.html.
 
-use super::estimate::{Case, Estimate, Interval, Method};
+use super::estimate::{Case, Estimate, Interval, Method, CLOSE};
 use super::levels::{name as name_of, nrmse, Level, Readings};
 use crate::files;
 use crate::record::{Campaign, Channel, Kind};
@@ -75,9 +75,11 @@ impl Answer<'_, '_> {
             "converged": e.converged,
             "stopped": e.stopped,
             "held": if self.case.hysteresis { vec![] } else { vec!["mu_d"] },
+            "at_bounds": e.bounds,
             "terms": terms,
             "reference": {"depth": self.case.data.scales.x_ref, "force": reference.value, "ci95": bounds(&reference)},
             "gradient_in_standard_errors": e.gradient,
+            "least_rise_when_probed": e.rise,
             "variance_widened_by": e.widening,
             "starts": e.runs.iter().map(|r| json!({
                 "origin": r.origin, "objective_first": r.first, "objective_last": r.last,
@@ -180,8 +182,8 @@ impl Answer<'_, '_> {
             .figure(&chart.series(name(e.method), &n, &fall, Style::After).svg(), "Sum of squared whitened residuals and priors")
             .section("Certificate")
             .paragraph(&format!(
-                "The gradient is {:.3} standard errors long. Variances are widened {:.2} times for a misfit that wanders more than noise. Starts:",
-                e.gradient, e.widening
+                "Steps of {CLOSE} standard errors both ways along every principal axis raise the objective by {:.3} or more, in units of the misfit's own wander; a parabola rises by {:.3}. The gradient is {:.3} standard errors long. Variances are widened {:.2} times for a misfit that wanders more than noise. Starts:",
+                e.rise, CLOSE * CLOSE, e.gradient, e.widening
             ))
             .table(&["start", "objective, first", "objective, last", "iterations", "distance, standard errors"], &runs)
             .section("Level by level: how far the law alone is")

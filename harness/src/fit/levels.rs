@@ -1,8 +1,9 @@
 //! How far the fitted law is from the recordings: recording by recording, and level by level.
 
+use super::descent::descend;
 use super::estimate::{Case, Estimate};
 use super::Watch;
-use crate::model::estimate::{Options, Point, Problem};
+use crate::model::estimate::{Point, Problem};
 use crate::record::{Campaign, Channel};
 use rayon::prelude::*;
 
@@ -76,6 +77,7 @@ fn top(y: &[f64]) -> f64 {
 pub fn levels(campaign: &Campaign, case: &Case<'_>, e: &Estimate, y: &Readings, watch: &Watch<'_>) -> Vec<Level> {
     let data = case.data;
     let model = (case.model)(1.0, 1.0, 0.0);
+    let quiet = Watch { stop: watch.stop, deadline: watch.deadline, say: &|_| {} };
     let mut present: Vec<usize> = data.records.iter().map(|r| r.level).collect();
     present.sort_unstable();
     present.dedup();
@@ -108,10 +110,7 @@ pub fn levels(campaign: &Campaign, case: &Case<'_>, e: &Estimate, y: &Readings, 
                 let sub = data.subset(|r| of.contains(&r));
                 let problem = Problem::new(&sub, &model);
                 let locals = of.iter().map(|r| e.point.locals[*r].clone()).collect();
-                let f = problem.fit(
-                    problem.evaluate(e.point.theta.clone(), locals),
-                    &Options { iterations: 15, ..Options::default() },
-                );
+                let f = descend(&problem, problem.evaluate(e.point.theta.clone(), locals), &quiet);
                 let mut shares = Vec::new();
                 for (i, rec) in sub.records.iter().enumerate() {
                     let (_, s) = problem.predict(&f.point.theta, i, &f.point.locals[i]);
