@@ -42,7 +42,6 @@ fn both_methods_return_the_truth_of_clean_recordings() {
         let out = dir.path().join(method);
         let o = command(&campaign, &out).args(["--method", method]).output().unwrap();
         assert!(o.status.success(), "{}", said(&o));
-        assert!(said(&o).contains("objective"), "plain lines of progress where there is no terminal");
         let v = answer(&out);
         let mut keys: Vec<&str> = v.as_object().unwrap().keys().map(String::as_str).collect();
         keys.sort_unstable();
@@ -151,8 +150,8 @@ fn an_interrupt_writes_the_best_so_far() {
         .spawn()
         .unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
-    // the search has begun: some hundred evaluations lie ahead
-    assert!(lines.by_ref().any(|l| l.unwrap().contains("iteration 0")));
+    // the first line of progress; most of the search lies ahead
+    assert!(lines.by_ref().any(|l| l.unwrap().starts_with("fit c")));
     let kill = Command::new("kill").arg("-INT").arg(child.id().to_string()).status().unwrap();
     assert!(kill.success());
     lines.for_each(drop);

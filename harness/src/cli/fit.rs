@@ -42,6 +42,12 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         return Err(anyhow!("--seconds {} is no time to work in; give more than 0", a.seconds));
     }
     let campaign = record::load(&a.campaign)?;
+    if a.out.exists() && !a.out.is_dir() {
+        return Err(anyhow!("{}: a file is in the way; give another --out", a.out.display()));
+    }
+    for w in &campaign.warnings {
+        eprintln!("touchdown: {}: {w}", campaign.dir.display());
+    }
     catch_interrupts();
     let progress = Progress::new(&format!("fit {}", campaign.folder), 0);
     let say = |line: &str| progress.stage(line);

@@ -185,6 +185,11 @@ impl Answer<'_, '_> {
                 "Steps of {CLOSE} standard errors both ways along every principal axis raise the objective by {:.3} or more, in units of the misfit's own wander; a parabola rises by {:.3}. The gradient is {:.3} standard errors long. Variances are widened {:.2} times for a misfit that wanders more than noise. Starts:",
                 e.rise, CLOSE * CLOSE, e.gradient, e.widening
             ))
+            .paragraph(&if e.bounds.is_empty() {
+                "No parameter rests at a bound.".to_string()
+            } else {
+                format!("At a bound, so that its interval has one side only: {}.", e.bounds.join(", "))
+            })
             .table(&["start", "objective, first", "objective, last", "iterations", "distance, standard errors"], &runs)
             .section("Level by level: how far the law alone is")
             .paragraph("Misfit: rms over range, in brackets in standard deviations of the noise. Peak: simulated over measured, less 1. The last columns hold the law fitted to the level alone: where they drift from level to level, the law lacks something.")

@@ -108,6 +108,10 @@ impl Estimate {
         let mut out = [log_interval(k, sd_k), interval(p, sd_p), Interval { value: mu, low: mu, high: mu }];
         if case.hysteresis {
             let sd = if th[2] > 0.0 { self.deviation(&[1.0, -l, 1.0 / th[2]]) } else { f64::INFINITY };
+            // nothing but damping: k may as well be none
+            if self.bounds.iter().any(|b| b == "damping ratio") && th[2] > 0.0 {
+                out[0].low = 0.0;
+            }
             out[2] = if sd < 0.5 {
                 log_interval(mu, sd)
             } else {

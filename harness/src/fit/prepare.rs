@@ -22,6 +22,12 @@ fn median(mut v: Vec<f64>) -> f64 {
     v[v.len() / 2]
 }
 
+/// Magnitudes of the differences of third order, which see noise alone where the signal is smooth; their variance is
+/// 20 times that of white noise. At least four samples.
+fn thirds(y: &[f64]) -> Vec<f64> {
+    y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect()
+}
+
 /// Half widths tried by the adaptive smoother.
 const WIDTHS: [usize; 7] = [3, 5, 8, 13, 21, 34, 55];
 
@@ -134,7 +140,13 @@ pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
             _ => return Err(Invalid(format!("{} holds no channel to judge", r.file))),
         };
         let pu = pulse(&push, 0.04).ok_or_else(|| Invalid(format!("{}: no impact is to be seen in it", r.file)))?;
-        let noise = median(push[..pu.first.max(8).min(push.len())].iter().map(|v| v.abs()).collect());
+        let before = &push[..pu.first.max(8).min(push.len())];
+        let noise = if r.channels[0].is_some() || r.channels[1].is_some() {
+            median(before.iter().map(|v| v.abs()).collect())
+        } else {
+            // a penetration is far below zero before touch: differences of third order see its noise alone
+            median(thirds(before)) / 20f64.sqrt()
+        };
         if pu.peak < 8.0 * noise && pu.first > 8 {
             return Err(Invalid(format!("{}: its peak does not stand out of the noise", r.file)));
         }
@@ -308,9 +320,7 @@ fn noise_of(c: &Campaign, quiet: &[Vec<(usize, usize, bool)>], range: &[f64; 3])
         let mut fallback = Vec::new();
         for (r, q) in c.recordings.iter().zip(quiet) {
             let Some(y) = &r.channels[i] else { continue };
-            // differences of third order see noise alone where the signal is smooth
-            let d: Vec<f64> = y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
-            fallback.push(median(d) / 0.6745 / 20f64.sqrt());
+            fallback.push(median(thirds(y)) / 0.6745 / 20f64.sqrt());
             // force and acceleration rest at one level wherever nothing touches
             let flat = c.kind != Kind::Indentation && ch != Channel::Penetration;
             let rest: Vec<f64> = q.iter().flat_map(|(a, b, _)| y[*a..*b].iter().cloned()).collect();

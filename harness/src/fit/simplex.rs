@@ -182,7 +182,7 @@ mod tests {
     #[test]
     fn the_function_of_mckinnon_that_stalls_the_plain_simplex_does_not_stall_this_one() {
         // McKinnon 1998: from these vertices Nelder and Mead's rules contract for ever on the origin; minimum -1/4 at (0, -1/2)
-        let mut f = |x: &[f64]| x[1] + x[1] * x[1] + if x[0] <= 0.0 { 360.0 * x[0] * x[0] } else { 6.0 * x[0] * x[0] };
+        let f = |x: &[f64]| x[1] + x[1] * x[1] + if x[0] <= 0.0 { 360.0 * x[0] * x[0] } else { 6.0 * x[0] * x[0] };
         let (a, b) = ((1.0 + 33f64.sqrt()) / 8.0, (1.0 - 33f64.sqrt()) / 8.0);
         // vertices (1,1), (a,b), (0,0) reached by a linear change of variables from the unit corners
         let mut g = |z: &[f64]| f(&[z[0] + a * z[1], z[0] + b * z[1]]);
