@@ -566,7 +566,8 @@ impl<'a> Problem<'a> {
                                     .map(|i| {
                                         let mut v = point.locals[r][i] + d[i];
                                         if self.nuisances[i] == Nuisance::Speed {
-                                            v = v.clamp(0.5 * point.locals[r][i], 2.0 * point.locals[r][i]);
+                                            let at = point.locals[r][i].abs();
+                                            v = v.clamp(0.5 * at, 2.0 * at);
                                         }
                                         v
                                     })
@@ -705,6 +706,9 @@ impl<'a> Problem<'a> {
                 let mut w = v.clone();
                 for (i, gi) in idx.iter().enumerate() {
                     w[*gi] += d[i];
+                    if self.nuisances[*gi] == Nuisance::Speed {
+                        w[*gi] = w[*gi].clamp(0.5 * v[*gi].abs(), 2.0 * v[*gi].abs());
+                    }
                 }
                 let c = self.chi2_of(theta, r, &w);
                 if c < best {
