@@ -158,9 +158,10 @@ impl Instance {
         }
         let memory = self.memory();
         Ok(match v.role {
-            Role::Force => {
+            Role::Force | Role::ForceNow => {
                 self.inputs_are_good()?;
-                let f = self.force(&memory);
+                let ahead = if v.role == Role::Force { self.time_ahead() } else { 0.0 };
+                let f = self.force(&memory, ahead);
                 if !f.is_finite() {
                     let [x, v] = s.input;
                     return Err(Refusal::Discard(format!("at penetration {} m, velocity {} m/s force is {}", x, v, f)));
@@ -186,10 +187,16 @@ impl Instance {
         }
     }
 
-    /// Where the law is evaluated: at the inputs as set, penetration ahead by the lookahead; and the memory there.
-    fn ahead(&self, memory: &Memory) -> (Memory, f64, f64) {
+    /// How far ahead of the inputs the law is evaluated, s.
+    #[inline]
+    fn time_ahead(&self) -> f64 {
+        self.state.settings.lookahead * self.state.step + self.state.settings.lookahead_time
+    }
+
+    /// Where the law is evaluated: at the inputs as set, penetration `ahead` s further on; and the memory there.
+    fn ahead(&self, memory: &Memory, ahead: f64) -> (Memory, f64, f64) {
         let s = &self.state;
-        let (x, v) = (s.input[0] + s.settings.lookahead * s.step * s.input[1], s.input[1]);
+        let (x, v) = (s.input[0] + ahead * s.input[1], s.input[1]);
         if s.phase == Phase::Initialization {
             (*memory, x, v)
         } else {
@@ -198,20 +205,20 @@ impl Instance {
     }
 
     #[inline]
-    fn force(&self, memory: &Memory) -> f64 {
-        let (tried, x, v) = self.ahead(memory);
+    fn force(&self, memory: &Memory, ahead: f64) -> f64 {
+        let (tried, x, v) = self.ahead(memory, ahead);
         self.state.settings.law.force(&tried, x, v)
     }
 
-    /// (dF/dx N/m, dF/dv N s/m) at the inputs as set, the memory held.
-    fn derivatives(&self) -> (f64, f64) {
+    /// (dF/dx N/m, dF/dv N s/m) at the inputs as set, the penetration `ahead` s further on, the memory held.
+    fn derivatives(&self, ahead: f64) -> (f64, f64) {
         let s = &self.state;
-        let (tried, x, v) = self.ahead(&self.memory());
+        let (tried, x, v) = self.ahead(&self.memory(), ahead);
         let (mut fx, mut fv) = s.settings.law.derivatives(&tried, x, v);
         if s.settings.law.relaxation_stiffness > 0.0 && s.settings.law.pushes(&tried, x, v) {
             fx += s.settings.law.relaxation_slope(x);
         }
-        fv += fx * s.settings.lookahead * s.step;
+        fv += fx * ahead;
         (fx, fv)
     }
 
@@ -230,8 +237,10 @@ impl Instance {
             return error(format!("{} is no output: it has no directional derivative", u.name));
         }
         let d = match (u.role, k.role) {
-            (Role::Force, Role::Penetration) => self.derivatives().0,
-            (Role::Force, Role::Velocity) => self.derivatives().1,
+            (Role::Force, Role::Penetration) => self.derivatives(self.time_ahead()).0,
+            (Role::Force, Role::Velocity) => self.derivatives(self.time_ahead()).1,
+            (Role::ForceNow, Role::Penetration) => self.derivatives(0.0).0,
+            (Role::ForceNow, Role::Velocity) => self.derivatives(0.0).1,
             (_, Role::Penetration) | (_, Role::Velocity) => 0.0,
             _ => return error(format!("{} is no input: derivatives are along penetration and velocity", k.name)),
         };
@@ -280,13 +289,15 @@ impl Instance {
         if matches!(v.role, Role::Penetration | Role::Velocity | Role::Parameter(_)) {
             return error(format!("{} is no output", v.name));
         }
-        if v.role != Role::Force {
-            return Ok(0.0);
-        }
+        let ahead = match v.role {
+            Role::Force => self.time_ahead(),
+            Role::ForceNow => 0.0,
+            _ => return Ok(0.0),
+        };
         let s = &self.state;
         let or = |set: f64, otherwise: f64| if set.is_nan() { otherwise } else { set };
         let (xs, vs) = (or(s.slope[0], s.input[1]), or(s.slope[1], s.acceleration));
-        let (fx, fv) = self.derivatives();
+        let (fx, fv) = self.derivatives(ahead);
         let law = &s.settings.law;
         let creep: f64 = law.relaxation_rates(&s.memory, s.input[0], 0.0).iter().sum();
         let rate = fx * xs + fv * vs + creep;

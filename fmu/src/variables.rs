@@ -7,7 +7,7 @@ pub const MODEL: &str = "HysteresisContact";
 /// Categories that are logged; the modelDescription lists the same.
 pub const LOG_CATEGORIES: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logContact"];
 /// Number of parameters.
-pub const PARAMETERS: usize = 23;
+pub const PARAMETERS: usize = 24;
 
 /// Type of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +41,8 @@ pub enum Role {
     PermanentSet,
     /// Step that resolves the contact, s.
     RecommendedStep,
+    /// Force at the inputs as set, lookahead left out, N: feeds through.
+    ForceNow,
     /// Parameter, by its place in [`PARAMETER_TABLE`].
     Parameter(usize),
 }
@@ -82,6 +84,8 @@ pub struct Settings {
     pub law: Parameters,
     /// Macro-steps by which the law is evaluated ahead of the inputs, -10 to 10.
     pub lookahead: f64,
+    /// Time by which it is evaluated ahead on top of that, s, -1e6 to 1e6: for masters that vary their step.
+    pub lookahead_time: f64,
     /// Mass that recommended_step is told for, kg, > 0.
     pub effective_mass: f64,
 }
@@ -109,6 +113,10 @@ impl Settings {
         if lookahead.is_nan() || lookahead.abs() > 10.0 {
             return Err(format!("lookahead is {lookahead}: give -10 to 10"));
         }
+        let ahead = self.lookahead_time;
+        if ahead.is_nan() || ahead.abs() > 1e6 {
+            return Err(format!("lookahead_time is {} s: give -1e6 to 1e6", ahead));
+        }
         let mass = self.effective_mass;
         if !(mass.is_finite() && mass > 0.0) {
             return Err(format!("effective_mass is {mass}: give a finite number above 0"));
@@ -119,7 +127,7 @@ impl Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { law: Parameters::default(), lookahead: 0.0, effective_mass: 1.0 }
+        Settings { law: Parameters::default(), lookahead: 0.0, lookahead_time: 0.0, effective_mass: 1.0 }
     }
 }
 
@@ -187,6 +195,7 @@ pub static PARAMETER_TABLE: [Parameter; PARAMETERS] = [
     real!(secondary_exponent, "1"),
     tunable!(lookahead, "1"),
     tunable!(effective_mass, "kg"),
+    tunable!(lookahead_time, "s"),
 ];
 
 /// Value reference of the first parameter.
@@ -197,7 +206,7 @@ const fn variable(reference: u32, name: &'static str, kind: Kind, unit: &'static
 }
 
 /// Inputs and outputs.
-pub static SIGNALS: [Variable; 9] = [
+pub static SIGNALS: [Variable; 10] = [
     variable(0, "penetration", Kind::Real, "m", Role::Penetration),
     variable(1, "velocity", Kind::Real, "m/s", Role::Velocity),
     variable(2, "force", Kind::Real, "N", Role::Force),
@@ -207,6 +216,7 @@ pub static SIGNALS: [Variable; 9] = [
     variable(6, "deepest_penetration", Kind::Real, "m", Role::DeepestPenetration),
     variable(7, "permanent_set", Kind::Real, "m", Role::PermanentSet),
     variable(8, "recommended_step", Kind::Real, "s", Role::RecommendedStep),
+    variable(9, "force_at_inputs", Kind::Real, "N", Role::ForceNow),
 ];
 
 /// The variable of a value reference.

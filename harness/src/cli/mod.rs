@@ -8,6 +8,8 @@ mod impact;
 mod pack;
 mod paper;
 mod run;
+mod study;
+mod system;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -40,8 +42,12 @@ enum Command {
     Pack(pack::Arguments),
     /// Repeat the estimation and the contactor of Ahn and Ryu 2005
     Paper(paper::Arguments),
-    /// Run a scenario (drop test, contactor opening) and draw its impacts
+    /// Run a scenario (drop test, contactor opening) and draw its impacts, or a system of FMUs
     Run(run::Arguments),
+    /// Write a system of FMUs as an SSP 1.0 archive that other hosts run as it stands
+    ExportSsp(system::ExportArguments),
+    /// Measure a method against exact answers
+    Study(study::Arguments),
 }
 
 /// Runs the command line; exit code 2 for bad input.
@@ -67,5 +73,7 @@ fn command(c: Cli) -> Result<ExitCode> {
         Command::Pack(a) => pack::run(&a),
         Command::Paper(a) => paper::run(&a),
         Command::Run(a) => run::run(&a),
+        Command::ExportSsp(a) => system::export(&a),
+        Command::Study(a) => study::run(&a),
     }
 }

@@ -10,7 +10,7 @@ use touchdown::{files, report};
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Scenario file (TOML)
+    /// Scenario file (TOML), system of FMUs (TOML) or SSP 1.0 archive
     scenario: PathBuf,
     /// Folder for results.csv, summary.json and report.html
     #[arg(long)]
@@ -38,6 +38,9 @@ impl Arguments {
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
+    if touchdown::master::System::is_one(&a.scenario) {
+        return super::system::run(&a.scenario, &a.out, a.parquet);
+    }
     let scenario = Scenario::load(&a.scenario)?;
     let mut cases = scenario.cases();
     let mut source = Source::new();

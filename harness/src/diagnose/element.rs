@@ -37,7 +37,7 @@ const AGREES: f64 = 2e-3;
 
 /// Start values of the element for a law and the mass that rides on it, kg.
 fn starts(law: &Parameters, mass: f64) -> Vec<(String, f64)> {
-    let s = Settings { law: *law, lookahead: 0.0, effective_mass: mass };
+    let s = Settings { law: *law, effective_mass: mass, ..Settings::default() };
     PARAMETER_TABLE.iter().enumerate().map(|(i, p)| (p.name.to_string(), s.get(i))).collect()
 }
 

@@ -21,7 +21,11 @@ use std::path::{Path, PathBuf};
 pub const DESCRIPTION: &str = include_str!("../../../modelDescription/modelDescription.xml");
 
 /// What goes in as it stands: path inside the FMU, bytes.
-const ATTACHED: [(&str, &[u8]); 4] = [
+const ATTACHED: [(&str, &[u8]); 5] = [
+    (
+        "documentation/cosimulation.html",
+        include_bytes!("../../../modelDescription/documentation/cosimulation.html"),
+    ),
     ("documentation/index.html", include_bytes!("../../../modelDescription/documentation/index.html")),
     (
         "documentation/licenses/LICENSE.txt",

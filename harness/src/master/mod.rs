@@ -1,0 +1,28 @@
+//! A co-simulation host: several FMUs from anyone, connected, and masters to step them.
+//!
+//! [`System`] is what a user writes, as TOML or as an SSP archive; [`Network`] the slaves with their connections, in
+//! the order that declared feedthrough gives; [`Options`] how they are stepped; [`run`] steps them and hands every
+//! communication point on.
+//!
+//! Invariant: a master knows slaves by [`Slave`] only, never what they model.
+
+mod build;
+mod drive;
+mod export;
+mod implicit;
+mod network;
+mod options;
+mod sink;
+mod slave;
+mod ssp;
+mod step;
+mod system;
+
+pub use build::{build, Built};
+pub use drive::{run, Moment, Outcome};
+pub use export::export_ssp;
+pub use network::{Feed, Input, Network, Output, Part};
+pub use options::{Adapt, Bond, Inputs, Lookahead, Method, Options, Shape, Touch};
+pub use sink::Sink;
+pub use slave::{Abilities, FmuSlave, Slave};
+pub use system::System;

@@ -1,0 +1,392 @@
+//! Slaves and their connections: the order to step them in, and algebraic loops.
+
+use super::slave::Slave;
+use anyhow::{bail, ensure, Result};
+use nalgebra::{DMatrix, DVector};
+
+/// Share of its size to which an algebraic loop is solved.
+const LOOP_TOLERANCE: f64 = 1e-12;
+/// Most Newton steps for an algebraic loop.
+const LOOP_STEPS: usize = 50;
+/// Share of a value by which it moves for a difference: the cube root of the rounding.
+const NUDGE: f64 = 6.055e-6;
+
+/// Where an input comes from: value = factor * output + offset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Feed {
+    /// Global output.
+    pub source: usize,
+    /// Factor, units included.
+    pub factor: f64,
+    /// Offset, in the input's unit.
+    pub offset: f64,
+}
+
+impl Feed {
+    #[inline]
+    pub(super) fn of(&self, y: &[f64]) -> f64 {
+        self.factor * y[self.source] + self.offset
+    }
+}
+
+/// A connected input.
+#[derive(Clone, Debug)]
+pub struct Input {
+    /// Name.
+    pub name: String,
+    /// The slave's reference.
+    pub reference: u32,
+    /// Its source.
+    pub feed: Feed,
+}
+
+/// A connected output.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// Name.
+    pub name: String,
+    /// The slave's reference.
+    pub reference: u32,
+    /// Places among the part's inputs that it depends on at once.
+    pub depends: Vec<usize>,
+}
+
+/// A slave with its connected ports. Outputs are numbered through all parts, in order: the global outputs.
+pub struct Part {
+    /// Name.
+    pub name: String,
+    /// Slave.
+    pub slave: Box<dyn Slave>,
+    /// Connected inputs.
+    pub inputs: Vec<Input>,
+    /// Outputs that are connected or watched.
+    pub outputs: Vec<Output>,
+}
+
+/// What was done so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Calls of fmi2DoStep, all slaves together.
+    pub steps: u64,
+}
+
+/// Slaves, connected.
+pub struct Network {
+    /// Parts in the order given.
+    pub parts: Vec<Part>,
+    /// Work done.
+    pub work: Work,
+    /// First global output of each part.
+    pub(super) first: Vec<usize>,
+    /// Part of each global output.
+    pub(super) owner: Vec<usize>,
+    /// Parts in the order they are stepped.
+    pub(super) order: Vec<usize>,
+    /// Place of each part in that order.
+    place: Vec<usize>,
+    /// Groups of global outputs in the order they can be computed; more than one, or one that depends on itself, is
+    /// an algebraic loop.
+    groups: Vec<Vec<usize>>,
+    /// Global outputs that feed parts stepped before them, or at the same time.
+    pub(super) torn: Vec<usize>,
+    /// Whether such an output feeds through to another at once.
+    pub(super) reread: bool,
+    /// Highest order of input derivatives each part was ever told: from then on it is told them at every step.
+    pub(super) told: Vec<usize>,
+}
+
+/// Strongly connected components in reverse topological order of `next` (Tarjan 1972), without recursion's depth
+/// being a concern: networks are small.
+fn components(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    struct Search<'a> {
+        next: &'a [Vec<usize>],
+        index: Vec<usize>,
+        low: Vec<usize>,
+        on: Vec<bool>,
+        stack: Vec<usize>,
+        count: usize,
+        found: Vec<Vec<usize>>,
+    }
+    impl Search<'_> {
+        fn visit(&mut self, v: usize) {
+            self.count += 1;
+            self.index[v] = self.count;
+            self.low[v] = self.count;
+            self.stack.push(v);
+            self.on[v] = true;
+            for i in 0..self.next[v].len() {
+                let w = self.next[v][i];
+                if self.index[w] == 0 {
+                    self.visit(w);
+                    self.low[v] = self.low[v].min(self.low[w]);
+                } else if self.on[w] {
+                    self.low[v] = self.low[v].min(self.index[w]);
+                }
+            }
+            if self.low[v] == self.index[v] {
+                let mut group = Vec::new();
+                while let Some(w) = self.stack.pop() {
+                    self.on[w] = false;
+                    group.push(w);
+                    if w == v {
+                        break;
+                    }
+                }
+                group.sort_unstable();
+                self.found.push(group);
+            }
+        }
+    }
+    let n = next.len();
+    let mut s = Search {
+        next,
+        index: vec![0; n],
+        low: vec![0; n],
+        on: vec![false; n],
+        stack: Vec::new(),
+        count: 0,
+        found: Vec::new(),
+    };
+    for v in 0..n {
+        if s.index[v] == 0 {
+            s.visit(v);
+        }
+    }
+    s.found
+}
+
+impl Network {
+    /// Connects parts, stepped in dependency order: a part whose outputs follow its inputs at once comes after those
+    /// it is fed by; otherwise as given.
+    ///
+    /// # Errors
+    /// A source that is none.
+    pub fn new(parts: Vec<Part>) -> Result<Network> {
+        let mut first = Vec::new();
+        let mut owner = Vec::new();
+        for (k, p) in parts.iter().enumerate() {
+            first.push(owner.len());
+            owner.extend(p.outputs.iter().map(|_| k));
+        }
+        // what each global output depends on at once
+        let mut depends: Vec<Vec<usize>> = Vec::new();
+        for p in &parts {
+            for i in &p.inputs {
+                ensure!(
+                    i.feed.source < owner.len(),
+                    "{}.{}: fed by output {}, which is none",
+                    p.name,
+                    i.name,
+                    i.feed.source
+                );
+            }
+            for o in &p.outputs {
+                depends.push(o.depends.iter().map(|&i| p.inputs[i].feed.source).collect());
+            }
+        }
+        let groups = components(&depends);
+        let mut after: Vec<Vec<usize>> = vec![Vec::new(); parts.len()];
+        for (o, sources) in depends.iter().enumerate() {
+            for s in sources {
+                if owner[*s] != owner[o] && !after[owner[o]].contains(&owner[*s]) {
+                    after[owner[o]].push(owner[*s]);
+                }
+            }
+        }
+        let order: Vec<usize> = components(&after).into_iter().flatten().collect();
+        let mut place = vec![0; parts.len()];
+        for (n, k) in order.iter().enumerate() {
+            place[*k] = n;
+        }
+        let told = vec![0; parts.len()];
+        let work = Work::default();
+        let mut n = Network { parts, work, first, owner, order, place, groups, torn: vec![], reread: false, told };
+        n.tear();
+        Ok(n)
+    }
+
+    /// Steps parts in an order of the user's own instead.
+    ///
+    /// # Errors
+    /// Not every part once.
+    pub fn set_order(&mut self, order: Vec<usize>) -> Result<()> {
+        let mut sorted = order.clone();
+        sorted.sort_unstable();
+        ensure!(sorted == (0..self.parts.len()).collect::<Vec<_>>(), "the order has to name every FMU once");
+        for (n, k) in order.iter().enumerate() {
+            self.place[*k] = n;
+        }
+        self.order = order;
+        self.tear();
+        Ok(())
+    }
+
+    fn tear(&mut self) {
+        self.torn.clear();
+        self.reread = false;
+        for (k, p) in self.parts.iter().enumerate() {
+            for (i, input) in p.inputs.iter().enumerate() {
+                let s = input.feed.source;
+                if self.place[self.owner[s]] >= self.place[k] {
+                    if !self.torn.contains(&s) {
+                        self.torn.push(s);
+                    }
+                    self.reread |= p.outputs.iter().any(|o| o.depends.contains(&i));
+                }
+            }
+        }
+        self.torn.sort_unstable();
+    }
+
+    /// Names of the parts in the order they are stepped.
+    pub fn stepping_order(&self) -> Vec<&str> {
+        self.order.iter().map(|&k| self.parts[k].name.as_str()).collect()
+    }
+
+    /// Name of a global output, `part.output`.
+    pub fn output_name(&self, y: usize) -> String {
+        let k = self.owner[y];
+        format!("{}.{}", self.parts[k].name, self.parts[k].outputs[y - self.first[k]].name)
+    }
+
+    /// The algebraic loops there are, each as the names of its outputs.
+    pub fn loops(&self) -> Vec<Vec<String>> {
+        let itself = |g: &Vec<usize>| g.len() > 1 || self.depends_on(g[0]).any(|s| s == g[0]);
+        self.groups.iter().filter(|g| itself(g)).map(|g| g.iter().map(|&y| self.output_name(y)).collect()).collect()
+    }
+
+    fn depends_on(&self, y: usize) -> impl Iterator<Item = usize> + '_ {
+        let k = self.owner[y];
+        let p = &self.parts[k];
+        p.outputs[y - self.first[k]].depends.iter().map(move |&i| p.inputs[i].feed.source)
+    }
+
+    /// Number of global outputs.
+    pub fn count(&self) -> usize {
+        self.owner.len()
+    }
+
+    /// Sets all inputs of a part from `y`.
+    pub(super) fn feed(&mut self, k: usize, y: &[f64]) -> Result<()> {
+        let p = &mut self.parts[k];
+        if p.inputs.is_empty() {
+            return Ok(());
+        }
+        let references: Vec<u32> = p.inputs.iter().map(|i| i.reference).collect();
+        let values: Vec<f64> = p.inputs.iter().map(|i| i.feed.of(y)).collect();
+        p.slave.set(&references, &values)
+    }
+
+    /// Reads all outputs of a part into `y`.
+    pub(super) fn read(&mut self, k: usize, y: &mut [f64]) -> Result<()> {
+        let (first, p) = (self.first[k], &mut self.parts[k]);
+        if p.outputs.is_empty() {
+            return Ok(());
+        }
+        let references: Vec<u32> = p.outputs.iter().map(|o| o.reference).collect();
+        p.slave.get(&references, &mut y[first..first + references.len()])
+    }
+
+    /// Makes every output answer to every input at one instant: in dependency order, algebraic loops solved by
+    /// Newton's method.
+    ///
+    /// # Errors
+    /// Where a slave refuses; where a loop has no solution near: names it.
+    pub fn propagate(&mut self, y: &mut [f64]) -> Result<()> {
+        for g in 0..self.groups.len() {
+            let group = self.groups[g].clone();
+            let loops = group.len() > 1 || self.depends_on(group[0]).any(|s| s == group[0]);
+            if loops {
+                self.solve(&group, y)?;
+            } else {
+                y[group[0]] = self.answer(group[0], y)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A global output from the values it depends on.
+    fn answer(&mut self, o: usize, y: &[f64]) -> Result<f64> {
+        let k = self.owner[o];
+        let place = o - self.first[k];
+        if !self.parts[k].outputs[place].depends.is_empty() {
+            self.feed(k, y)?;
+        }
+        let p = &mut self.parts[k];
+        let mut value = [0.0];
+        p.slave.get(&[p.outputs[place].reference], &mut value)?;
+        Ok(value[0])
+    }
+
+    fn residual(&mut self, group: &[usize], y: &[f64]) -> Result<DVector<f64>> {
+        let mut r = DVector::zeros(group.len());
+        for (i, &o) in group.iter().enumerate() {
+            r[i] = self.answer(o, y)? - y[o];
+        }
+        Ok(r)
+    }
+
+    fn solve(&mut self, group: &[usize], y: &mut [f64]) -> Result<()> {
+        let n = group.len();
+        let names = |s: &Self| group.iter().map(|&o| s.output_name(o)).collect::<Vec<_>>().join(", ");
+        let mut r = self.residual(group, y)?;
+        for _ in 0..LOOP_STEPS {
+            let small =
+                group.iter().enumerate().all(|(i, &o)| r[i].abs() <= LOOP_TOLERANCE * (y[o].abs() + r[i].abs()));
+            if small || r.amax() == 0.0 {
+                return Ok(());
+            }
+            let mut j = DMatrix::zeros(n, n);
+            for (c, &o) in group.iter().enumerate() {
+                let kept = y[o];
+                let d = NUDGE * kept.abs().max(r[c].abs()).max(1e-12);
+                y[o] = kept + d;
+                let up = self.residual(group, y)?;
+                y[o] = kept - d;
+                let down = self.residual(group, y)?;
+                y[o] = kept;
+                j.set_column(c, &((up - down) / (2.0 * d)));
+            }
+            let Some(step) = j.lu().solve(&-&r) else {
+                bail!(
+                    "algebraic loop of {}: it fixes no values (its matrix is singular); break it by a part that \
+                       answers by steps",
+                    names(self)
+                );
+            };
+            // halve the step until the residual falls
+            let (from, size) = (y.to_vec(), r.amax());
+            let mut share = 1.0;
+            loop {
+                for (i, &o) in group.iter().enumerate() {
+                    y[o] = from[o] + share * step[i];
+                }
+                r = self.residual(group, y)?;
+                if r.amax() < size || share < 1e-6 {
+                    break;
+                }
+                share *= 0.5;
+            }
+            if r.amax() >= size {
+                // no way down: rounding, or no solution
+                let scale = group.iter().fold(0.0f64, |a, &o| a.max(from[o].abs()));
+                if size <= 1e-9 * scale {
+                    y.copy_from_slice(&from);
+                    return Ok(());
+                }
+                break;
+            }
+        }
+        bail!("algebraic loop of {}: no solution found; break it by a part that answers by steps", names(self))
+    }
+
+    /// Saves every slave's state in a slot.
+    pub(super) fn save(&mut self, slot: usize) -> Result<()> {
+        self.parts.iter_mut().try_for_each(|p| p.slave.save(slot))
+    }
+
+    /// Takes every slave back to a slot.
+    pub(super) fn restore(&mut self, slot: usize) -> Result<()> {
+        self.parts.iter_mut().try_for_each(|p| p.slave.restore(slot))
+    }
+}

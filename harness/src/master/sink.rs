@@ -1,0 +1,123 @@
+//! Results written while they are computed: CSV or Parquet, under a name of their own until they are whole.
+
+use anyhow::{Context, Result};
+use parquet::basic::{Repetition, Type as Physical};
+use parquet::data_type::DoubleType;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Rows that Parquet collects before it writes them.
+const GROUP: usize = 8192;
+
+enum Form {
+    Csv(BufWriter<File>),
+    Parquet { writer: Box<SerializedFileWriter<File>>, columns: Vec<Vec<f64>> },
+}
+
+/// A file of rows of numbers. Until [`Sink::finish`] it ends in `.part`.
+pub struct Sink {
+    form: Form,
+    part: PathBuf,
+    path: PathBuf,
+    line: String,
+}
+
+impl Sink {
+    /// Opens `path` (its folders are made) with the columns of `head`; Parquet where `parquet`, else CSV.
+    ///
+    /// # Errors
+    /// As the file system gives them.
+    pub fn new(path: &Path, head: &[String], parquet: bool) -> Result<Sink> {
+        let named = || format!("{}: cannot be written", path.display());
+        if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty()) {
+            std::fs::create_dir_all(folder).with_context(named)?;
+        }
+        let mut part = path.as_os_str().to_owned();
+        part.push(".part");
+        let part = PathBuf::from(part);
+        let file = File::create(&part).with_context(named)?;
+        let form = if parquet {
+            let mut fields = Vec::new();
+            for name in head {
+                let field = Type::primitive_type_builder(name, Physical::DOUBLE).with_repetition(Repetition::REQUIRED);
+                fields.push(Arc::new(field.build()?));
+            }
+            let schema = Arc::new(Type::group_type_builder("results").with_fields(fields).build()?);
+            let properties = Arc::new(WriterProperties::builder().set_dictionary_enabled(false).build());
+            let writer = Box::new(SerializedFileWriter::new(file, schema, properties)?);
+            Form::Parquet { writer, columns: vec![Vec::new(); head.len()] }
+        } else {
+            let mut writer = BufWriter::new(file);
+            writeln!(writer, "{}", head.join(",")).with_context(named)?;
+            Form::Csv(writer)
+        };
+        Ok(Sink { form, part, path: path.to_path_buf(), line: String::new() })
+    }
+
+    /// Writes a row, as many values as columns; every number reads back as the same double.
+    ///
+    /// # Errors
+    /// As the file system gives them.
+    pub fn row(&mut self, values: &[f64]) -> Result<()> {
+        use std::fmt::Write as _;
+        match &mut self.form {
+            Form::Csv(writer) => {
+                self.line.clear();
+                for (i, v) in values.iter().enumerate() {
+                    if i > 0 {
+                        self.line.push(',');
+                    }
+                    // writing to a String cannot fail
+                    let _ = write!(self.line, "{v:e}");
+                }
+                self.line.push('\n');
+                writer.write_all(self.line.as_bytes())?;
+            }
+            Form::Parquet { writer, columns } => {
+                for (c, v) in columns.iter_mut().zip(values) {
+                    c.push(*v);
+                }
+                if columns[0].len() >= GROUP {
+                    flush(writer, columns)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the file and gives it its name.
+    ///
+    /// # Errors
+    /// As the file system gives them.
+    pub fn finish(self) -> Result<()> {
+        match self.form {
+            Form::Csv(mut writer) => writer.flush()?,
+            Form::Parquet { mut writer, mut columns } => {
+                flush(&mut writer, &mut columns)?;
+                writer.close()?;
+            }
+        }
+        std::fs::rename(&self.part, &self.path).with_context(|| format!("{}: cannot be written", self.path.display()))
+    }
+}
+
+fn flush(writer: &mut SerializedFileWriter<File>, columns: &mut [Vec<f64>]) -> Result<()> {
+    if columns.first().map_or(true, Vec::is_empty) {
+        return Ok(());
+    }
+    let mut group = writer.next_row_group()?;
+    for c in columns.iter_mut() {
+        if let Some(mut w) = group.next_column()? {
+            w.typed::<DoubleType>().write_batch(c, None, None)?;
+            w.close()?;
+        }
+        c.clear();
+    }
+    group.close()?;
+    Ok(())
+}

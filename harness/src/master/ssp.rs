@@ -1,0 +1,230 @@
+//! SSP 1.0 archives in (Modelica Association 2019, System Structure and Parameterization): one flat system of
+//! FMI 2.0 components with Real connections.
+
+use super::system::{Component, Connection, Master, Results, System, Value};
+use anyhow::{bail, ensure, Context, Result};
+use quick_xml::events::{BytesStart, Event};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+use toml::Spanned;
+
+/// An element with its local name, whatever its prefix.
+#[derive(Default)]
+struct Node {
+    name: String,
+    attributes: BTreeMap<String, String>,
+    children: Vec<Node>,
+    line: usize,
+}
+
+fn local(name: &str) -> &str {
+    name.rsplit(':').next().unwrap_or(name)
+}
+
+impl Node {
+    fn of(e: &BytesStart, line: usize) -> Result<Node> {
+        let mut n = Node { name: local(AsRef::<str>::as_ref(&e.name())).to_string(), line, ..Node::default() };
+        for a in e.attributes() {
+            let a = a?;
+            let value = a.normalized_value(quick_xml::XmlVersion::Implicit1_0)?.into_owned();
+            n.attributes.insert(local(AsRef::<str>::as_ref(&a.key)).to_string(), value);
+        }
+        Ok(n)
+    }
+
+    fn parse(text: &str) -> Result<Node> {
+        let mut xml = quick_xml::Reader::from_str(text);
+        xml.config_mut().expand_empty_elements = true;
+        let mut stack = vec![Node::default()];
+        loop {
+            let event = xml.read_event();
+            let at = (xml.buffer_position() as usize).min(text.len());
+            let line = 1 + text.as_bytes()[..at].iter().filter(|&&b| b == b'\n').count();
+            match event.with_context(|| format!("line {line}: not well formed"))? {
+                Event::Start(e) => stack.push(Node::of(&e, line)?),
+                Event::End(_) => {
+                    let Some(done) = stack.pop() else { bail!("line {line}: not well formed") };
+                    let Some(parent) = stack.last_mut() else { bail!("line {line}: not well formed") };
+                    parent.children.push(done);
+                }
+                Event::Eof => break,
+                _ => {}
+            }
+        }
+        ensure!(stack.len() == 1, "ends inside an element; export it again");
+        let mut root = stack.remove(0);
+        ensure!(root.children.len() == 1, "has no root element");
+        Ok(root.children.remove(0))
+    }
+
+    fn child(&self, name: &str) -> Option<&Node> {
+        self.children.iter().find(|c| c.name == name)
+    }
+
+    fn all<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Node> {
+        self.children.iter().filter(move |c| c.name == name)
+    }
+
+    fn need(&self, attribute: &str) -> Result<&str> {
+        let found = self.attributes.get(attribute).map(String::as_str);
+        found.with_context(|| format!("SystemStructure.ssd:{}: {} has no {attribute}", self.line, self.name))
+    }
+
+    fn number(&self, attribute: &str) -> Result<Option<f64>> {
+        let Some(text) = self.attributes.get(attribute) else { return Ok(None) };
+        let value = text.trim().parse();
+        Ok(Some(
+            value.with_context(|| format!("SystemStructure.ssd:{}: {attribute}=\"{text}\" is no number", self.line))?,
+        ))
+    }
+
+    /// The first element of a name anywhere below.
+    fn find(&self, name: &str) -> Option<&Node> {
+        self.children.iter().find_map(|c| if c.name == name { Some(c) } else { c.find(name) })
+    }
+}
+
+fn spanned<T>(value: T) -> Spanned<T> {
+    Spanned::new(0..0, value)
+}
+
+/// Parameters of a binding, inline or in a file of the archive, by name without the prefix.
+fn bindings(n: &Node, folder: &Path) -> Result<Vec<(String, Value)>> {
+    let mut found = Vec::new();
+    for b in n.child("ParameterBindings").into_iter().flat_map(|p| p.all("ParameterBinding")) {
+        let prefix = b.attributes.get("prefix").cloned().unwrap_or_default();
+        ensure!(
+            b.child("ParameterMapping").is_none(),
+            "SystemStructure.ssd:{}: parameter mappings are not read here; name the parameters as the FMU does",
+            b.line
+        );
+        let file;
+        let set = match b.attributes.get("source") {
+            Some(source) => {
+                let path = folder.join(source);
+                let text = std::fs::read_to_string(&path).with_context(|| format!("{source}: cannot be read"))?;
+                file = Node::parse(&text).with_context(|| source.clone())?;
+                Some(&file)
+            }
+            None => b.child("ParameterValues").and_then(|v| v.child("ParameterSet")),
+        };
+        let Some(parameters) = set.and_then(|s| s.child("Parameters")) else { continue };
+        for p in parameters.all("Parameter") {
+            let name = format!("{prefix}{}", p.need("name")?);
+            let Some(v) = p.children.first() else { continue };
+            let text = v.need("value")?;
+            let wrong = || format!("parameter {name}: \"{text}\" is no {}", v.name);
+            let value = match v.name.as_str() {
+                "Real" => Value::Real(text.trim().parse().with_context(wrong)?),
+                "Integer" => Value::Integer(text.trim().parse().with_context(wrong)?),
+                "Boolean" => Value::Boolean(matches!(text.trim(), "true" | "1")),
+                "String" => Value::Text(text.to_string()),
+                other => bail!("parameter {name} is of type {other}, which is not read here"),
+            };
+            found.push((name, value));
+        }
+    }
+    Ok(found)
+}
+
+/// Reads an archive. The master is Gauss-Seidel in dependency order; its step that of the OMSimulator annotation, or
+/// of the FMUs where there is none.
+///
+/// # Errors
+/// Says what is wrong with the archive, with the line of SystemStructure.ssd, and the cure.
+pub(super) fn load(path: &Path) -> Result<System> {
+    let file = std::fs::File::open(path).context("cannot be read; give the path of an SSP archive")?;
+    let mut zip =
+        zip::ZipArchive::new(std::io::BufReader::new(file)).context("not a zip archive, so not an SSP archive")?;
+    let folder = tempfile::Builder::new().prefix("touchdown-ssp-").tempdir()?;
+    zip.extract(folder.path()).context("cannot be unpacked")?;
+    let text = std::fs::read_to_string(folder.path().join("SystemStructure.ssd"))
+        .context("has no SystemStructure.ssd at its top, so it is no SSP archive")?;
+    let root = Node::parse(&text).context("SystemStructure.ssd")?;
+    ensure!(root.name == "SystemStructureDescription", "SystemStructure.ssd: the root element is {}", root.name);
+    let version = root.attributes.get("version").cloned().unwrap_or_default();
+    ensure!(version.starts_with("1."), "SystemStructure.ssd is of SSP {version:?}; this host reads SSP 1.0");
+    let system = root.child("System").context("SystemStructure.ssd has no System")?;
+    let mut components = Vec::new();
+    let of_system = bindings(system, folder.path())?;
+    for c in system.child("Elements").into_iter().flat_map(|e| &e.children) {
+        ensure!(
+            c.name == "Component",
+            "SystemStructure.ssd:{}: a {} inside the system; only components are read here, flatten it",
+            c.line,
+            c.name
+        );
+        let name = c.need("name")?.to_string();
+        let mut set: BTreeMap<String, Spanned<Value>> = BTreeMap::new();
+        let prefix = format!("{name}.");
+        for (n, v) in &of_system {
+            if let Some(own) = n.strip_prefix(&prefix) {
+                set.insert(own.to_string(), spanned(v.clone()));
+            }
+        }
+        for (n, v) in bindings(c, folder.path())? {
+            set.insert(n, spanned(v));
+        }
+        let source = c.need("source")?.to_string();
+        components.push(Component { name: spanned(name), file: spanned(source), set, input_orders: None, log: vec![] });
+    }
+    ensure!(!components.is_empty(), "SystemStructure.ssd has no Component");
+    let mut connect = Vec::new();
+    for c in system.child("Connections").into_iter().flat_map(|e| e.all("Connection")) {
+        let (Some(a), Some(b)) = (c.attributes.get("startElement"), c.attributes.get("endElement")) else {
+            // a connector of the system itself: nothing of ours is on its other side
+            continue;
+        };
+        let (from, to) = (format!("{a}.{}", c.need("startConnector")?), format!("{b}.{}", c.need("endConnector")?));
+        let (mut factor, mut offset) = (1.0, 0.0);
+        if let Some(l) = c.child("LinearTransformation") {
+            factor = l.number("factor")?.unwrap_or(1.0);
+            offset = l.number("offset")?.unwrap_or(0.0);
+        }
+        connect.push(Connection { from: spanned(from), to: spanned(to), factor, offset });
+    }
+    let experiment = root.child("DefaultExperiment");
+    let time = |name: &str| -> Result<Option<f64>> { experiment.map_or(Ok(None), |e| e.number(name)) };
+    let step = root.find("FixedStepMaster").map_or(Ok(None), |m| m.number("stepSize"))?;
+    let master = Master {
+        method: spanned("gauss-seidel".into()),
+        inputs: None,
+        shape: None,
+        order: Vec::new(),
+        start: time("startTime")?.unwrap_or(0.0),
+        stop: time("stopTime")?.unwrap_or(1.0),
+        step,
+        adapt: None,
+        tolerance: None,
+        iterations: None,
+    };
+    Ok(System {
+        name: system.attributes.get("name").cloned(),
+        fmu: components,
+        connect,
+        master,
+        touch: Vec::new(),
+        lookahead: Vec::new(),
+        bond: Vec::new(),
+        results: Results::default(),
+        path: path.to_path_buf(),
+        text: String::new(),
+        folder: folder.path().to_path_buf(),
+        keep: Some(Arc::new(folder)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elements_are_read_whatever_their_prefix_and_faults_are_named_with_their_line() {
+        let n = Node::parse("<a:x v=\"1\">\n<b:y/>\n<y k=\"2\"/></a:x>").unwrap();
+        assert_eq!((n.name.as_str(), n.all("y").count(), n.number("v").unwrap()), ("x", 2, Some(1.0)));
+        assert!(n.child("y").unwrap().need("k").unwrap_err().to_string().contains("ssd:2: y has no k"));
+        assert!(Node::parse("<a><b></a>").is_err());
+        assert!(Node::parse("<a>").is_err());
+    }
+}

@@ -1,0 +1,259 @@
+//! A system file: which FMUs, how they are connected, and how they are stepped.
+
+use anyhow::{anyhow, Context, Result};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+
+/// A value that a file sets.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// Of a Boolean.
+    Boolean(bool),
+    /// Of an Integer, Enumeration or Real.
+    Integer(i64),
+    /// Of a Real.
+    Real(f64),
+    /// Of a String.
+    Text(String),
+}
+
+/// An FMU of the system.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Component {
+    /// Its name in the system.
+    pub name: Spanned<String>,
+    /// The file, relative to the system's; or `touchdown:contact`, `touchdown:moving-bar`, packed on the fly.
+    pub file: Spanned<String>,
+    /// Parameters, inputs and start values by name, in the FMU's units.
+    #[serde(default)]
+    pub set: BTreeMap<String, Spanned<Value>>,
+    /// Highest order of input derivatives the FMU takes, where it declares canInterpolateInputs; FMI 2.0 has no
+    /// place to tell it. 1 unless given.
+    pub input_orders: Option<u32>,
+    /// Log categories to switch on; empty: errors only.
+    #[serde(default)]
+    pub log: Vec<String>,
+}
+
+/// A connection: to = factor * from + offset, after conversion of the units both ends tell.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Connection {
+    /// `fmu.output`.
+    pub from: Spanned<String>,
+    /// `fmu.input`.
+    pub to: Spanned<String>,
+    /// Factor, 1 unless given.
+    #[serde(default = "one")]
+    pub factor: f64,
+    /// Offset in the input's unit.
+    #[serde(default)]
+    pub offset: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// How the step adapts.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "lowercase", tag = "by")]
+pub enum AdaptBy {
+    /// By the bonds' energy residual.
+    Energy {
+        /// Share of the energy, a step.
+        tolerance: f64,
+        /// Energy below which that of the bonds does not count as less, J.
+        #[serde(default)]
+        floor: f64,
+        /// s.
+        shortest: Option<f64>,
+        /// s.
+        longest: Option<f64>,
+    },
+    /// By step doubling.
+    Doubling {
+        /// Share of each signal's largest value, a step.
+        tolerance: f64,
+        /// s.
+        shortest: Option<f64>,
+        /// s.
+        longest: Option<f64>,
+    },
+}
+
+/// `[master]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Master {
+    /// gauss-seidel, jacobi, implicit or iterated.
+    #[serde(default = "gauss_seidel")]
+    pub method: Spanned<String>,
+    /// held or extrapolated (gauss-seidel, jacobi).
+    pub inputs: Option<Spanned<String>>,
+    /// mean, linear or cubic (implicit: mean unless given; iterated: cubic).
+    pub shape: Option<Spanned<String>>,
+    /// Order of stepping, by names; by feedthrough unless given.
+    #[serde(default)]
+    pub order: Vec<String>,
+    /// s.
+    #[serde(default)]
+    pub start: f64,
+    /// s.
+    pub stop: f64,
+    /// s; the smallest step the FMUs prefer unless given.
+    pub step: Option<f64>,
+    /// How the step adapts; fixed unless given.
+    pub adapt: Option<AdaptBy>,
+    /// Tolerance of the iteration.
+    pub tolerance: Option<f64>,
+    /// Most iterations.
+    pub iterations: Option<usize>,
+}
+
+fn gauss_seidel() -> Spanned<String> {
+    Spanned::new(0..0, "gauss-seidel".into())
+}
+
+/// `[[touch]]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TouchOf {
+    /// `fmu.output`.
+    pub of: Spanned<String>,
+    /// Level.
+    #[serde(default)]
+    pub at: f64,
+}
+
+/// `[[lookahead]]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LookaheadOf {
+    /// `fmu.parameter`: a tunable Real in s.
+    pub variable: Spanned<String>,
+    /// Coming steps.
+    pub steps: f64,
+}
+
+/// `[[bond]]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BondOf {
+    /// `fmu.output`.
+    pub force: Spanned<String>,
+    /// `fmu.output`.
+    pub velocity: Spanned<String>,
+    /// `fmu.variable` with the work done against the force, J.
+    pub work: Option<Spanned<String>>,
+    /// `fmu.variable`s that add up to the energy taken, J.
+    #[serde(default)]
+    pub energy: Vec<Spanned<String>>,
+}
+
+/// `[results]`.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Results {
+    /// `fmu.variable`s; `fmu.*` for all its outputs; all outputs of all FMUs unless given.
+    #[serde(default)]
+    pub record: Vec<Spanned<String>>,
+    /// Every how many macro-steps a row is written; touches always are. 1 unless given.
+    pub every: Option<u64>,
+    /// Parquet instead of CSV.
+    #[serde(default)]
+    pub parquet: bool,
+}
+
+/// A system of FMUs.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct System {
+    /// Name.
+    pub name: Option<String>,
+    /// FMUs.
+    pub fmu: Vec<Component>,
+    /// Connections.
+    #[serde(default)]
+    pub connect: Vec<Connection>,
+    /// Master.
+    pub master: Master,
+    /// Touches to land on.
+    #[serde(default)]
+    pub touch: Vec<TouchOf>,
+    /// Lookaheads to keep.
+    #[serde(default)]
+    pub lookahead: Vec<LookaheadOf>,
+    /// Power bonds.
+    #[serde(default)]
+    pub bond: Vec<BondOf>,
+    /// Results.
+    #[serde(default)]
+    pub results: Results,
+    /// The file, for messages.
+    #[serde(skip)]
+    pub path: PathBuf,
+    /// Its text, for the lines of messages; empty for an archive.
+    #[serde(skip)]
+    pub text: String,
+    /// Where FMUs of relative path lie.
+    #[serde(skip)]
+    pub folder: PathBuf,
+    /// What keeps an unpacked archive.
+    #[serde(skip)]
+    pub keep: Option<std::sync::Arc<tempfile::TempDir>>,
+}
+
+impl System {
+    /// Whether a file is a system, by its ending or by its tables.
+    pub fn is_one(path: &Path) -> bool {
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ssp")) {
+            return true;
+        }
+        let text = std::fs::read_to_string(path).unwrap_or_default();
+        text.lines().any(|l| l.trim_start().starts_with("[[fmu]]"))
+    }
+
+    /// Reads a system file or an SSP archive.
+    ///
+    /// # Errors
+    /// Names the file, the line and the cure.
+    pub fn load(path: &Path) -> Result<System> {
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ssp")) {
+            return super::ssp::load(path).with_context(|| format!("{}", path.display()));
+        }
+        let name = path.display();
+        let text = std::fs::read_to_string(path)
+            .with_context(|| format!("{name}: cannot be read; give the path of a system file"))?;
+        let mut s: System = toml::from_str(&text).map_err(|e| {
+            let line = e.span().map_or(String::new(), |s| format!("{}:", line_of(&text, s.start)));
+            anyhow!("{name}:{line} {}; correct it or leave it out", e.message().trim())
+        })?;
+        s.folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        s.path = path.to_path_buf();
+        s.text = text;
+        Ok(s)
+    }
+
+    /// An error at a place of the file.
+    pub(super) fn at(&self, span: std::ops::Range<usize>, what: &str) -> anyhow::Error {
+        if self.text.is_empty() {
+            return anyhow!("{}: {what}", self.path.display());
+        }
+        anyhow!("{}:{}: {what}", self.path.display(), line_of(&self.text, span.start))
+    }
+
+    /// The name, or the file's.
+    pub fn title(&self) -> String {
+        let stem = || self.path.file_stem().map_or("system".into(), |n| n.to_string_lossy().into_owned());
+        self.name.clone().unwrap_or_else(stem)
+    }
+}
+
+fn line_of(text: &str, byte: usize) -> usize {
+    1 + text.as_bytes()[..byte.min(text.len())].iter().filter(|&&b| b == b'\n').count()
+}

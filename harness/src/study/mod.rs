@@ -1,0 +1,4 @@
+//! Studies: what a method is worth, measured against exact answers.
+
+pub mod coupling;
+mod table;
