@@ -133,14 +133,14 @@ fn an_accelerometer_answers_as_an_oscillator_on_its_base_does() {
     // far lighter than the body, it feels the body's acceleration through its own spring alone: against the closed
     // answer of an undamped oscillator to a half sine, p = 1
     let (m, k, v): (f64, f64, f64) = (1.0, 1e6, 1.0);
-    let (ma, ka) = (1e-6, 25.0);
+    let (ma, ka): (f64, f64) = (1e-6, 25.0);
     let text = format!(
         "kind = \"drop_test\"\nmodel = \"three_mass\"\nimpact_speed = {v:?}\n[masses]\naccelerometer = {ma:?}\n\
          body = 0.999998\ntip = 1e-6\n[sensors]\naccelerometer_stiffness = {ka:?}\ntransducer_stiffness = 1e10\n\
          transducer_damping_ratio = 0.9\n[contact]\nstiffness = {k:?}\nexponent = 1.0\n"
     );
     let (c, o) = simulated(&text).remove(0);
-    let (w, p): (f64, f64) = ((k / m).sqrt(), (ka / ma as f64).sqrt());
+    let (w, p): (f64, f64) = ((k / m).sqrt(), (ka / ma).sqrt());
     let mut worst: f64 = 0.0;
     let top = w * v;
     for r in o.rows.iter().filter(|r| r.force > 0.0) {
@@ -206,6 +206,17 @@ fn the_papers_contactor_comes_out_and_the_printed_unit_does_not() {
     assert!((number(&b["duration"]) * 1e3 - 1.49).abs() < 0.005 && number(&b["exact"]["differences"][3]).abs() < 1e-8);
     let ratio = number(&free["comparison"][1]["peak_ratio"]);
     assert!((ratio - 2.92).abs() < 0.005, "{ratio}");
+}
+
+#[test]
+fn readme_shows_the_table_the_command_prints() {
+    let dir = tempfile::tempdir().unwrap();
+    let o = run(dir.path(), &example("contactor_paper"), &[]);
+    let told = String::from_utf8_lossy(&o.stdout).into_owned();
+    let table: Vec<&str> = told.lines().filter(|l| l.starts_with('|')).collect();
+    assert_eq!(table.len(), 5, "{told}");
+    let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md")).unwrap();
+    assert!(readme.contains(&table.join("\n")), "{told}");
 }
 
 #[test]
@@ -415,6 +426,18 @@ fn bad_scenarios_name_file_line_and_cure() {
         assert!(wanted.iter().all(|w| e.contains(w)), "{wanted:?} in {e}");
         assert!(!dir.path().join("out").exists());
     }
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_told_before_anything_runs() {
+    let dir = tempfile::tempdir().unwrap();
+    let taken = dir.path().join("out");
+    std::fs::write(&taken, "mine").unwrap();
+    let o = run(dir.path(), &example("drop_test"), &["--direct"]);
+    let e = String::from_utf8_lossy(&o.stderr).into_owned();
+    assert_eq!(o.status.code(), Some(2));
+    assert!(e.contains("out: cannot be written") && e.contains("--out") && o.stdout.is_empty(), "{e}");
+    assert_eq!(std::fs::read_to_string(taken).unwrap(), "mine");
 }
 
 #[test]

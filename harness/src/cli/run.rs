@@ -1,7 +1,7 @@
 //! `touchdown run`.
 
 use anyhow::{Context, Result};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use touchdown::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
 use touchdown::report::run::{page, Done};
@@ -37,11 +37,24 @@ impl Arguments {
     }
 }
 
+/// Sees that files can be written in a folder, or in the one it will be made in, before anything is computed.
+fn writable(out: &Path) -> Result<()> {
+    let mut at = out;
+    while !at.as_os_str().is_empty() && !at.exists() {
+        at = at.parent().unwrap_or(Path::new(""));
+    }
+    let there = if at.as_os_str().is_empty() { Path::new(".") } else { at };
+    tempfile::tempfile_in(there)
+        .map(drop)
+        .with_context(|| format!("{}: cannot be written; give --out a folder that can", at.display()))
+}
+
 pub fn run(a: &Arguments) -> Result<ExitCode> {
     if touchdown::master::System::is_one(&a.scenario) {
         return super::system::run(&a.scenario, &a.out, a.parquet);
     }
     let scenario = Scenario::load(&a.scenario)?;
+    writable(&a.out)?;
     let mut cases = scenario.cases();
     let mut source = Source::new();
     catch_interrupts();
