@@ -105,7 +105,7 @@ def scoreboard(summ, targets):
         if t:
             ax.plot([t[1]] * 2, [i - 0.4, i + 0.4], color="black", lw=1, ls=":")
             ax.plot([t[0]] * 2, [i - 0.4, i + 0.4], color="black", lw=1.4)
-        ax.text(0.01, i, f"{s['right']}/{s['n']}", va="center", color="white", fontsize=8)
+        ax.text(0.01, i, f"{s['right']}/{s['n']}", va="center", color="white" if q > 0.1 else "black", fontsize=8)
     ax.set_yticks(range(len(summ)), list(summ))
     ax.invert_yaxis()
     ax.set_xlim(0, 1)
