@@ -52,6 +52,7 @@ def diagnose_all(binary, cases, out, jobs, what):
     """Diagnoses every case, keeping what this very binary has answered before (out/runs.json); nothing is lost by Ctrl-C."""
     kept = out / "runs.json"
     version = hashlib.sha256(Path(binary).read_bytes()).hexdigest()[:12]
+    out.mkdir(parents=True, exist_ok=True)
     runs = json.loads(kept.read_text()) if kept.exists() else {}
     runs = {k: r for k, r in runs.items() if r["binary"] == version and (r["code"] != 0 or (out / k / "verdict.json").exists())}
     todo = [c for c in cases if c.name not in runs]
@@ -179,7 +180,7 @@ def main():
     o = options()
     out = o.out
     binary = built(o.touchdown)
-    commit = subprocess.run(["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
+    commit = "" if o.touchdown else subprocess.run(["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
     total = sum(n for _, n in o.sets)
     head = dict(sets=o.sets, cases=total, date=datetime.date.today().isoformat(), commit=commit, jobs=o.jobs)
     rows, single_level, others = [], None, None
@@ -205,7 +206,9 @@ def main():
     real = None
     if o.real:
         from .real import sections
-        found, real = sections(o.real, out / "real", lambda c, d: diagnose(binary, c, d, o.jobs))
+        campaigns = sorted(p.parent for p in o.real.glob("*/campaign.toml"))
+        told, head["binary"] = diagnose_all(binary, campaigns, out / "real", o.jobs, "real recordings")
+        found, real = sections(campaigns, out / "real", told)
         (out / "real.json").write_text(json.dumps(jsonable(found), indent=1))
         real = (found, real)
     page.write(out, head, rows, others, real, single_level)

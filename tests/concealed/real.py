@@ -124,11 +124,9 @@ def misses(case, answer):
     return {c: float(np.mean(v)) for c, v in tot.items()}, when / max(when.sum(), 1e-300)
 
 
-def section(case, out, diagnose):
-    """One campaign: (dict of what was found, html)."""
-    run = diagnose(case, out)
-    answer = out / case.name
-    r = dict(campaign=case.name, seconds=run["seconds"], named=[], before=None, after=None, supported=None, peaks=None)
+def section(case, answer, run):
+    """One campaign and its answer: (dict of what was found, html)."""
+    r = dict(campaign=case.name, seconds=run["cpu"], named=[], before=None, after=None, supported=None, peaks=None)
     kind = (case / "campaign.toml").read_text()
     h = [f"<h3>{fig_esc(case.name)}</h3>"]
     try:
@@ -146,7 +144,7 @@ def section(case, out, diagnose):
         quarter = int(np.argmax(m[1]))
         h.append(f"<p><b>What the base misses.</b> Recalibrated without the level it predicts, it is off by {by} (rms); {100 * m[1][quarter]:.0f} % of that lies in the {('first', 'second', 'third', 'last')[quarter]} quarter of a recording.</p>")
     h.append(f"<p><b>What was named.</b> {fig_esc(' + '.join(r['named']) or 'nothing')}{', with something unexplained besides' if r['unexplained'] else ''}"
-             + (f"; held open: {fig_esc(', '.join(r['also']))}" if r["also"] else "") + f". {fig_esc('; '.join(x.get('text', '') for x in v.get('missing', [])) or v.get('unexplained', {}).get('text', ''))} ({r['seconds']:.0f} s)</p>")
+             + (f"; held open: {fig_esc(', '.join(r['also']))}" if r["also"] else "") + f". {fig_esc('; '.join(x.get('text', '') for x in v.get('missing', [])) or v.get('unexplained', {}).get('text', ''))} ({r['seconds']:.0f} s of processor)</p>")
     if r["before"] and r["after"]:
         h.append(f"<p><b>Held-out misfit</b> (mean over recordings and channels, rms over range): {100 * r['before']:.3f} % before, {100 * r['after']:.3f} % after, {r['before'] / r['after']:.2f} times less.</p>")
     h.append("<p><b>How the truth is known.</b> ")
@@ -189,11 +187,7 @@ def fig_esc(x):
     return html.escape(str(x))
 
 
-def sections(folder, out, diagnose, only=None):
-    """All campaigns of the folder: (results, html). `diagnose(campaign, out)` runs the tool."""
-    res, parts = [], []
-    for case in sorted(p for p in folder.iterdir() if (p / "campaign.toml").exists()):
-        r, h = section(case, out, diagnose)
-        res.append(r)
-        parts.append(h)
-    return res, "\n".join(parts)
+def sections(campaigns, out, runs):
+    """All campaigns, diagnosed into `out` with `runs` by name: (results, html)."""
+    both = [section(c, out / c.name, runs[c.name]) for c in campaigns]
+    return [r for r, _ in both], "\n".join(h for _, h in both)
