@@ -1,17 +1,19 @@
 //! A drop test by `touchdown run` beside the same one in Python.
 
-use super::{Pair, Python};
-use anyhow::{bail, Context, Result};
+use super::{cpu_seconds, taken, Pair, Python, FMPY_SIDE};
+use crate::scenario::{simulate, Scenario, Source, Through};
+use anyhow::{Context, Result};
 use serde_json::Value;
+use std::hint::black_box;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::Instant;
 
 /// What both sides came to.
 pub struct DropTest {
-    /// Milliseconds: `touchdown run` as a process from its start to its end, with the FMU packed and unpacked, results
-    /// and report written; Python inside a process that has its imports behind it, with results written.
-    pub time: Pair,
+    /// CPU ms to load the FMU and step it through the test, nothing written, imports done.
+    pub inside: Pair,
+    /// CPU ms of a process from its start to its end: `touchdown run` with results and report, a Python with results.
+    pub process: Pair,
     /// Figures of the last impact: name, ours, theirs.
     pub figures: Vec<(&'static str, f64, f64)>,
 }
@@ -37,64 +39,73 @@ fn last_with<'a>(v: &'a Value, keys: &[&str]) -> Option<&'a Value> {
     }
 }
 
-/// Runs the drop test on both sides, `rounds` times in turn, in `folder`; `told` hears after each.
+/// Loads `fmu` and steps it through the scenario; CPU ms.
+fn inside(scenario: &Scenario, fmu: &Path) -> Result<f64> {
+    let start = cpu_seconds();
+    for mut case in scenario.cases() {
+        let (mut element, _) = Source::new().element(&Through::Fmu(fmu.into()), &mut case)?;
+        black_box(simulate(&case, element.as_mut(), &mut |_| true)?);
+    }
+    Ok((cpu_seconds() - start) * 1e3)
+}
+
+/// Runs the drop test on both sides, `rounds` times in turn, in `folder`; `side` is [`FMPY_SIDE`] started with `fmu`
+/// in `python`.
 ///
 /// # Errors
 /// Where the command, its answer or Python fails.
-pub fn drop_test(
-    fmu: &Path,
-    python: &mut Python,
-    folder: &Path,
-    rounds: usize,
-    mut told: impl FnMut(),
-) -> Result<DropTest> {
-    let scenario = folder.join("bench.toml");
+pub fn drop_test(fmu: &Path, python: &Path, side: &mut Python, folder: &Path, rounds: usize) -> Result<DropTest> {
+    let path = folder.join("bench.toml");
     let contact: String = CONTACT.iter().map(|(n, x)| format!("{n} = {x:e}\n")).collect();
     let text = format!(
         "kind = \"drop_test\"\nmass = {MASS:?}\ndrop_height = {HEIGHT:?}\ngravity = true\nimpacts = {}\n\n[contact]\n{contact}",
         DropTest::IMPACTS
     );
-    std::fs::write(&scenario, text)?;
+    std::fs::write(&path, text)?;
+    let scenario = Scenario::load(&path)?;
     let program = std::env::current_exe().context("the program's own path is not known")?;
-    let (out, csv) = (folder.join("run"), folder.join("python.csv"));
+    let out = folder.join("run");
     let question = serde_json::json!({
         "mass": MASS,
         "drop_height": HEIGHT,
         "impacts": DropTest::IMPACTS,
         "tolerance": DropTest::TOLERANCE,
         "contact": CONTACT.iter().map(|(n, x)| (n.to_string(), Value::from(*x))).collect::<serde_json::Map<_, _>>(),
-        "out": csv,
-    });
-    let mut time = Pair::default();
+        "out": folder.join("python.csv"),
+    })
+    .to_string();
+    let mut test = DropTest { inside: Pair::default(), process: Pair::default(), figures: Vec::new() };
     let mut theirs = Vec::new();
     // the first of each warms files and caches and does not count
     for round in 0..=rounds {
-        let start = Instant::now();
-        let done = Command::new(&program)
-            .args(["run".as_ref(), scenario.as_os_str(), "--out".as_ref(), out.as_os_str()])
-            .args(["--fmu".as_ref(), fmu.as_os_str()])
-            .stdout(Stdio::null())
-            .status()?;
-        let ours = start.elapsed().as_secs_f64() * 1e3;
-        if !done.success() {
-            bail!("touchdown run failed; its words are above");
-        }
-        theirs = python.ask(&format!("drop {question}"))?;
+        let ours = inside(&scenario, fmu)?;
+        theirs = side.ask(&format!("drop {question}"))?;
+        let here = taken(
+            Command::new(&program)
+                .arg("run")
+                .arg(&path)
+                .arg("--out")
+                .arg(&out)
+                .arg("--fmu")
+                .arg(fmu)
+                .stdout(Stdio::null()),
+        )?;
+        let there = taken(Command::new(python).args(["-c", FMPY_SIDE]).arg(fmu).arg(&question).stdout(Stdio::null()))?;
         if round > 0 {
-            time.rounds.push((ours, theirs[0] * 1e3));
-            told();
+            test.inside.rounds.push((ours, theirs[0] * 1e3));
+            test.process.rounds.push((here.cpu * 1e3, there.cpu * 1e3));
         }
     }
-    let names = ["deepest", "peak_force", "restitution", "duration"];
+    let names = ["deepest", "restitution", "duration"];
     let path = out.join("summary.json");
     let summary: Value = serde_json::from_slice(&std::fs::read(&path)?)?;
     let last = last_with(&summary, &names).with_context(|| format!("{}: no impact in it", path.display()))?;
-    let figures = names
+    test.figures = names
         .iter()
         .enumerate()
         .map(|(i, n)| (*n, last[*n].as_f64().unwrap_or(f64::NAN), theirs.get(i + 1).copied().unwrap_or(f64::NAN)))
         .collect();
-    Ok(DropTest { time, figures })
+    Ok(test)
 }
 
 #[cfg(test)]
