@@ -116,7 +116,7 @@ fn a_contactor_that_bounces_gives_back_its_law() {
 }
 
 #[test]
-fn an_indentation_gives_back_its_law_by_both_methods() {
+fn an_indentation_gives_back_its_law_by_both_methods_on_any_number_of_threads() {
     let mut physics = Physics::default();
     physics.law.stiffness = 3e6;
     physics.law.exponent = 1.6;
@@ -155,6 +155,23 @@ fn an_indentation_gives_back_its_law_by_both_methods() {
         assert_eq!(v["converged"], true, "{method}");
         assert_truth(&v, &physics, [0.1, 0.01, 0.1]);
     }
+    // the same to the last bit on one thread and on three
+    let mut texts = Vec::new();
+    for threads in ["1", "3"] {
+        let out = dir.path().join(threads);
+        let o = Command::new(env!("CARGO_BIN_EXE_touchdown"))
+            .env("RAYON_NUM_THREADS", threads)
+            .arg("fit")
+            .arg(&campaign)
+            .arg("--out")
+            .arg(&out)
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&o.stdout).into_owned();
+        assert_eq!(said.lines().filter(|l| l.starts_with("level ")).count(), 3, "{said}");
+        texts.push(std::fs::read_to_string(out.join("fit.json")).unwrap());
+    }
+    assert_eq!(texts[0], texts[1]);
 }
 
 /// Keeps only the columns named.

@@ -69,6 +69,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     answer.write(&a.out).with_context(|| format!("{}: cannot be written", a.out.display()))?;
     drop(progress);
     println!("{}: {}", campaign.folder, answer.sentence());
+    print!("{}", answer.by_level());
     println!("pictures: {}", a.out.join("report.html").display());
     Ok(if interrupted() { ExitCode::from(INTERRUPTED_CODE) } else { ExitCode::SUCCESS })
 }

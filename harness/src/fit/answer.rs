@@ -108,6 +108,30 @@ impl Answer<'_, '_> {
         )
     }
 
+    /// How far the law is from each level, a line each.
+    pub fn by_level(&self) -> String {
+        let mut out = String::new();
+        for l in &self.levels {
+            out += &format!("level {}:", l.text);
+            for c in self.channels() {
+                let i = c.index();
+                if let (Some(n), Some(s), Some(p)) = (l.nrmse[i], l.noises[i], l.peak[i]) {
+                    out += &format!(
+                        " {} off by {:.2} % of range ({s:.1} noise), peak by {:+.2} %;",
+                        c.name(),
+                        100.0 * n,
+                        100.0 * p
+                    );
+                }
+            }
+            if let Some((_, p, m)) = l.alone {
+                out += &format!(" alone {:.2} % with p = {p:.3}", 100.0 * m);
+            }
+            out = out.trim_end_matches(';').to_string() + "\n";
+        }
+        out
+    }
+
     /// Mean nrmse over recordings and channels.
     pub fn misfit(&self) -> f64 {
         let data = self.case.data;

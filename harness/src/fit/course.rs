@@ -304,7 +304,7 @@ impl Course<'_> {
 
 /// Names of the parameters that rest at a bound.
 fn bounds(model: &Model<'_>, point: &Point) -> Vec<String> {
-    let near = |x: f64, b: f64, step: f64| (x - b).abs() < 1e-2 * step;
+    let near = |x: f64, b: f64, step: f64| (x - b).abs() < 0.5 * step;
     let at = model.parameters.iter().zip(&point.theta);
     at.filter(|(p, x)| near(**x, p.lower, p.step) || near(**x, p.upper, p.step)).map(|(p, _)| p.name.clone()).collect()
 }
