@@ -243,6 +243,10 @@ def test_the_release_carries_its_sums_and_a_valid_bill_of_materials(release):
     assert JsonStrictValidator(SchemaVersion.V1_5).validate_str(text) is None
     bill = json.loads(text)
     components = {c["bom-ref"]: c for c in bill["components"]}
+    if CI:
+        # the oldest compiler the libraries promise (rust-version in Cargo.toml) is the one that built them
+        tools = {t["name"]: t["version"] for t in bill["metadata"]["tools"]["components"]}
+        assert tools["rustc"].startswith("1.63.")
     with zipfile.ZipFile(release / "HysteresisContact.fmu") as z:
         libraries = [n for n in z.namelist() if n.startswith("binaries/")]
         for n in libraries:
