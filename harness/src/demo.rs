@@ -70,6 +70,7 @@ pub fn write_campaign(dir: &Path, recipe: &Recipe) -> std::io::Result<()> {
                 depth: 3e-4,
                 speed,
                 duration: 2e-3,
+                tolerance: crate::model::simulate::TOLERANCE,
             };
             let local = Local { start, speed, stiffness: 0.004 * normal(&mut rng), offset: 0.0 };
             let trace = simulate(&recipe.physics, &setup, &local);

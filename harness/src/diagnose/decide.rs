@@ -20,6 +20,13 @@ pub const WHITE: f64 = 1.25;
 pub const PENALTY: f64 = 4.0;
 /// What stands in for unknown physics has to leave this share less misfit than the best name.
 pub const UNKNOWN_SHARE: f64 = 0.06;
+/// Share of the best gain from which a candidate is fitted out.
+const REFINED_SHARE: f64 = 0.25;
+/// Mechanisms fitted in every form, and the share of the best gain within which they have to lie.
+const FAMILIES: usize = 4;
+const FAMILY_SHARE: f64 = 0.25;
+/// Changes of the exponent from which the best candidates are fitted again.
+const SHAKES: [f64; 3] = [-0.3, 0.0, 0.3];
 /// Samples over which the residual's wander is judged.
 const BLOCK: usize = 24;
 
@@ -101,6 +108,7 @@ impl Search<'_> {
     fn expand(&self, from: &Candidate, quick: &Options, starts: usize, keep: usize) -> Vec<Candidate> {
         let list = self.candidates();
         let first = self.screen(&from.make_up, &from.fit, &list, starts, quick);
+        let sifted = first.clone();
         let mut best: Vec<(Term, Fit)> = Vec::new();
         for (t, f) in first {
             let cost = |t: &Term, f: &Fit| f.point.chi2 + PENALTY * t.form.parameters.len() as f64;
@@ -123,9 +131,11 @@ impl Search<'_> {
             .filter_map(|(i, (t, f))| {
                 let gain = from.fit.point.chi2 - f.point.chi2;
                 let is_hard = HARD.contains(&t.mechanism.name);
-                if rank < keep || (is_hard && gain > 0.05 * top && keep > 3) {
+                if (rank < keep && (rank < 2 || gain > REFINED_SHARE * top))
+                    || (is_hard && gain > 0.1 * top && keep > 3)
+                {
                     rank += 1;
-                    Some((i, if is_hard { 3 } else { 1 }))
+                    Some((i, if is_hard { 2 } else { 1 }))
                 } else {
                     None
                 }
@@ -165,7 +175,90 @@ impl Search<'_> {
         }
         let mut v: Vec<Candidate> = best.into_iter().map(|(t, f)| self.candidate(from, t, f)).collect();
         v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+        if keep > 3 {
+            self.families(from, &mut v, &sifted, &slow);
+        }
         v
+    }
+
+    /// The best few mechanisms in every form they have: which one describes best shows only when all are fitted out.
+    fn families(&self, from: &Candidate, v: &mut [Candidate], sifted: &[(Term, Fit)], options: &Options) {
+        let Some(best) = v.first().map(|c| c.cost()) else { return };
+        let gain = from.fit.point.chi2 - best;
+        let near: Vec<usize> =
+            (0..v.len()).filter(|i| v[*i].cost() - best < (FAMILY_SHARE * gain).max(DETECT)).take(FAMILIES).collect();
+        let others: Vec<(usize, Term)> = near
+            .iter()
+            .flat_map(|i| {
+                let i = *i;
+                let had = &v[i].make_up.terms[from.make_up.terms.len()];
+                self.candidates()
+                    .into_iter()
+                    .filter(|t| t.mechanism.name == had.mechanism.name && t.form.label != had.form.label)
+                    .map(move |t| (i, t))
+                    .collect::<Vec<_>>()
+            })
+            .collect();
+        let fitted: Vec<(usize, Candidate)> = others
+            .into_par_iter()
+            .filter_map(|(i, t)| {
+                let before =
+                    sifted.iter().find(|s| s.0.mechanism.name == t.mechanism.name && s.0.form.label == t.form.label);
+                let quick = Options { iterations: 12, ..Options::default() };
+                let start = match before {
+                    Some((_, f)) => f.point.clone(),
+                    None => self.add(&from.make_up, &from.fit.point, &t, 2, &quick)?.point,
+                };
+                let mut next = from.make_up.clone();
+                next.terms.push(t);
+                let model = self.model(&next, 1.0, 1.0, 0.0);
+                let fit = Problem::new(self.data, &model).fit(start, options);
+                Some((i, Candidate { make_up: next, fit }))
+            })
+            .collect();
+        for (i, c) in fitted {
+            if c.cost() < v[i].cost() {
+                v[i] = c;
+            }
+        }
+        let shaken: Vec<(usize, Candidate)> = near
+            .into_par_iter()
+            .flat_map_iter(|i| SHAKES.map(|d| (i, d)))
+            .filter_map(|(i, d)| Some((i, self.shaken(&v[i], d, options)?)))
+            .collect();
+        for (i, c) in shaken {
+            if c.cost() < v[i].cost() {
+                v[i] = c;
+            }
+        }
+        v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+    }
+
+    /// A candidate fitted again from another exponent at the same force and from tolerances of zero: the ridge of
+    /// stiffness and exponent holds false bottoms. None where that leads no lower.
+    fn shaken(&self, c: &Candidate, by: f64, options: &Options) -> Option<Candidate> {
+        let model = self.model(&c.make_up, 1.0, 1.0, 0.0);
+        let coarse = self.data.coarse();
+        let sift = Problem::new(&coarse, &model);
+        let mut theta = c.fit.point.theta.clone();
+        let q = &model.parameters[1];
+        theta[1] = (theta[1] + by).clamp(q.lower + 0.05, q.upper - 0.05);
+        for (t, q) in theta.iter_mut().zip(&model.parameters) {
+            if let Some((mean, _)) = q.prior {
+                *t = mean;
+            }
+        }
+        let start = sift.evaluate(theta, c.fit.point.locals.clone());
+        let quick = sift.fit(start, &Options { iterations: 14, ..Options::default() });
+        // it has to have come near at least
+        let near = c.fit.point.chi2 + DETECT + 0.02 * (quick.objective[0] - c.fit.point.chi2).max(0.0);
+        if !quick.point.chi2.is_finite() || quick.point.chi2 > near {
+            return None;
+        }
+        let fine = Problem::new(self.data, &model);
+        let start = fine.evaluate(quick.point.theta, quick.point.locals);
+        let fit = fine.fit(start, options);
+        (fit.point.chi2 < c.fit.point.chi2).then(|| Candidate { make_up: c.make_up.clone(), fit })
     }
 
     /// The last term of a pair alone, fitted from the pair's own values.
@@ -209,7 +302,7 @@ impl Search<'_> {
     /// Decides.
     pub fn decide(&self, base: Fit) -> Decision {
         let mut base = Candidate { make_up: MakeUp::default(), fit: base };
-        let quick = Options { iterations: 9, hopeless: 2.0, ..Options::default() };
+        let quick = Options { iterations: 12, hopeless: 2.0, ..Options::default() };
         let mut singles = self.expand(&base, &quick, 2, 6);
         self.polish(&mut base, &singles);
         singles.retain(|c| c.fit.point.chi2 <= base.fit.point.chi2 + 1.0);
@@ -267,7 +360,7 @@ impl Search<'_> {
                 named.iter().take(2).filter(|c| gain_of(c, &base) > 0.8 * total).map(|c| (*c).clone()).collect();
             let mut pairs: Vec<Candidate> = Vec::new();
             for c in beam {
-                let v = self.expand(&c, &Options { iterations: 7, hopeless: 3.0, ..Options::default() }, 1, 3);
+                let v = self.expand(&c, &Options { iterations: 9, hopeless: 3.0, ..Options::default() }, 1, 3);
                 pairs.extend(v.into_iter().filter(|p| p.make_up.terms.iter().all(|t| t.mechanism.named)).take(3));
             }
             pairs.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
@@ -384,6 +477,16 @@ impl Search<'_> {
             let n = trace.force.len();
             let strength: Vec<f64> = match t.mechanism.acts {
                 Acts::Force(f) => (0..n).map(|i| f(trace.position[i], trace.velocity[i], &with).abs()).collect(),
+                Acts::Struck => {
+                    let body = with.mass - with.loose_mass;
+                    let borne = if with.loose_borne { with.loose_mass * with.gravity } else { 0.0 };
+                    let drive = |x: f64| rec.setup.preload - rec.setup.rate * (x + rec.setup.travel);
+                    (0..n)
+                        .map(|i| {
+                            (body * trace.acceleration[i] + trace.force[i] - drive(trace.position[i]) - borne).abs()
+                        })
+                        .collect()
+                }
                 Acts::Push => trace.force.iter().map(|f| f.abs()).collect(),
                 Acts::Reading if t.mechanism.origin == Origin::Chain => {
                     let c = if self.data.has(Channel::Force) { Channel::Force } else { Channel::Acceleration };
@@ -407,7 +510,6 @@ impl Search<'_> {
                 share[phase(&trace, rec.setup.time[i])] += s;
             }
         }
-        // the loose part acts from its strike on; the reading cannot tell, the gap can
         let sum: f64 = share.iter().sum();
         if sum > 0.0 {
             share.iter_mut().for_each(|s| *s /= sum);

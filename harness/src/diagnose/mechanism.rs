@@ -34,6 +34,8 @@ pub struct Context {
     pub terms: Vec<String>,
     /// Largest magnitude read on each channel, SI.
     pub top: [f64; 3],
+    /// Strongest line of the force channel once the body has left, rad/s, where one stands out.
+    pub ring: Option<f64>,
 }
 
 /// Applies a form's parameters (dimensionless, in the order of `Form::parameters`) to the physics.
@@ -81,6 +83,8 @@ pub enum Acts {
     Force(fn(f64, f64, &Physics) -> f64),
     /// While the stop is pushed: proportional to the contact force.
     Push,
+    /// By the force on the body that neither contact nor drive nor weight gives.
+    Struck,
 }
 
 /// A parameter of a form; dynamic unless `chain`.

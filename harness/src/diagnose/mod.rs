@@ -14,6 +14,7 @@ pub mod map;
 pub mod mechanism;
 pub mod mechanisms;
 pub mod plausible;
+mod ring;
 pub mod rivals;
 pub mod run;
 pub mod search;

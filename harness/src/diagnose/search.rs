@@ -25,6 +25,17 @@ pub struct MakeUp {
 pub const HARD: [&str; 6] =
     ["base_compliance", "loose_part", "sensor_resonance", "cyclic_softening", "secondary_stiffening", "return_spring"];
 
+/// Standard deviations beyond which a calibration's tolerance is no tolerance.
+const WIDEST: f64 = 6.0;
+/// Share of the best score from which a form is fitted at all: linear in its first parameter, and others.
+const LINEAR_SHARE: f64 = 0.08;
+const OTHER_SHARE: f64 = 0.01;
+/// Forms of one mechanism that are sifted by fitting.
+const FORMS_A_MECHANISM: usize = 2;
+const SOFTENING: &str = "cyclic_softening";
+/// Standard deviation of ln stiffness that leaves every recording its own.
+const FREE_SCATTER: f64 = 0.3;
+
 /// Starts of a fit with the gain in chi^2 expected of each.
 type Starts = Vec<(f64, Vec<f64>)>;
 
@@ -57,6 +68,7 @@ impl<'a> Search<'a> {
             scales: data.scales,
             terms: Vec::new(),
             top,
+            ring: if data.kind == Kind::Indentation { None } else { super::ring::line(data, Channel::Force) },
         };
         let given = ALL
             .iter()
@@ -101,8 +113,8 @@ impl<'a> Search<'a> {
         let tolerance = |name: &str, sd: f64, dynamic: bool| Parameter {
             name: name.into(),
             start: 0.0,
-            lower: -20.0 * sd,
-            upper: 20.0 * sd,
+            lower: -WIDEST * sd,
+            upper: WIDEST * sd,
             step: 1e-3,
             prior: Some((0.0, sd)),
             dynamic,
@@ -255,7 +267,8 @@ impl<'a> Search<'a> {
         let linear = problem.linearise(from)?;
         let mut starts = self.score(from, &problem, &linear, term);
         starts.truncate(most_starts);
-        self.fit_from(make_up, from, term, &starts, options)
+        let drifted = if term.mechanism.name == SOFTENING { self.drifted(make_up, from) } else { None };
+        self.fit_from(make_up, from, drifted.as_ref(), term, &starts, options)
     }
 
     /// Starts of a term by their expected gain in chi^2, best first; amplitudes set to the linear estimate.
@@ -263,7 +276,7 @@ impl<'a> Search<'a> {
         let mut scored: Starts = Vec::new();
         for s in &term.form.starts {
             let c = &self.context;
-            let Some(sig) = problem.signature(from, &|p| (term.form.apply)(s, c, p), 1.0) else { continue };
+            let Some(sig) = problem.signature(linear, from, &|p| (term.form.apply)(s, c, p), 1.0) else { continue };
             let (sr, ss) = linear.score(&sig);
             let mut start = s.clone();
             let q = &term.form.parameters[0];
@@ -286,6 +299,7 @@ impl<'a> Search<'a> {
         &self,
         make_up: &MakeUp,
         from: &Point,
+        drifted: Option<&Point>,
         term: &Term,
         starts: &[(f64, Vec<f64>)],
         options: &Options,
@@ -294,20 +308,24 @@ impl<'a> Search<'a> {
         next.terms.push(term.clone());
         let model = self.model(&next, 1.0, 1.0, 0.0);
         let pr = Problem::new(self.data, &model);
-        let mut best: Option<Fit> = None;
+        let mut points = Vec::new();
+        let from_drift = drifted.filter(|_| term.mechanism.name == SOFTENING);
         for (_, start) in starts {
             let mut theta = from.theta.clone();
             theta.extend(start);
-            let mut locals = from.locals.clone();
-            if term.mechanism.name == "cyclic_softening" {
-                // what the scatter between repeats had taken up goes back
-                let at = pr.nuisances().iter().position(|n| *n == Nuisance::Stiffness);
-                for l in &mut locals {
-                    if let Some(i) = at {
-                        l[i] = 0.0;
-                    }
-                }
+            points.push((theta, self.settled(&from.locals, term)));
+        }
+        if let Some(d) = from_drift {
+            for start in &term.form.starts {
+                let (rise, start) = self.softened(d, term, start);
+                let mut theta = d.theta.clone();
+                theta[0] += rise;
+                theta.extend(start);
+                points.push((theta, self.settled(&d.locals, term)));
             }
+        }
+        let mut best: Option<Fit> = None;
+        for (theta, locals) in points {
             let point = pr.evaluate(theta, locals);
             if !point.chi2.is_finite() {
                 continue;
@@ -320,6 +338,57 @@ impl<'a> Search<'a> {
         best
     }
 
+    /// Nuisances to start a term from: for softening, what the scatter between repeats had taken up goes back.
+    fn settled(&self, locals: &[Vec<f64>], term: &Term) -> Vec<Vec<f64>> {
+        let mut locals = locals.to_vec();
+        if term.mechanism.name == SOFTENING {
+            if let Some(i) = self.data.nuisances().iter().position(|n| *n == Nuisance::Stiffness) {
+                locals.iter_mut().for_each(|l| l[i] = 0.0);
+            }
+        }
+        locals
+    }
+
+    /// `make_up` fitted with every recording's stiffness free: how it drifts with order tells softening apart from
+    /// what the other parameters had made of it.
+    pub fn drifted(&self, make_up: &MakeUp, from: &Point) -> Option<Point> {
+        if self.context.scales.orders < 3.0 || make_up.terms.iter().any(|t| t.mechanism.name == SOFTENING) {
+            return None;
+        }
+        let mut data = self.data.clone();
+        data.repeat_scatter = FREE_SCATTER;
+        let model = self.model(make_up, 1.0, 1.0, 0.0);
+        let pr = Problem::new(&data, &model);
+        let start = pr.evaluate(from.theta.clone(), from.locals.clone());
+        let fit = pr.fit(start, &Options { iterations: 25, ..Options::default() });
+        fit.point.chi2.is_finite().then_some(fit.point)
+    }
+
+    /// (rise of ln F_ref, start) of a form of softening that follows the drift best, by a straight line of the
+    /// stiffness over the form's own course with order.
+    fn softened(&self, drifted: &Point, term: &Term, start: &[f64]) -> (f64, Vec<f64>) {
+        let i = self.data.nuisances().iter().position(|n| *n == Nuisance::Stiffness).unwrap_or(0);
+        let mut probe = Physics::default();
+        let mut t = start.to_vec();
+        t[0] = 0.01;
+        (term.form.apply)(&t, &self.context, &mut probe);
+        let (mut n, mut sx, mut sy, mut sxx, mut sxy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for (r, l) in self.data.records.iter().zip(&drifted.locals) {
+            let x = (1.0 - probe.softening_factor(r.setup.order)) / 0.01;
+            let y = l[i].exp();
+            n += 1.0;
+            sx += x;
+            sy += y;
+            sxx += x * x;
+            sxy += x * y;
+        }
+        let slope = (n * sxy - sx * sy) / (n * sxx - sx * sx).max(1e-12);
+        let level = (sy - slope * sx) / n;
+        let q = &term.form.parameters[0];
+        t[0] = (-slope / level).clamp(q.lower + 1e-4, q.upper);
+        (level.max(0.05).ln(), t)
+    }
+
     /// All terms that could be added.
     pub fn candidates(&self) -> Vec<Term> {
         let have: Vec<&str> = self.given.iter().map(|t| t.mechanism.name).collect();
@@ -329,7 +398,8 @@ impl<'a> Search<'a> {
             .collect()
     }
 
-    /// Scores every candidate beside `make_up` and fits those that stand a chance; best first.
+    /// Scores every candidate beside `make_up` and fits those that stand a chance, the best forms of each
+    /// mechanism; integrates coarsely. Best first.
     pub fn screen(
         &self,
         make_up: &MakeUp,
@@ -338,31 +408,41 @@ impl<'a> Search<'a> {
         starts: usize,
         options: &Options,
     ) -> Vec<(Term, Fit)> {
-        let base_model = self.model(make_up, 1.0, 1.0, 0.0);
-        let problem = Problem::new(self.data, &base_model);
+        let data = self.data.coarse();
+        let sift = Search { data: &data, context: self.context.clone(), given: self.given.clone(), ..*self };
+        let base_model = sift.model(make_up, 1.0, 1.0, 0.0);
+        let problem = Problem::new(&data, &base_model);
         let Some(linear) = problem.linearise(&from.point) else { return Vec::new() };
-        let scored: Vec<(&Term, Starts)> = candidates
+        let mut scored: Vec<(&Term, Starts)> = candidates
             .par_iter()
             .filter(|t| !make_up.terms.iter().any(|u| u.mechanism.name == t.mechanism.name))
-            .map(|t| (t, self.score(&from.point, &problem, &linear, t)))
+            .map(|t| (t, sift.score(&from.point, &problem, &linear, t)))
             .collect();
-        let top = scored.iter().filter_map(|(_, s)| s.first().map(|s| s.0)).fold(0.0, f64::max);
+        let drifted = sift.drifted(make_up, &from.point);
+        let score = |s: &Starts| s.first().map_or(0.0, |s| s.0);
+        let top = scored.iter().map(|(_, s)| score(s)).fold(0.0, f64::max);
         let options = Options { hopeless: options.hopeless.max(0.003 * top), ..*options };
+        scored.sort_by(|a, b| score(&b.1).total_cmp(&score(&a.1)));
+        let mut forms: Vec<&str> = Vec::new();
+        scored.retain(|(t, s)| {
+            // the score says little of what is not linear in its parameters
+            let hard = HARD.contains(&t.mechanism.name) && starts > 1;
+            let small = t.form.linear && t.form.parameters.len() == 1 && top < 100.0;
+            let least = if t.form.linear { LINEAR_SHARE } else { OTHER_SHARE } * top;
+            forms.push(t.mechanism.name);
+            let rank = forms.iter().filter(|f| **f == t.mechanism.name).count();
+            hard || ((rank <= FORMS_A_MECHANISM || small) && (score(s) >= least.max(1.0) || small || top <= 20.0))
+        });
         let mut v: Vec<(Term, Fit)> = scored
             .into_par_iter()
             .filter_map(|(t, mut s)| {
-                // the score says little of what is not linear in its parameters
-                let hard = HARD.contains(&t.mechanism.name) && starts > 1;
-                let least = if t.form.linear { 0.03 * top } else { 0.003 * top };
-                if !hard
-                    && s.first().is_none_or(|s| s.0 < least.max(1.0))
-                    && !(t.form.linear && t.form.parameters.len() == 1 && top < 100.0)
-                    && top > 20.0
-                {
-                    return None;
-                }
                 s.truncate(if t.form.linear { 1 } else { starts });
-                self.fit_from(make_up, &from.point, t, &s, &options).map(|f| (t.clone(), f))
+                let mut fit = sift.fit_from(make_up, &from.point, drifted.as_ref(), t, &s, &options)?;
+                let mut next = make_up.clone();
+                next.terms.push(t.clone());
+                let model = self.model(&next, 1.0, 1.0, 0.0);
+                fit.point = Problem::new(self.data, &model).evaluate(fit.point.theta, fit.point.locals);
+                Some((t.clone(), fit))
             })
             .collect();
         v.sort_by(|a, b| a.1.point.chi2.total_cmp(&b.1.point.chi2));

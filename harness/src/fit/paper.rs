@@ -80,6 +80,7 @@ pub fn drop(law: &Law) -> Option<Curve> {
         depth,
         speed: SPEED,
         duration: 3.0 * depth / SPEED,
+        tolerance: crate::model::simulate::TOLERANCE,
     };
     let t = simulate(&physics, &setup, &Local { start: 0.0, speed: SPEED, stiffness: 0.0, offset: 0.0 });
     t.ok.then_some(Curve { time, penetration: t.position, force: t.force })

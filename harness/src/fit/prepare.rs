@@ -28,6 +28,9 @@ fn thirds(y: &[f64]) -> Vec<f64> {
     y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect()
 }
 
+/// Standard deviation of the stiffness between repeats, as a logarithm.
+const REPEATS: f64 = 0.006;
+
 /// Half widths tried by the adaptive smoother.
 const WIDTHS: [usize; 7] = [3, 5, 8, 13, 21, 34, 55];
 
@@ -169,6 +172,7 @@ pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
                 depth: 1.0,
                 speed: 1.0,
                 duration: 1.0,
+                tolerance: crate::model::simulate::TOLERANCE,
             },
             file: r.file.clone(),
             level: r.level,
@@ -277,7 +281,7 @@ pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
         orders: count,
         peak,
     };
-    Ok((Data { kind: c.kind, mass, records, noise, scales, range }, Guess { k, p }))
+    Ok((Data { kind: c.kind, mass, records, noise, scales, range, repeat_scatter: REPEATS }, Guess { k, p }))
 }
 
 /// Stretches in which nothing touches: before the first pulse, and between and after pulses.

@@ -27,9 +27,9 @@ pub trait System {
     /// Size of each variable that counts as one in the error norm.
     fn scale(&self) -> &State;
     /// Event functions whose sign changes end a step.
-    fn events(&self, y: &State, out: &mut [f64; 4]) -> usize;
-    /// Called after each accepted step with the new state.
-    fn accept(&mut self, t: f64, y: &mut State);
+    fn events(&self, t: f64, y: &State, out: &mut [f64; 4]) -> usize;
+    /// Called after each accepted step with the new state; true where it changed the state or the rates at it.
+    fn accept(&mut self, t: f64, y: &mut State) -> bool;
 }
 
 /// One accepted step, for interpolation within it.
@@ -150,8 +150,8 @@ pub fn integrate<S: System>(
         }
         // an event inside: shorten the step to end just past it
         let (mut g0, mut g1) = ([0.0; 4], [0.0; 4]);
-        let m = s.events(y, &mut g0);
-        s.events(&z, &mut g1);
+        let m = s.events(t, y, &mut g0);
+        s.events(t + dir * h, &z, &mut g1);
         let mut cut = 1.0;
         for e in 0..m {
             if g0[e] != 0.0 && g0[e] * g1[e] < 0.0 {
@@ -161,7 +161,7 @@ pub fn integrate<S: System>(
                 for _ in 0..60 {
                     let mid = if hi - lo < 1e-3 { 0.5 * (lo + hi) } else { (lo * fhi - hi * flo) / (fhi - flo) };
                     let mut g = [0.0; 4];
-                    s.events(&step.at(mid), &mut g);
+                    s.events(step.t0 + mid * step.h, &step.at(mid), &mut g);
                     if g[e] * g0[e] > 0.0 {
                         lo = mid;
                         flo = g[e];
@@ -204,12 +204,11 @@ pub fn integrate<S: System>(
         each(s, &step);
         t += dir * h;
         *y = z;
-        let before = *y;
-        s.accept(t, y);
-        if before[..n] == y[..n] {
+        if s.accept(t, y) {
+            s.rates(t, y, &mut k[0]);
+        } else {
             k[0] = k[6];
         }
-        s.rates(t, y, &mut k[0]);
         let grow = if err > 0.0 { (0.9 * err.powf(-0.2)).clamp(0.2, 4.0) } else { 4.0 };
         h = (h * grow).min(largest);
     }
@@ -267,11 +266,13 @@ mod tests {
         fn scale(&self) -> &State {
             &self.0
         }
-        fn events(&self, y: &State, out: &mut [f64; 4]) -> usize {
+        fn events(&self, _: f64, y: &State, out: &mut [f64; 4]) -> usize {
             out[0] = y[0];
             1
         }
-        fn accept(&mut self, _: f64, _: &mut State) {}
+        fn accept(&mut self, _: f64, _: &mut State) -> bool {
+            false
+        }
     }
 
     #[test]

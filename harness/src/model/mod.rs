@@ -8,4 +8,5 @@ pub mod estimate;
 pub mod integrate;
 pub mod noise;
 pub mod physics;
+mod rig;
 pub mod simulate;

@@ -44,11 +44,15 @@ pub struct Physics {
     pub base_mass: f64,
     pub base_stiffness: f64,
     pub base_damping: f64,
+    /// Whether the force channel reads that spring: the transducer is what the stop stands on.
+    pub base_reads: bool,
     /// Part loose inside the body: mass kg (0: none; taken out of the moving mass), gap m, stiffness N/m, damping N s/m.
     pub loose_mass: f64,
     pub loose_gap: f64,
     pub loose_stiffness: f64,
     pub loose_damping: f64,
+    /// Whether the body bears the part's weight although the part flies free inside it.
+    pub loose_borne: bool,
     /// Return spring beyond the one the rig declares: preload at the nominal surface N, rate N/m, against +x.
     pub spring_preload: f64,
     pub spring_rate: f64,
@@ -63,6 +67,8 @@ pub struct Physics {
     /// Stiffness lost with the order of recordings: share, and orders it takes (0: linear per order, negative: logarithmic).
     pub softening: f64,
     pub softening_orders: f64,
+    /// Whether damping keeps what stiffness loses.
+    pub softening_spares_damping: bool,
     /// Load at which a crack opens, N, and the share of stiffness lost then.
     pub fracture_load: f64,
     pub fracture_drop: f64,
@@ -118,10 +124,12 @@ impl Default for Physics {
             base_mass: 0.0,
             base_stiffness: 0.0,
             base_damping: 0.0,
+            base_reads: false,
             loose_mass: 0.0,
             loose_gap: 0.0,
             loose_stiffness: 0.0,
             loose_damping: 0.0,
+            loose_borne: false,
             spring_preload: 0.0,
             spring_rate: 0.0,
             magnet_force: 0.0,
@@ -132,6 +140,7 @@ impl Default for Physics {
             tip_damping: 0.0,
             softening: 0.0,
             softening_orders: 1.0,
+            softening_spares_damping: false,
             fracture_load: f64::INFINITY,
             fracture_drop: 0.0,
             latent: [0.0; LATENT],
@@ -174,12 +183,16 @@ impl Physics {
         (1.0 - self.softening * lost).max(0.05)
     }
 
+    /// Whether any position-dependent latent force is there at all.
+    pub fn has_latent(&self) -> bool {
+        self.jam_force != 0.0 || self.ripple_force != 0.0 || self.latent.iter().any(|a| *a != 0.0)
+    }
+
     /// Position-dependent latent forces against the motion into the stop, N, at depth `x` m and speed `v` m/s.
     #[inline]
     pub fn latent_force(&self, x: f64, v: f64) -> f64 {
         let mut f = 0.0;
-        let along = v / 0.005;
-        let sign = along.clamp(-1.0, 1.0);
+        let sign = (v / 0.005).clamp(-1.0, 1.0);
         if self.jam_force != 0.0 {
             let z = (x - self.jam_position) / self.jam_width;
             f += self.jam_force * sign * (-0.5 * z * z).exp();

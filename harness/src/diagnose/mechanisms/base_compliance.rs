@@ -32,7 +32,7 @@ fn forms(c: &Context) -> Vec<Form> {
         label: "mass on a spring",
         parameters: vec![
             parameter("ln stiffness", -0.7, 8.5, 2e-2),
-            parameter("ln frequency", 0.0, 6.0, 2e-2),
+            parameter("ln frequency", 0.0, 4.5, 2e-2),
             parameter("ln damping", -6.0, 0.5, 5e-2),
         ],
         starts: grid(&[&[0.7, 2.0, 3.3, 4.6], &[1.1, 1.7, 2.2, 2.7, 3.4], &[-3.5, -1.5]]),

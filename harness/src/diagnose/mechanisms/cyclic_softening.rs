@@ -19,7 +19,7 @@ fn forms(c: &Context) -> Vec<Form> {
     if c.scales.orders < 3.0 {
         return Vec::new();
     }
-    vec![
+    let mut v = vec![
         Form {
             label: "saturating",
             parameters: vec![parameter("share", 0.0, 0.9, 1e-3), parameter("ln orders", -1.0, 3.5, 2e-2)],
@@ -53,5 +53,27 @@ fn forms(c: &Context) -> Vec<Form> {
             },
             describe: |t, _| vec![("softening_share_per_decade", t[0], "1")],
         },
-    ]
+    ];
+    if c.terms.iter().any(|t| t == "hysteresis_damping") {
+        // damping may keep what stiffness loses
+        v.push(Form {
+            label: "saturating, stiffness alone",
+            apply: |t, _, p| {
+                p.softening = t[0];
+                p.softening_orders = t[1].exp();
+                p.softening_spares_damping = true;
+            },
+            ..v[0].clone()
+        });
+        v.push(Form {
+            label: "logarithmic, stiffness alone",
+            apply: |t, _, p| {
+                p.softening = t[0];
+                p.softening_orders = -1.0;
+                p.softening_spares_damping = true;
+            },
+            ..v[2].clone()
+        });
+    }
+    v
 }

@@ -13,15 +13,15 @@ pub const MECHANISM: Mechanism = Mechanism {
     sentence: "a part loose inside the body strikes late",
     cure: "The contact element is right; in the rig's model split the body as given here, or fasten the part.",
     forms,
-    acts: Acts::Reading,
+    acts: Acts::Struck,
 };
 
 fn forms(c: &Context) -> Vec<Form> {
     if c.kind == Kind::Indentation {
         return Vec::new();
     }
-    vec![Form {
-        label: "linear inner contact",
+    let form = |label, apply: Apply| Form {
+        label,
         parameters: vec![
             parameter("ln mass", -5.5, -0.7, 2e-2),
             parameter("gap", 0.0, 6.0, 3e-3),
@@ -30,12 +30,7 @@ fn forms(c: &Context) -> Vec<Form> {
         ],
         starts: grid(&[&[-3.3, -1.8], &[0.02, 0.3, 0.8, 1.8], &[-2.5, -0.5, 1.5], &[-2.0]]),
         linear: false,
-        apply: |t, c, p| {
-            p.loose_mass = c.scales.mass * t[0].exp();
-            p.loose_gap = c.scales.depth * t[1];
-            p.loose_stiffness = c.scales.force / c.scales.depth * t[2].exp();
-            p.loose_damping = 2.0 * t[3].exp() * (p.loose_stiffness * p.loose_mass).sqrt();
-        },
+        apply,
         describe: |t, c| {
             vec![
                 ("loose_mass", c.scales.mass * t[0].exp(), "kg"),
@@ -43,5 +38,18 @@ fn forms(c: &Context) -> Vec<Form> {
                 ("loose_stiffness", c.scales.force / c.scales.depth * t[2].exp(), "N/m"),
             ]
         },
-    }]
+    };
+    let mut v = vec![form("linear inner contact", |t, c, p| part(t, c, p, false))];
+    if c.kind == Kind::DropTest {
+        v.push(form("linear inner contact, its weight on the body", |t, c, p| part(t, c, p, true)));
+    }
+    v
+}
+
+fn part(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, borne: bool) {
+    p.loose_mass = c.scales.mass * t[0].exp();
+    p.loose_gap = c.scales.depth * t[1];
+    p.loose_stiffness = c.scales.force / c.scales.depth * t[2].exp();
+    p.loose_damping = 2.0 * t[3].exp() * (p.loose_stiffness * p.loose_mass).sqrt();
+    p.loose_borne = borne;
 }

@@ -21,11 +21,12 @@ fn forms(c: &Context) -> Vec<Form> {
     if c.kind == Kind::Indentation || !c.has[0] {
         return Vec::new();
     }
-    let tip = Form {
+    let line = c.ring.map(|w| (w * c.scales.duration).ln());
+    let mut tip = Form {
         label: "tip mass on the transducer's spring",
         parameters: vec![
             parameter("ln mass", -6.0, -0.7, 2e-2),
-            parameter("ln frequency", 1.2, 6.0, 1e-2),
+            parameter("ln frequency", 1.2, 4.9, 1e-2),
             parameter("ln damping", -6.0, 0.0, 5e-2),
         ],
         starts: grid(&[&[-4.0, -2.7], &[1.8, 2.2, 2.6, 3.0, 3.4, 3.9, 4.5], &[-3.5, -1.5]]),
@@ -45,7 +46,20 @@ fn forms(c: &Context) -> Vec<Form> {
             ]
         },
     };
-    let ringing = Form {
+    // the same on the stop's side: the transducer carries what is struck
+    let mut struck = Form {
+        label: "struck tip on the transducer's spring",
+        starts: grid(&[&[-4.0, -2.7], &[1.8, 2.4, 3.0, 3.6, 4.3], &[-3.5, -1.5]]),
+        apply: |t, c, p| {
+            let w = t[1].exp() / c.scales.duration;
+            p.base_mass = c.scales.mass * t[0].exp();
+            p.base_stiffness = p.base_mass * w * w;
+            p.base_damping = 2.0 * t[2].exp() * p.base_mass * w;
+            p.base_reads = true;
+        },
+        ..tip.clone()
+    };
+    let mut ringing = Form {
         label: "reading rings at one frequency",
         parameters: vec![
             chain_parameter("ln frequency", 1.2, 6.5, 1e-2),
@@ -68,5 +82,13 @@ fn forms(c: &Context) -> Vec<Form> {
             ]
         },
     };
-    vec![tip, ringing]
+    if let Some(l) = line {
+        // what rings in flight says where to begin
+        let l = l.clamp(1.3, 4.8);
+        for form in [&mut tip, &mut struck] {
+            form.starts.extend(grid(&[&[-4.0, -3.3, -2.6], &[l], &[-3.5, -2.5]]));
+        }
+        ringing.starts.extend(grid(&[&[l], &[-4.0, -3.2]]));
+    }
+    vec![struck, tip, ringing]
 }

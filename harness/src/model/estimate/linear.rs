@@ -1,0 +1,302 @@
+//! A fit linearised: sensitivities, covariance, and scores of what the fit does not hold.
+
+use super::data::local_of;
+use super::fit::Part;
+use super::{Nuisance, Point, Problem};
+use crate::model::chain::readings;
+use crate::model::physics::Physics;
+use crate::model::simulate::{simulate, Local};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Linearisation of a fit: whitened residuals and their sensitivities, recording by recording.
+pub struct Linear {
+    pub blocks: Vec<Block>,
+    /// Cholesky of the reduced normal matrix of the globals.
+    reduced: Option<nalgebra::Cholesky<f64, nalgebra::Dyn>>,
+}
+
+/// One recording's part.
+pub struct Block {
+    pub residual: Vec<f64>,
+    /// Whitened sensitivities: globals first, then locals.
+    pub columns: Vec<Vec<f64>>,
+    /// Readings without the channels' zeros.
+    bare: [Vec<f64>; 3],
+    local: Option<nalgebra::Cholesky<f64, nalgebra::Dyn>>,
+    cross: DMatrix<f64>,
+}
+
+impl Problem<'_> {
+    /// Residual and sensitivities of recording `r` at a point, by differences; inactive globals have none.
+    pub(super) fn part(&self, point: &Point, r: usize, active: &[bool]) -> Option<Part> {
+        let data = self.data;
+        let rec = &data.records[r];
+        let ps = &self.model.parameters;
+        let (g, l) = (ps.len(), self.nuisances.len());
+        let local = &point.locals[r];
+        let phys = self.physics(&point.theta);
+        let lo = local_of(&self.nuisances, local);
+        let trace = simulate(&phys, &rec.setup, &lo);
+        if !trace.ok {
+            return None;
+        }
+        let bare = readings(&phys, &trace, &rec.setup.time);
+        let mut y = bare.clone();
+        self.add_zeros(&mut y, local);
+        let mut residual = Vec::new();
+        self.whiten_into(r, &y, Some(&rec.y), &mut residual);
+        let mut columns = vec![Vec::new(); g + l];
+        let mut first = vec![0.0; g + l];
+        let difference =
+            |phys: &Physics, lo: &Local, zeros: &[f64], again: bool, h: f64, col: &mut Vec<f64>| -> Option<f64> {
+                let t2;
+                let t = if again {
+                    t2 = simulate(phys, &rec.setup, lo);
+                    if !t2.ok {
+                        return None;
+                    }
+                    &t2
+                } else {
+                    &trace
+                };
+                let mut z = readings(phys, t, &rec.setup.time);
+                self.add_zeros(&mut z, zeros);
+                for c in 0..3 {
+                    for (a, b) in z[c].iter_mut().zip(&y[c]) {
+                        *a = (*a - b) / h;
+                    }
+                }
+                self.whiten_into(r, &z, None, col);
+                Some((t.first_speed - trace.first_speed) / h)
+            };
+        for j in 0..g {
+            if !active[j] {
+                columns[j] = vec![0.0; residual.len()];
+                continue;
+            }
+            let mut th = point.theta.clone();
+            let h = if th[j] + ps[j].step > ps[j].upper { -ps[j].step } else { ps[j].step };
+            th[j] += h;
+            let p2 = self.physics(&th);
+            first[j] = difference(&p2, &lo, local, ps[j].dynamic, h, &mut columns[j])?;
+        }
+        for (i, n) in self.nuisances.iter().enumerate() {
+            let h = data.local_step(*n);
+            let mut v = local.clone();
+            v[i] += h;
+            let lo2 = local_of(&self.nuisances, &v);
+            let again = !matches!(n, Nuisance::Zero(_));
+            first[g + i] = difference(&phys, &lo2, &v, again, h, &mut columns[g + i])?;
+        }
+        Some(Part { residual, columns, first, first_speed: trace.first_speed, bare })
+    }
+
+    /// Normal matrix and gradient of a part, priors of the recording included.
+    pub(super) fn normal(&self, part: &Part, r: usize, local: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
+        let g = self.model.parameters.len();
+        let m = part.columns.len();
+        let rec = &self.data.records[r];
+        let mut a = DMatrix::zeros(m, m);
+        let mut b = DVector::zeros(m);
+        for i in 0..m {
+            b[i] = dot(&part.columns[i], &part.residual);
+            for j in 0..=i {
+                let v = dot(&part.columns[i], &part.columns[j]);
+                a[(i, j)] = v;
+                a[(j, i)] = v;
+            }
+        }
+        for (i, n) in self.nuisances.iter().enumerate() {
+            if let Some((mean, s)) = self.data.prior(r, *n) {
+                a[(g + i, g + i)] += 1.0 / (s * s);
+                b[g + i] += (mean - local[i]) / (s * s);
+            }
+        }
+        if let (true, Some((mean, s))) = (rec.at_first, rec.speed) {
+            for i in 0..m {
+                b[i] += part.first[i] * (mean - part.first_speed) / (s * s);
+                for j in 0..m {
+                    a[(i, j)] += part.first[i] * part.first[j] / (s * s);
+                }
+            }
+        }
+        (a, b)
+    }
+
+    /// One recording's block at a point, with its normal matrix and gradient.
+    pub(super) fn block(
+        &self,
+        point: &Point,
+        r: usize,
+        active: &[bool],
+    ) -> Option<(Block, DMatrix<f64>, DVector<f64>)> {
+        let part = self.part(point, r, active)?;
+        let (a, b) = self.normal(&part, r, &point.locals[r]);
+        let Part { residual, columns, bare, .. } = part;
+        Some((Block { residual, columns, bare, local: None, cross: DMatrix::zeros(0, 0) }, a, b))
+    }
+
+    /// Linearises at a point.
+    pub fn linearise(&self, point: &Point) -> Option<Linear> {
+        let ps = &self.model.parameters;
+        let (g, l) = (ps.len(), self.nuisances.len());
+        // what sits at a bound has no freedom there
+        let active: Vec<bool> = (0..g).map(|j| point.theta[j] > ps[j].lower && point.theta[j] < ps[j].upper).collect();
+        let mut s = DMatrix::<f64>::zeros(g, g);
+        for (j, p) in ps.iter().enumerate() {
+            if let Some((_, sd)) = p.prior {
+                s[(j, j)] += 1.0 / (sd * sd);
+            }
+            if !active[j] {
+                s[(j, j)] += 1.0;
+            }
+        }
+        let mut blocks = Vec::new();
+        let made: Vec<_> =
+            (0..self.data.records.len()).into_par_iter().map(|r| self.block(point, r, &active)).collect();
+        for made in made {
+            let (mut b, a, _) = made?;
+            let mut c = a.view((g, g), (l, l)).into_owned();
+            for i in 0..l {
+                c[(i, i)] += 1e-12 * (1.0 + a[(g + i, g + i)]);
+            }
+            let bt = a.view((g, 0), (l, g)).into_owned();
+            let ch = c.cholesky()?;
+            s += a.view((0, 0), (g, g)) - bt.transpose() * ch.solve(&bt);
+            b.local = Some(ch);
+            b.cross = bt;
+            blocks.push(b);
+        }
+        for j in 0..g {
+            s[(j, j)] *= 1.0 + 1e-10;
+        }
+        Some(Linear { blocks, reduced: s.cholesky() })
+    }
+
+    /// Covariance of the globals at a point, nuisances eliminated.
+    pub fn covariance(&self, point: &Point) -> Option<DMatrix<f64>> {
+        Some(self.linearise(point)?.reduced?.inverse())
+    }
+
+    /// Whitened change of the readings of every recording when the physics is `change`d by hand, from the point at
+    /// which `linear` was made.
+    pub fn signature(
+        &self,
+        linear: &Linear,
+        point: &Point,
+        change: &dyn Fn(&mut Physics),
+        h: f64,
+    ) -> Option<Vec<Vec<f64>>> {
+        let mut other = self.physics(&point.theta);
+        change(&mut other);
+        let mut out = Vec::new();
+        for (r, rec) in self.data.records.iter().enumerate() {
+            let t = simulate(&other, &rec.setup, &local_of(&self.nuisances, &point.locals[r]));
+            if !t.ok {
+                return None;
+            }
+            let mut y = readings(&other, &t, &rec.setup.time);
+            for c in 0..3 {
+                for (u, v) in y[c].iter_mut().zip(&linear.blocks[r].bare[c]) {
+                    *u = (*u - v) / h;
+                }
+            }
+            let mut w = Vec::new();
+            self.whiten_into(r, &y, None, &mut w);
+            out.push(w);
+        }
+        Some(out)
+    }
+
+    /// Squared distance of the globals from the optimum in standard errors, as Gauss and Newton's step tells it:
+    /// g' S^-1 g of the gradient with everything of the recordings eliminated. What a bound holds takes no part.
+    ///
+    /// None where the simulation or the normal matrix fails.
+    pub fn decrement(&self, point: &Point) -> Option<f64> {
+        let ps = &self.model.parameters;
+        let (g, l) = (ps.len(), self.nuisances.len());
+        let all = vec![true; g];
+        let mut s = DMatrix::<f64>::zeros(g, g);
+        let mut q = DVector::<f64>::zeros(g);
+        for (j, p) in ps.iter().enumerate() {
+            if let Some((m, sd)) = p.prior {
+                s[(j, j)] += 1.0 / (sd * sd);
+                q[j] += (m - point.theta[j]) / (sd * sd);
+            }
+        }
+        for r in 0..self.data.records.len() {
+            let (_, a, b) = self.block(point, r, &all)?;
+            let mut c = a.view((g, g), (l, l)).into_owned();
+            for i in 0..l {
+                c[(i, i)] += 1e-12 * (1.0 + a[(g + i, g + i)]);
+            }
+            let bt = a.view((g, 0), (l, g)).into_owned();
+            let ch = c.cholesky()?;
+            s += a.view((0, 0), (g, g)) - bt.transpose() * ch.solve(&bt);
+            q += b.rows(0, g) - bt.transpose() * ch.solve(&b.rows(g, l).into_owned());
+        }
+        for j in 0..g {
+            let held = (point.theta[j] <= ps[j].lower && q[j] <= 0.0) || (point.theta[j] >= ps[j].upper && q[j] >= 0.0);
+            if held {
+                s.row_mut(j).fill(0.0);
+                s.column_mut(j).fill(0.0);
+                q[j] = 0.0;
+                s[(j, j)] = 1.0;
+            }
+            s[(j, j)] *= 1.0 + 1e-10;
+        }
+        let step = s.cholesky()?.solve(&q);
+        Some(q.dot(&step).max(0.0))
+    }
+}
+
+impl Linear {
+    /// (s.r, |s|^2 with everything fitted projected out) of a signature.
+    pub fn score(&self, s: &[Vec<f64>]) -> (f64, f64) {
+        let g = self.blocks[0].cross.ncols();
+        let mut sr = 0.0;
+        let mut ss = 0.0;
+        let mut b = DVector::<f64>::zeros(g);
+        for (bl, s) in self.blocks.iter().zip(s) {
+            sr += dot(s, &bl.residual);
+            ss += dot(s, s);
+            let l = bl.columns.len() - g;
+            let local = DVector::from_iterator(l, (0..l).map(|i| dot(s, &bl.columns[g + i])));
+            if let Some(ch) = &bl.local {
+                let x = ch.solve(&local);
+                ss -= local.dot(&x);
+                b -= bl.cross.transpose() * x;
+            }
+            for j in 0..g {
+                b[j] += dot(s, &bl.columns[j]);
+            }
+        }
+        if let Some(ch) = &self.reduced {
+            ss -= b.dot(&ch.solve(&b));
+        }
+        (sr, ss.max(1e-12))
+    }
+}
+
+/// Scalar product.
+#[inline]
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut s = [0.0; 4];
+    let n = a.len().min(b.len());
+    let m = n / 4 * 4;
+    let mut i = 0;
+    while i < m {
+        s[0] += a[i] * b[i];
+        s[1] += a[i + 1] * b[i + 1];
+        s[2] += a[i + 2] * b[i + 2];
+        s[3] += a[i + 3] * b[i + 3];
+        i += 4;
+    }
+    let mut t = (s[0] + s[1]) + (s[2] + s[3]);
+    while i < n {
+        t += a[i] * b[i];
+        i += 1;
+    }
+    t
+}

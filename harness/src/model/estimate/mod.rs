@@ -1,0 +1,180 @@
+//! Estimation of a campaign's parameters: Levenberg-Marquardt on whitened residuals, with the
+//! nuisances of each recording eliminated (Schur complement), priors on what has a tolerance.
+//!
+//! `data` says what there is to fit, `fit` minimises, `linear` says what is left and how well it is known.
+
+mod data;
+mod fit;
+mod linear;
+
+use super::chain::readings;
+use super::physics::Physics;
+use super::simulate::{law_of, simulate, simulate_on, Trace};
+use crate::host::element::Element;
+use data::local_of;
+use hysteresis_contact::law::Parameters as Law;
+use rayon::prelude::*;
+
+pub use data::{Data, Nuisance, Parameter, Record, Scales};
+pub use fit::{Fit, Options};
+pub use linear::{Block, Linear};
+
+/// A model of a campaign: its parameters and how they make physics.
+pub struct Model<'a> {
+    pub parameters: Vec<Parameter>,
+    #[allow(clippy::type_complexity)]
+    pub apply: Box<dyn Fn(&[f64], &mut Physics) + Sync + Send + 'a>,
+}
+
+/// The state of a fit.
+#[derive(Clone, Debug)]
+pub struct Point {
+    pub theta: Vec<f64>,
+    pub locals: Vec<Vec<f64>>,
+    /// Squared whitened residuals and priors; infinite where the simulation failed.
+    pub chi2: f64,
+}
+
+/// A campaign, a model and the work space that joins them.
+pub struct Problem<'a> {
+    pub data: &'a Data,
+    pub model: &'a Model<'a>,
+    nuisances: Vec<Nuisance>,
+}
+
+impl<'a> Problem<'a> {
+    /// Of a campaign and a model.
+    pub fn new(data: &'a Data, model: &'a Model<'a>) -> Self {
+        Problem { data, model, nuisances: data.nuisances() }
+    }
+
+    /// Start values of model and nuisances.
+    pub fn start(&self) -> Point {
+        let theta = self.model.parameters.iter().map(|p| p.start).collect();
+        let locals = (0..self.data.records.len()).map(|r| self.data.local_start(r)).collect();
+        self.evaluate(theta, locals)
+    }
+
+    /// Physics at `theta`.
+    pub fn physics(&self, theta: &[f64]) -> Physics {
+        let mut p = Physics { mass: self.data.mass, ..Physics::default() };
+        (self.model.apply)(theta, &mut p);
+        p
+    }
+
+    /// A recording's trace and readings (zeros included) at a point.
+    pub fn predict(&self, theta: &[f64], r: usize, local: &[f64]) -> (Trace, [Vec<f64>; 3]) {
+        let p = self.physics(theta);
+        let rec = &self.data.records[r];
+        let t = simulate(&p, &rec.setup, &local_of(&self.nuisances, local));
+        let mut y = readings(&p, &t, &rec.setup.time);
+        self.add_zeros(&mut y, local);
+        (t, y)
+    }
+
+    /// As [`Problem::predict`], with the contact of `element` where the law stands else; `element` is made for the
+    /// law this recording has at that point.
+    ///
+    /// # Errors
+    /// What `element` and the element it makes refuse.
+    pub fn predict_on(
+        &self,
+        theta: &[f64],
+        r: usize,
+        local: &[f64],
+        element: &dyn Fn(&Law) -> anyhow::Result<Box<dyn Element>>,
+    ) -> anyhow::Result<(Trace, [Vec<f64>; 3])> {
+        let p = self.physics(theta);
+        let rec = &self.data.records[r];
+        let l = local_of(&self.nuisances, local);
+        let t = simulate_on(element(&law_of(&p, &rec.setup, &l))?, &p, &rec.setup, &l)?;
+        let mut y = readings(&p, &t, &rec.setup.time);
+        self.add_zeros(&mut y, local);
+        Ok((t, y))
+    }
+
+    fn add_zeros(&self, y: &mut [Vec<f64>; 3], local: &[f64]) {
+        for (n, z) in self.nuisances.iter().zip(local) {
+            if let Nuisance::Zero(c) = n {
+                y[c.index()].iter_mut().for_each(|v| *v += z);
+            }
+        }
+    }
+
+    fn whiten_into(
+        &self,
+        r: usize,
+        e: &[Vec<f64>; 3],
+        negate_from: Option<&[Option<Vec<f64>>; 3]>,
+        out: &mut Vec<f64>,
+    ) {
+        out.clear();
+        let rec = &self.data.records[r];
+        let n = rec.setup.time.len();
+        let mut tmp = vec![0.0; n];
+        for c in self.data.compared(r) {
+            let i = c.index();
+            let w = &rec.weight[i];
+            match negate_from {
+                Some(y) => {
+                    let y = y[i].as_ref().expect("compared channels are there");
+                    for k in 0..n {
+                        tmp[k] = (y[k] - e[i][k]) * w[k];
+                    }
+                }
+                None => {
+                    for k in 0..n {
+                        tmp[k] = e[i][k] * w[k];
+                    }
+                }
+            }
+            let at = out.len();
+            out.resize(at + n, 0.0);
+            self.data.noise[i].whiten(&tmp, &mut out[at..]);
+        }
+    }
+
+    fn prior_terms(&self, r: usize, local: &[f64], first_speed: f64) -> f64 {
+        let mut c = 0.0;
+        for (n, x) in self.nuisances.iter().zip(local) {
+            if let Some((m, s)) = self.data.prior(r, *n) {
+                c += ((x - m) / s).powi(2);
+            }
+        }
+        let rec = &self.data.records[r];
+        if let (true, Some((m, s))) = (rec.at_first, rec.speed) {
+            c += ((first_speed - m) / s).powi(2);
+        }
+        c
+    }
+
+    fn global_prior(&self, theta: &[f64]) -> f64 {
+        self.model.parameters.iter().zip(theta).filter_map(|(p, x)| p.prior.map(|(m, s)| ((x - m) / s).powi(2))).sum()
+    }
+
+    /// chi^2 of one recording at a point.
+    pub fn chi2_of(&self, theta: &[f64], r: usize, local: &[f64]) -> f64 {
+        let (t, y) = self.predict(theta, r, local);
+        if !t.ok {
+            return f64::INFINITY;
+        }
+        let mut w = Vec::new();
+        self.whiten_into(r, &y, Some(&self.data.records[r].y), &mut w);
+        w.iter().map(|x| x * x).sum::<f64>() + self.prior_terms(r, local, t.first_speed)
+    }
+
+    /// chi^2 at a point.
+    pub fn evaluate(&self, theta: Vec<f64>, locals: Vec<Vec<f64>>) -> Point {
+        let parts: Vec<f64> = locals.par_iter().enumerate().map(|(r, l)| self.chi2_of(&theta, r, l)).collect();
+        let mut chi2 = self.global_prior(&theta) + parts.iter().sum::<f64>();
+        if !chi2.is_finite() {
+            chi2 = f64::INFINITY;
+        }
+        Point { theta, locals, chi2 }
+    }
+
+    /// The nuisances, in the order of a recording's vector.
+    pub fn nuisances(&self) -> &[Nuisance] {
+        &self.nuisances
+    }
+}
