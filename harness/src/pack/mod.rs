@@ -22,10 +22,7 @@ pub const DESCRIPTION: &str = include_str!("../../../modelDescription/modelDescr
 
 /// What goes in as it stands: path inside the FMU, bytes.
 const ATTACHED: [(&str, &[u8]); 5] = [
-    (
-        "documentation/cosimulation.html",
-        include_bytes!("../../../modelDescription/documentation/cosimulation.html"),
-    ),
+    ("documentation/cosimulation.html", include_bytes!("../../../modelDescription/documentation/cosimulation.html")),
     ("documentation/index.html", include_bytes!("../../../modelDescription/documentation/index.html")),
     (
         "documentation/licenses/LICENSE.txt",

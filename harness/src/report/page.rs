@@ -115,7 +115,7 @@ pub fn lead(html: &str) -> Option<String> {
 
 /// The first picture of a page of ours, SVG.
 pub fn picture(html: &str) -> Option<&str> {
-    Some(between(html, "<figure>", "<figcaption>")?.strip_prefix("<figure>")?)
+    between(html, "<figure>", "<figcaption>")?.strip_prefix("<figure>")
 }
 
 #[cfg(test)]
