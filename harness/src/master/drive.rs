@@ -284,11 +284,7 @@ impl Driver<'_> {
         let none = NO_TIME * (o.stop.abs() + o.start.abs());
         for i in 1..=n as u64 {
             // from the start each time: a running sum would drift
-            let to = if i as f64 >= n && whole > n - 0.5 {
-                o.start + o.step * n.min(whole.max(n - 1e-6))
-            } else {
-                o.start + i as f64 * o.step
-            };
+            let to = if i as f64 > whole { o.stop } else { o.start + i as f64 * o.step };
             let mut found = 0;
             while to - p.time > none {
                 if !o.touches.is_empty() {

@@ -477,8 +477,12 @@ fn from_on(pair: &Pair, s: &Setup, good: &dyn Fn(&Errors) -> bool) -> Option<f64
 /// Finer rungs that have to be good too before a rung counts.
 const CONFIRMED: usize = 2;
 
-/// Largest departure of a resting body, as a share of its depth; infinite where a run fails.
-fn rest(pair: &Pair, s: &Setup) -> Result<f64> {
+/// Largest departure of a body set down 0.1 % below its rest, as a share of its depth there; infinite where a run
+/// fails.
+///
+/// # Errors
+/// Where an FMU refuses.
+pub fn rest(pair: &Pair, s: &Setup) -> Result<f64> {
     let c = CASES[2];
     let gravity = 9.81;
     // the depth where k x^p = m g, as deep as the law gives it back

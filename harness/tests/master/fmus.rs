@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::process::{Command, Output};
-use touchdown::study::coupling::{setups, Pair, CASES};
+use touchdown::study::coupling::{rest, setups, Pair, CASES};
 
 fn touchdown(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_touchdown")).args(arguments).output().unwrap()
@@ -161,4 +161,72 @@ fn a_broken_archive_is_refused() {
     let o = touchdown(&["run", path.to_str().unwrap(), "--out", folder.path().join("o").to_str().unwrap()]);
     assert_eq!(o.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&o.stderr).contains("x.ssp"), "{o:?}");
+}
+
+#[test]
+fn a_body_at_rest_stays_there_with_lookahead_and_leaves_without() {
+    let pair = Pair::new().unwrap();
+    for name in ["Gauss-Seidel, held, lookahead 0.5", "iterated, cubic, touch located", "Jacobi, held, lookahead 1.5"] {
+        let moves = rest(&pair, &setup(name)).unwrap();
+        assert!(moves < 3e-3, "{name}: {moves}");
+    }
+    assert!(rest(&pair, &setup("Gauss-Seidel, held")).unwrap() > 0.5);
+}
+
+/// The contactor's tables once more under other names.
+fn twice() -> String {
+    let one = contactor();
+    let (head, _) = one.split_once("[master]").unwrap();
+    let second: String = head.split_once("[[fmu]]").unwrap().1.replace("bar", "rod").replace("contact", "stop");
+    let second = second.replace("touchdown:stop", "touchdown:contact").replace("moving-rod", "moving-bar");
+    let second = second.replace("log = [\"logContact\"]", "").replace("logStop", "logContact");
+    format!("{head}[[fmu]]{second}{}", &one[head.len()..])
+}
+
+#[test]
+fn two_instances_of_each_fmu_share_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = twice().replacen("mass = 0.509", "mass = 0.6", 1);
+    let (o, csv) = run(folder.path(), &text);
+    assert!(o.status.success(), "{}", String::from_utf8_lossy(&o.stderr));
+    let (heavy, light) = (column(&csv, "bar.penetration [m]"), column(&csv, "rod.penetration [m]"));
+    assert!(heavy.iter().zip(&light).any(|(a, b)| (a - b).abs() > 1e-5));
+    // alike, they come out alike where the step is the same for both
+    let text = twice().replace("[[touch]]", "[[unused]]");
+    let text = text.split("[[unused]]").next().unwrap().to_string();
+    let (o, csv) = run(folder.path(), &text);
+    assert!(o.status.success(), "{}", String::from_utf8_lossy(&o.stderr));
+    assert_eq!(column(&csv, "bar.penetration [m]"), column(&csv, "rod.penetration [m]"));
+    assert_eq!(column(&csv, "contact.force [N]"), column(&csv, "stop.force [N]"));
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_what_was_computed() {
+    use std::time::{Duration, Instant};
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("long.toml");
+    std::fs::write(&file, contactor().replace("stop = 0.1 ", "stop = 1e4 ")).unwrap();
+    let out = folder.path().join("out");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_touchdown"))
+        .args(["run", file.to_str().unwrap(), "--out", out.to_str().unwrap()])
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    // results grow while it runs; a generous wait, for the sake of a busy machine, that only a failure exhausts
+    let part = out.join("results.csv.part");
+    let patience = Instant::now() + Duration::from_secs(120);
+    while std::fs::metadata(&part).map_or(0, |m| m.len()) < 20_000 {
+        assert!(Instant::now() < patience, "no results while it runs");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let csv = std::fs::read_to_string(out.join("results.csv")).unwrap();
+    assert!(!part.exists() && csv.ends_with('\n'));
+    let times = column(&csv, "time [s]");
+    assert!(times.len() > 100 && *times.last().unwrap() < 1e4);
+    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    assert!(summary.contains("\"interrupted\": true"));
 }
