@@ -6,7 +6,7 @@ import tempfile
 
 import pytest
 
-from . import masters, measure
+from . import cases, masters, measure
 
 
 @pytest.fixture(params=masters.ALL, ids=[m[0] for m in masters.ALL])
@@ -44,3 +44,13 @@ def test_fmi_sim_flies_the_bar():
         pytest.skip("fmi-sim is not on the path: cargo install fmi-sim --version 0.7.0")
     with tempfile.TemporaryDirectory() as folder:
         assert masters.fmi_sim(folder) == pytest.approx(0.008, rel=1e-9)
+
+
+def test_energy_told_beyond_the_work_done_shows_a_coupling_that_is_too_coarse(tmp_path):
+    fmu = cases.pack(tmp_path / "HysteresisContact.fmu")
+    # the figures of documentation/cosimulation.html
+    made_up, off = measure.made_up(fmu, 20, 0.0)
+    assert made_up == pytest.approx(0.29, abs=0.01) and off == pytest.approx(0.18, abs=0.01)
+    made_up, off = measure.made_up(fmu, 20, 0.5)
+    assert made_up == pytest.approx(-0.016, abs=0.001) and abs(off) < 2e-4
+    assert measure.made_up(fmu, 40, 0.0)[0] == pytest.approx(0.133, abs=0.005)

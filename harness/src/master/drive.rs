@@ -373,7 +373,7 @@ impl Driver<'_> {
                         Adapt::Doubling { tolerance } => self.doubled(&p, before, tolerance)?,
                     };
                     let limit = if by_energy { FAR_BEYOND } else { 1.0 };
-                    let Some(m) = m.filter(|_| error.map_or(true, |e| e <= limit)) else {
+                    let Some(m) = m.filter(|_| error.is_none_or(|e| e <= limit)) else {
                         self.out.rejected += 1;
                         self.network.restore(START_SLOT)?;
                         h = 0.5 * (before - p.time);

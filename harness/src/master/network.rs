@@ -336,10 +336,12 @@ impl Network {
             if small || r.amax() == 0.0 {
                 return Ok(());
             }
+            // one size for all: a value of zero in a loop of ones has to move too
+            let size = group.iter().fold(r.amax(), |a, &o| a.max(y[o].abs()));
             let mut j = DMatrix::zeros(n, n);
             for (c, &o) in group.iter().enumerate() {
                 let kept = y[o];
-                let d = NUDGE * kept.abs().max(r[c].abs()).max(1e-12);
+                let d = NUDGE * size;
                 y[o] = kept + d;
                 let up = self.residual(group, y)?;
                 y[o] = kept - d;

@@ -107,7 +107,7 @@ impl Sink {
 }
 
 fn flush(writer: &mut SerializedFileWriter<File>, columns: &mut [Vec<f64>]) -> Result<()> {
-    if columns.first().map_or(true, Vec::is_empty) {
+    if columns.first().is_none_or(Vec::is_empty) {
         return Ok(());
     }
     let mut group = writer.next_row_group()?;

@@ -62,7 +62,7 @@ fn off(s: &System) -> f64 {
 fn metres_become_millimetres_and_the_step_is_what_the_fmu_prefers() {
     let folder = tempfile::tempdir().unwrap();
     for output in [r#"dependencies="1 2""#, r#"dependencies="""#] {
-        let s = system(folder.path(), output, "method = \"iterated\"\nshape = \"mean\"\nstop = 0.1");
+        let s = system(folder.path(), output, "method = \"iterated\"\nshape = \"linear\"\nstop = 0.1");
         let b = build(&s).unwrap();
         assert_eq!(b.options.step, 1e-5, "the bar prefers the shorter one");
         assert!(b.notes.is_empty(), "{:?}", b.notes);
