@@ -387,3 +387,25 @@ fn wander(residuals: &[Vec<&[f64]>]) -> f64 {
         1.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_misfit_that_wanders_widens_and_one_that_does_not_does_not() {
+        // signs that alternate have no mean in a batch; a slow wave has
+        let quick: Vec<f64> = (0..2400).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        let slow: Vec<f64> = (0..2400).map(|i| 2f64.sqrt() * (f64::from(i) / 200.0).sin()).collect();
+        assert_eq!(wander(&[vec![&quick[..]]]), 1.0);
+        let w = wander(&[vec![&slow[..]]]);
+        assert!((w / BATCH as f64 - 1.0).abs() < 0.1, "{w}");
+    }
+
+    #[test]
+    fn distance_counts_in_standard_errors_of_what_is_asked() {
+        let c = DMatrix::from_row_slice(2, 2, &[4.0, 0.0, 0.0, 9.0]);
+        assert!((distance(&[2.0, 30.0], &[0.0, 0.0], &c, &[0]) - 1.0).abs() < 1e-12);
+        assert!((distance(&[2.0, 3.0], &[0.0, 0.0], &c, &[0, 1]) - 2f64.sqrt()).abs() < 1e-12);
+    }
+}

@@ -84,3 +84,27 @@ pub fn scan(data: &Data, hysteresis: bool) -> Option<(f64, f64, f64)> {
     let unit = s.x_ref.powf(p);
     Some((f / unit, p, g / (unit * s.v_ref)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::demo::{write_campaign, Recipe};
+    use crate::fit::prepare::prepare;
+
+    #[test]
+    fn the_scan_starts_near_the_truth_and_needs_penetration_and_force() {
+        let dir = tempfile::tempdir().unwrap();
+        let recipe = Recipe::default();
+        write_campaign(dir.path(), &recipe).unwrap();
+        let (mut data, _) = prepare(&crate::record::load(dir.path()).unwrap()).unwrap();
+        let law = recipe.physics.law;
+        let x = data.scales.x_ref;
+        let (k, p, mu) = scan(&data, true).unwrap();
+        assert!((p - law.exponent).abs() < 0.15, "{p}");
+        assert!((k * x.powf(p) / (law.stiffness * x.powf(law.exponent)) - 1.0).abs() < 0.1, "{k}");
+        assert!((mu / k * law.stiffness / law.hysteresis_damping - 1.0).abs() < 0.3, "{mu}");
+        assert_eq!(scan(&data, false).unwrap().2, 0.0);
+        data.records.iter_mut().for_each(|r| r.y[Channel::Penetration.index()] = None);
+        assert!(scan(&data, true).is_none());
+    }
+}
