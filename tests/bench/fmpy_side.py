@@ -21,7 +21,6 @@ from fmpy.fmi2 import FMU2Slave
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
-GRAVITY = 9.80665
 H, DEPTH, PERIOD = 1e-5, 1e-4, 500
 OMEGA = 2 * math.pi / (PERIOD * H)
 LAW = {"stiffness": 1e8, "exponent": 1.5, "hysteresis_damping": 3e7}
@@ -102,19 +101,19 @@ def simulate(path, folder, description, steps):
 def drop(path, case):
     """From the drop height through `impacts` impacts to the top of the last rebound; writes results.csv."""
     start = time.process_time()
-    m, tolerance = case["mass"], case["tolerance"]
+    m, gravity, tolerance = case["mass"], case["gravity"], case["tolerance"]
     element = Element(path, case["contact"])
     y, t = np.array([-case["drop_height"], 0.0]), 0.0
     element.begin(*y)
     deepest = 0.0
 
     def rates(_, y):
-        return [y[1], GRAVITY - element.force(y[0], y[1]) / m]
+        return [y[1], gravity - element.force(y[0], y[1]) / m]
 
     rows, impacts, last = [], 0, {}
     h = 1e-5
     while True:
-        scale = [max(1e-6, case["drop_height"]) * tolerance, tolerance * math.sqrt(2 * GRAVITY * case["drop_height"])]
+        scale = [max(1e-6, case["drop_height"]) * tolerance, tolerance * math.sqrt(2 * gravity * case["drop_height"])]
         solver = DOP853(rates, t, y, np.inf, rtol=tolerance, atol=scale, first_step=h)
         event = None
         while event is None:

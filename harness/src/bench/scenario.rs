@@ -1,8 +1,8 @@
 //! A drop test by `touchdown run` beside the same one in Python.
 
 use super::{cpu_seconds, taken, Pair, Python, FMPY_SIDE};
-use crate::scenario::{simulate, Scenario, Source, Through};
-use anyhow::{Context, Result};
+use crate::scenario::{simulate, Scenario, Source, Through, GRAVITY};
+use anyhow::{ensure, Context, Result};
 use serde_json::Value;
 use std::hint::black_box;
 use std::path::Path;
@@ -25,6 +25,8 @@ impl DropTest {
     pub const TOLERANCE: f64 = 1e-11;
 }
 
+/// Relative difference of the sides' last impacts beyond which they did not run the same test.
+const AGREEMENT: f64 = 1e-6;
 const MASS: f64 = 1.0;
 const HEIGHT: f64 = 0.02;
 const CONTACT: [(&str, f64); 3] = [("stiffness", 1e8), ("exponent", 1.5), ("hysteresis_damping", 3e7)];
@@ -53,7 +55,7 @@ fn inside(scenario: &Scenario, fmu: &Path) -> Result<f64> {
 /// in `python`.
 ///
 /// # Errors
-/// Where the command, its answer or Python fails.
+/// Where the command, its answer or Python fails; sides that do not come to the same last impact.
 pub fn drop_test(fmu: &Path, python: &Path, side: &mut Python, folder: &Path, rounds: usize) -> Result<DropTest> {
     let path = folder.join("bench.toml");
     let contact: String = CONTACT.iter().map(|(n, x)| format!("{n} = {x:e}\n")).collect();
@@ -67,6 +69,7 @@ pub fn drop_test(fmu: &Path, python: &Path, side: &mut Python, folder: &Path, ro
     let out = folder.join("run");
     let question = serde_json::json!({
         "mass": MASS,
+        "gravity": GRAVITY,
         "drop_height": HEIGHT,
         "impacts": DropTest::IMPACTS,
         "tolerance": DropTest::TOLERANCE,
@@ -105,6 +108,12 @@ pub fn drop_test(fmu: &Path, python: &Path, side: &mut Python, folder: &Path, ro
         .enumerate()
         .map(|(i, n)| (*n, last[*n].as_f64().unwrap_or(f64::NAN), theirs.get(i + 1).copied().unwrap_or(f64::NAN)))
         .collect();
+    for (name, x, y) in &test.figures {
+        ensure!(
+            (x - y).abs() <= AGREEMENT * y.abs(),
+            "the sides do not run the same: {name} is {x} here, {y} in Python"
+        );
+    }
     Ok(test)
 }
 
