@@ -446,7 +446,9 @@ fn every_example_runs() {
     let mut seen = 0;
     for f in std::fs::read_dir(dir).unwrap().flatten() {
         let name = f.path().file_stem().unwrap().to_string_lossy().into_owned();
-        if f.path().extension().is_some_and(|e| e == "toml") {
+        // a system of FMUs has no kind
+        let scenario = |text: &str| text.lines().any(|l| l.starts_with("kind = "));
+        if f.path().extension().is_some_and(|e| e == "toml") && scenario(&example(&name)) {
             let v = summary(&example(&name), &["--direct"]);
             assert!(v["runs"].as_array().unwrap().iter().all(|r| !r["impacts"].as_array().unwrap().is_empty()));
             seen += 1;

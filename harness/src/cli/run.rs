@@ -1,6 +1,7 @@
 //! `touchdown run`.
 
 use anyhow::{Context, Result};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use touchdown::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
@@ -98,13 +99,13 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         let path = a.out.join(name);
         files::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))?;
     }
-    for line in report::run::lines(&done, &summary) {
-        println!("{line}");
-    }
-    println!("pictures: {}", a.out.join("report.html").display());
+    let mut told = report::run::lines(&done, &summary);
+    told.push(format!("pictures: {}", a.out.join("report.html").display()));
     if cut {
-        println!("interrupted: {} of {} runs, the last one as far as it came", done.len(), cases.len());
-        return Ok(ExitCode::from(INTERRUPTED_CODE));
+        told.push(format!("interrupted: {} of {} runs, the last one as far as it came", done.len(), cases.len()));
     }
-    Ok(ExitCode::SUCCESS)
+    told.push(String::new());
+    // who stops listening, as `| head` does, has heard enough
+    let _ = std::io::stdout().write_all(told.join("\n").as_bytes());
+    Ok(if cut { ExitCode::from(INTERRUPTED_CODE) } else { ExitCode::SUCCESS })
 }

@@ -4,7 +4,7 @@ use super::{library_name, Model};
 use anyhow::{bail, ensure, Context, Result};
 use hysteresis_contact::start::{GUID_LENGTH, GUID_OFFSET, MARKER, VALUES_OFFSET};
 use std::ffi::{c_char, CStr};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A platform's shared library.
 #[derive(Clone, Debug)]
@@ -30,7 +30,8 @@ impl Model {
         Ok(format!("{}.{ending}", self.name))
     }
 
-    /// The library of this machine, as cargo left it beside the running program.
+    /// The library of this machine, as cargo left it beside the running program: the newest, since `cargo test` leaves
+    /// an older one of `cargo build` where it was, and one of another version would be packed wrongly.
     ///
     /// # Errors
     /// Where it is not there: says where it was looked for.
@@ -39,14 +40,20 @@ impl Model {
         let program =
             std::env::current_exe().context("the program's own path is not known: pass --binary linux64=FILE")?;
         let mut looked = Vec::new();
+        let mut newest: Option<(std::time::SystemTime, PathBuf)> = None;
         let file = format!("lib{}.so", self.stem);
         for folder in program.ancestors().skip(1).take(2) {
             for path in [folder.join(&file), folder.join("deps").join(&file)] {
-                match std::fs::read(&path) {
-                    Ok(bytes) => return Ok(Binary { platform: "linux64".into(), bytes }),
+                match std::fs::metadata(&path).and_then(|m| m.modified()) {
+                    Ok(made) if newest.as_ref().is_some_and(|(n, _)| *n >= made) => {}
+                    Ok(made) => newest = Some((made, path)),
                     Err(_) => looked.push(path.display().to_string()),
                 }
             }
+        }
+        if let Some((_, path)) = newest {
+            let bytes = std::fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+            return Ok(Binary { platform: "linux64".into(), bytes });
         }
         bail!(
             "the library of {} is at none of {}: run `cargo build --release --workspace`",
