@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 use touchdown::demo::{write_campaign, Recipe};
 use touchdown::model::chain::readings;
 use touchdown::model::physics::Physics;
-use touchdown::model::simulate::{simulate, Local, Setup};
+use touchdown::model::simulate::{simulate, Local, Setup, TOLERANCE};
 use touchdown::record::Kind;
 
 fn fit(campaign: &Path, out: &Path, method: &str) -> Output {
@@ -63,6 +63,7 @@ fn setup(kind: Kind, time: Vec<f64>, order: usize) -> Setup {
         depth: 1e-4,
         speed: 0.4,
         duration: 1e-3,
+        tolerance: TOLERANCE,
     }
 }
 
