@@ -69,6 +69,8 @@ pub struct Decision {
     /// Names that fit as well as the chosen one, by term.
     pub ties: Vec<Vec<&'static str>>,
     pub unexplained: bool,
+    /// A second effect that was not believed because something stays unexplained beside it.
+    pub doubted: Option<Candidate>,
     /// Wander of the base's and the chosen model's residual.
     pub wander: (f64, f64),
 }
@@ -327,6 +329,7 @@ impl Search<'_> {
             false_alarm_probability: p,
             ties: Vec::new(),
             unexplained: false,
+            doubted: None,
             wander: (lambda, lambda),
         };
         let named: Vec<&Candidate> = singles.iter().filter(|c| c.make_up.terms[0].mechanism.named).collect();
@@ -344,6 +347,14 @@ impl Search<'_> {
                 }
             }
         }
+        // what can be seen without any fit comes first
+        let flat = self.flat_tops();
+        if flat.is_some() {
+            if let Some(c) = named.iter().find(|c| c.names() == ["clipping"]) {
+                first = (*c).clone();
+            }
+        }
+        let seen = first.names() == ["clipping"] && flat.is_some();
         let strength = significant(&first, &base, lambda);
         let stand_in = singles.iter().find(|c| !c.make_up.terms[0].mechanism.named).cloned();
         let stand_in_strength = stand_in.as_ref().map_or(0.0, |c| gain_of(c, &base) / lambda.max(1.0) / DETECT);
@@ -356,11 +367,16 @@ impl Search<'_> {
         let mut chosen = first.clone();
         let lambda_first = self.wander_of(&first);
         if lambda_first > 1.05 || total < 3000.0 {
-            let beam: Vec<Candidate> =
-                named.iter().take(2).filter(|c| gain_of(c, &base) > 0.8 * total).map(|c| (*c).clone()).collect();
+            let beam: Vec<Candidate> = if seen {
+                vec![first.clone()]
+            } else {
+                named.iter().take(2).filter(|c| gain_of(c, &base) > 0.8 * total).map(|c| (*c).clone()).collect()
+            };
             let mut pairs: Vec<Candidate> = Vec::new();
             for c in beam {
-                let v = self.expand(&c, &Options { iterations: 9, hopeless: 3.0, ..Options::default() }, 1, 3);
+                let (starts, keep) = if seen { (2, 6) } else { (1, 3) };
+                let quick = Options { iterations: 9, hopeless: 3.0, ..Options::default() };
+                let v = self.expand(&c, &quick, starts, keep);
                 pairs.extend(v.into_iter().filter(|p| p.make_up.terms.iter().all(|t| t.mechanism.named)).take(3));
             }
             pairs.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
@@ -389,6 +405,7 @@ impl Search<'_> {
         let final_wander = self.wander_of(&chosen);
         // does physics nobody has named do better than one name, and as well as two?
         let mut unexplained = false;
+        let mut doubted = None;
         if let Some(u) = &stand_in {
             let extra = |c: &Candidate| PENALTY * (u.parameters() - c.parameters()).max(0.0);
             let share = if u.names() == ["latent_force"] { 3.0 * UNKNOWN_SHARE } else { UNKNOWN_SHARE };
@@ -409,6 +426,9 @@ impl Search<'_> {
             if final_wander > 1.6 && left > 0.35 {
                 unexplained = true;
                 // where something stays unexplained, a second name is not believed
+                if chosen.make_up.terms.len() > 1 {
+                    doubted = Some(chosen);
+                }
                 chosen = first.clone();
             }
         }
@@ -421,6 +441,7 @@ impl Search<'_> {
             false_alarm_probability: probability(strength.max(stand_in_strength)),
             ties,
             unexplained,
+            doubted,
             wander: (base_wander, final_wander),
             chosen,
         }

@@ -3,6 +3,7 @@
 use super::answer::findings::{gather, Findings};
 use super::answer::verdict;
 use super::bootstrap::bootstrap;
+use super::decide::Decision;
 use super::element::{packed, Packed};
 use super::heldout::{held_out, HeldOut};
 use super::prepare::{prepare, Guess, Invalid};
@@ -59,6 +60,8 @@ pub enum Failure {
 
 /// Wander of the residual from which the noise model is not trusted alone.
 const RESTLESS: f64 = 1.5;
+/// Ratio of held-out misfits from which a second name is believed although something stays unexplained.
+const BELIEVED: f64 = 0.85;
 
 /// Prepares a campaign and settles what the base fit has to know first: whether the speed was measured at touch or
 /// at the first sample, how far the scatter of an imposed penetration counts, and which samples are spikes.
@@ -162,6 +165,7 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     } else {
         None
     };
+    after = weigh_second(&search, &mut decision, after);
     // where the noise wanders more than its model knows, only what predicts levels not seen better is believed
     if let Some(a) = &after {
         if c.levels.len() > 1 && decision.wander.1 > RESTLESS && a.nrmse > before.nrmse {
@@ -205,6 +209,31 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     verdict["element"] = verdict::element(&decision, element.as_ref().ok());
     let candidates = findings.rivals.iter().map(|r| (format!("{} ({})", r.name, r.form), r.gain)).collect();
     Ok(Outcome { verdict, before, after, law, candidates, findings, element, invalid: None, data: data.clone() })
+}
+
+/// Lets the levels not seen decide on a second name: one that predicts them worse than the first alone goes, one that
+/// was doubted for what stays unexplained beside it is believed where it predicts them far better.
+fn weigh_second(search: &Search<'_>, d: &mut Decision, after: Option<HeldOut>) -> Option<HeldOut> {
+    let after = after?;
+    if let Some(pair) = d.doubted.take() {
+        let with = held_out(search, &pair);
+        if with.nrmse < BELIEVED * after.nrmse {
+            d.ties.resize(pair.make_up.terms.len(), Vec::new());
+            d.chosen = pair;
+            return Some(with);
+        }
+    } else if d.chosen.make_up.terms.len() > 1 {
+        let first = d.chosen.names()[0];
+        if let Some(single) = d.singles.iter().find(|s| s.names() == [first]) {
+            let alone = held_out(search, single);
+            if alone.nrmse < after.nrmse {
+                d.chosen = single.clone();
+                d.ties.truncate(1);
+                return Some(alone);
+            }
+        }
+    }
+    Some(after)
 }
 
 /// The outcome where nothing can be judged.

@@ -25,6 +25,8 @@ pub struct MakeUp {
 pub const HARD: [&str; 6] =
     ["base_compliance", "loose_part", "sensor_resonance", "cyclic_softening", "secondary_stiffening", "return_spring"];
 
+/// Samples in a row at one reading that make a flat top.
+const FLAT: usize = 4;
 /// Standard deviations beyond which a calibration's tolerance is no tolerance.
 const WIDEST: f64 = 6.0;
 /// Share of the best score from which a form is fitted at all: linear in its first parameter, and others.
@@ -387,6 +389,29 @@ impl<'a> Search<'a> {
         let q = &term.form.parameters[0];
         t[0] = (-slope / level).clamp(q.lower + 1e-4, q.upper);
         (level.max(0.05).ln(), t)
+    }
+
+    /// The channel whose recordings of different levels end in one and the same reading, several samples long: no
+    /// impact does that, a range does.
+    pub fn flat_tops(&self) -> Option<Channel> {
+        [Channel::Force, Channel::Acceleration].into_iter().find(|c| {
+            let i = c.index();
+            let top = self.context.top[i];
+            let mut levels: Vec<usize> = self
+                .data
+                .records
+                .iter()
+                .filter(|r| {
+                    r.y[i]
+                        .as_ref()
+                        .is_some_and(|y| y.windows(FLAT).any(|w| w.iter().all(|v| (v.abs() - top).abs() <= 1e-9 * top)))
+                })
+                .map(|r| r.level)
+                .collect();
+            levels.sort_unstable();
+            levels.dedup();
+            levels.len() > 1
+        })
     }
 
     /// All terms that could be added.

@@ -29,22 +29,22 @@ fn forms(c: &Context) -> Vec<Form> {
         starts: vec![vec![0.995], vec![0.95]],
         linear: false,
         apply,
-        describe: |t, c| {
-            vec![(
-                "clip_level",
-                t[0] * if c.has[0] { c.top[0] } else { c.top[1] },
-                if c.has[0] { "N" } else { "m/s^2" },
-            )]
-        },
+        describe: |t, c| vec![("clip_level", t[0] * c.top[0], "N")],
     };
+    let mut v = Vec::new();
     if c.has[0] {
-        vec![
-            hard("force, hard", |t, c, p| clip(t[0] * c.top[0], Channel::Force, false, p)),
-            hard("force, soft", |t, c, p| clip(1.1 * t[0] * c.top[0], Channel::Force, true, p)),
-        ]
-    } else if c.has[1] {
-        vec![hard("acceleration, hard", |t, c, p| clip(t[0] * c.top[1], Channel::Acceleration, false, p))]
-    } else {
-        Vec::new()
+        v.push(hard("force, hard", |t, c, p| clip(t[0] * c.top[0], Channel::Force, false, p)));
+        v.push(hard("force, soft", |t, c, p| clip(1.1 * t[0] * c.top[0], Channel::Force, true, p)));
     }
+    if c.has[1] {
+        v.push(Form {
+            describe: |t, c| vec![("clip_level", t[0] * c.top[1], "m/s^2")],
+            ..hard("acceleration, hard", |t, c, p| clip(t[0] * c.top[1], Channel::Acceleration, false, p))
+        });
+        v.push(Form {
+            describe: |t, c| vec![("clip_level", 1.1 * t[0] * c.top[1], "m/s^2")],
+            ..hard("acceleration, soft", |t, c, p| clip(1.1 * t[0] * c.top[1], Channel::Acceleration, true, p))
+        });
+    }
+    v
 }
