@@ -263,6 +263,25 @@ impl Search<'_> {
         (fit.point.chi2 < c.fit.point.chi2).then(|| Candidate { make_up: c.make_up.clone(), fit })
     }
 
+    /// The base with a hard range on `channel`.
+    fn clipped(&self, base: &Candidate, channel: Channel) -> Option<Candidate> {
+        let label = format!("{}, hard", channel.name());
+        let term = self.candidates().into_iter().find(|t| t.mechanism.name == "clipping" && t.form.label == label)?;
+        let fit =
+            self.add(&base.make_up, &base.fit.point, &term, 2, &Options { iterations: 60, ..Options::default() })?;
+        Some(self.candidate(base, term, fit))
+    }
+
+    /// The best few named candidates with one more effect than `from`.
+    pub fn further(&self, from: &Candidate, most: usize) -> Vec<Candidate> {
+        let quick = Options { iterations: 12, hopeless: 3.0, ..Options::default() };
+        let mut v = self.expand(from, &quick, 2, 6);
+        v.retain(|c| c.make_up.terms.iter().all(|t| t.mechanism.named));
+        v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+        v.truncate(most);
+        v
+    }
+
     /// The last term of a pair alone, fitted from the pair's own values.
     fn without_first(&self, pair: &Candidate) -> Option<Candidate> {
         let model = self.model(&pair.make_up, 1.0, 1.0, 0.0);
@@ -351,7 +370,8 @@ impl Search<'_> {
         let flat = self.flat_tops();
         if flat.is_some() {
             if let Some(c) = named.iter().find(|c| c.names() == ["clipping"]) {
-                first = (*c).clone();
+                // a flat top is a hard one
+                first = flat.and_then(|ch| self.clipped(&base, ch)).unwrap_or_else(|| (*c).clone());
             }
         }
         let seen = first.names() == ["clipping"] && flat.is_some();

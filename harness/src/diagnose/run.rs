@@ -61,7 +61,9 @@ pub enum Failure {
 /// Wander of the residual from which the noise model is not trusted alone.
 const RESTLESS: f64 = 1.5;
 /// Ratio of held-out misfits from which a second name is believed although something stays unexplained.
-const BELIEVED: f64 = 0.85;
+const BELIEVED: f64 = 0.9;
+/// Names at most.
+const MOST_NAMES: usize = 4;
 
 /// Prepares a campaign and settles what the base fit has to know first: whether the speed was measured at touch or
 /// at the first sample, how far the scatter of an imposed penetration counts, and which samples are spikes.
@@ -218,9 +220,22 @@ fn weigh_second(search: &Search<'_>, d: &mut Decision, after: Option<HeldOut>) -
     if let Some(pair) = d.doubted.take() {
         let with = held_out(search, &pair);
         if with.nrmse < BELIEVED * after.nrmse {
-            d.ties.resize(pair.make_up.terms.len(), Vec::new());
-            d.chosen = pair;
-            return Some(with);
+            let (mut best, mut chosen) = (with, pair);
+            // and so on, as long as each carries what was not seen
+            while chosen.make_up.terms.len() < MOST_NAMES {
+                let next = search
+                    .further(&chosen, 3)
+                    .into_iter()
+                    .map(|c| (held_out(search, &c), c))
+                    .min_by(|a, b| a.0.nrmse.total_cmp(&b.0.nrmse));
+                match next {
+                    Some((h, c)) if h.nrmse < BELIEVED * best.nrmse => (best, chosen) = (h, c),
+                    _ => break,
+                }
+            }
+            d.ties.resize(chosen.make_up.terms.len(), Vec::new());
+            d.chosen = chosen;
+            return Some(best);
         }
     } else if d.chosen.make_up.terms.len() > 1 {
         let first = d.chosen.names()[0];
