@@ -263,15 +263,6 @@ impl Search<'_> {
         (fit.point.chi2 < c.fit.point.chi2).then(|| Candidate { make_up: c.make_up.clone(), fit })
     }
 
-    /// The base with a hard range on `channel`.
-    fn clipped(&self, base: &Candidate, channel: Channel) -> Option<Candidate> {
-        let label = format!("{}, hard", channel.name());
-        let term = self.candidates().into_iter().find(|t| t.mechanism.name == "clipping" && t.form.label == label)?;
-        let fit =
-            self.add(&base.make_up, &base.fit.point, &term, 2, &Options { iterations: 60, ..Options::default() })?;
-        Some(self.candidate(base, term, fit))
-    }
-
     /// The best few named candidates with one more effect than `from`.
     pub fn further(&self, from: &Candidate, most: usize) -> Vec<Candidate> {
         let quick = Options { iterations: 12, hopeless: 3.0, ..Options::default() };
@@ -370,8 +361,7 @@ impl Search<'_> {
         let flat = self.flat_tops();
         if flat.is_some() {
             if let Some(c) = named.iter().find(|c| c.names() == ["clipping"]) {
-                // a flat top is a hard one
-                first = flat.and_then(|ch| self.clipped(&base, ch)).unwrap_or_else(|| (*c).clone());
+                first = (*c).clone();
             }
         }
         let seen = first.names() == ["clipping"] && flat.is_some();
