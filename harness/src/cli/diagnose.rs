@@ -19,7 +19,8 @@ pub struct Arguments {
     /// Threads (default: one a processor)
     #[arg(long)]
     jobs: Option<usize>,
-    /// Judge N campaigns simulated from the base fit, to calibrate the false-alarm probability (default: theory)
+    /// Simulate and judge N whole campaigns without the effect for the false-alarm probability, some seconds each
+    /// (default: nulls made of the residual)
     #[arg(long, value_name = "N", default_value_t = 0)]
     bootstrap: usize,
 }

@@ -276,7 +276,9 @@ fn estimate(problem: &Problem<'_>, point: &Point, r: usize, place: Place) -> Opt
                 columns.push(whole(d));
             }
         }
-        ridge.push(1.0);
+        // its prior, or ten times as far as the whole recording lets it move
+        let length = columns.last().map_or(0.0, |c| c.iter().map(|v| v * v).sum::<f64>());
+        ridge.push((length / 100.0).max(1.0));
     }
     let m = columns.len();
     let residual: Vec<f64> = data.compared(r).filter_map(|c| residual[c.index()].clone()).flatten().collect();

@@ -1,5 +1,6 @@
 //! Diagnosis: where the simulation misses the recordings, which physics is missing, and how much better it fits.
 
+pub mod alarm;
 pub mod answer;
 pub mod bias;
 pub mod bootstrap;

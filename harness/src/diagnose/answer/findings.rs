@@ -1,5 +1,6 @@
 //! What the answer tells beyond the decision: everything is worked out while the search still stands.
 
+use crate::diagnose::alarm::{alarm, Alarm};
 use crate::diagnose::bias::{biases, Bias};
 use crate::diagnose::bootstrap::Bootstrap;
 use crate::diagnose::decide::{Candidate, Decision};
@@ -21,6 +22,8 @@ pub struct Findings {
     pub map: Vec<Cell>,
     /// Candidates with their held-out scores, best first.
     pub rivals: Vec<Rival>,
+    /// How often noise alone would look as bad.
+    pub alarm: Option<Alarm>,
     /// Bias of the base parameters by what was left out; empty where nothing was found.
     pub bias: Vec<Bias>,
     /// Intervals of every term chosen.
@@ -52,6 +55,10 @@ pub fn gather(
     stage("mapping the misfit");
     let mut f =
         Findings { map: map(search, &d.base, &d.chosen), caveats: caveats(c, search, d), ..Findings::default() };
+    stage("drawing nulls");
+    let gain = d.base.fit.point.chi2 - d.singles.iter().map(|s| s.fit.point.chi2).fold(f64::INFINITY, f64::min);
+    let gain = gain.max(d.base.fit.point.chi2 - d.chosen.fit.point.chi2);
+    f.alarm = alarm(search, &d.base, &d.chosen, if gain.is_finite() { gain } else { 0.0 });
     stage("scoring the rivals on levels they did not see");
     f.rivals = rivals(search, d, after.map(|a| a.nrmse));
     if d.detected {

@@ -57,6 +57,9 @@ fn facts(page: Page, c: &Campaign, o: &Outcome) -> Page {
     let alarm = m["false_alarm_probability"].as_f64().unwrap_or(f64::NAN);
     let by = match &o.findings.bootstrap {
         Some(b) => format!("{alarm:.3} ({} nulls simulated)", b.nulls),
+        None if o.findings.alarm.is_some_and(|a| a.as_bad > 0) => format!("{alarm:.3} (nulls of the residual)"),
+        None if o.findings.alarm.is_some() && alarm < 1e-6 => "below 1e-6 (tail of nulls of the residual)".into(),
+        None if o.findings.alarm.is_some() => format!("{alarm:.1e} (tail of nulls of the residual)"),
         None if alarm < 1e-6 => "below 1e-6 (theory)".into(),
         None => format!("{alarm:.1e} (theory)"),
     };

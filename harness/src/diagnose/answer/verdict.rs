@@ -71,6 +71,11 @@ pub fn verdict(
         })).collect::<Vec<_>>(),
         "caveats": f.caveats,
     });
+    if let Some(a) = &f.alarm {
+        v["mismatch"]["false_alarm_probability"] = json!(a.probability);
+        v["mismatch"]["nulls"] = json!({"drawn": a.nulls, "as_bad": a.as_bad, "directions": a.directions,
+            "independent": a.independent, "chi2_gain": a.gain});
+    }
     if let Some(b) = &f.bootstrap {
         v["mismatch"]["false_alarm_probability"] = json!(b.probability());
         v["mismatch"]["bootstrap"] = json!({"nulls": b.nulls, "detected": b.detected, "as_bad": b.as_bad});

@@ -277,7 +277,48 @@ impl Linear {
         }
         (sr, ss.max(1e-12))
     }
-}
+
+    /// A signature with everything fitted projected out.
+    pub fn project(&self, s: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let g = self.blocks[0].cross.ncols();
+        let mut b = DVector::<f64>::zeros(g);
+        let locals: Vec<DVector<f64>> = self
+            .blocks
+            .iter()
+            .zip(s)
+            .map(|(bl, s)| {
+                let l = bl.columns.len() - g;
+                let local = DVector::from_iterator(l, (0..l).map(|i| dot(s, &bl.columns[g + i])));
+                if let Some(ch) = &bl.local {
+                    b -= bl.cross.transpose() * ch.solve(&local);
+                }
+                for j in 0..g {
+                    b[j] += dot(s, &bl.columns[j]);
+                }
+                local
+            })
+            .collect();
+        let global = self.reduced.as_ref().map_or_else(|| DVector::zeros(g), |ch| ch.solve(&b));
+        let take = |out: &mut [f64], x: f64, column: &[f64]| out.iter_mut().zip(column).for_each(|(o, c)| *o -= x * c);
+        self.blocks
+            .iter()
+            .zip(s)
+            .zip(&locals)
+            .map(|((bl, s), local)| {
+                let mut out = s.clone();
+                for j in 0..g {
+                    take(&mut out, global[j], &bl.columns[j]);
+                }
+                if let Some(ch) = &bl.local {
+                    let x = ch.solve(&(local - &bl.cross * &global));
+                    for (i, x) in x.iter().enumerate() {
+                        take(&mut out, *x, &bl.columns[g + i]);
+                    }
+                }
+                out
+            })
+            .collect()
+    }}
 
 /// Scalar product.
 #[inline]
