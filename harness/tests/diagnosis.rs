@@ -109,3 +109,28 @@ fn the_same_campaign_gives_the_same_verdict_on_one_thread_and_on_many() {
     let fit = |v: &str| v[v.find("\"fit\"").unwrap()..v.find("\"format\"").unwrap()].to_string();
     assert_eq!(fit(&a), fit(&b));
 }
+
+#[test]
+fn the_force_it_takes_is_found_where_it_acts() {
+    use touchdown::diagnose::decide::Candidate;
+    use touchdown::diagnose::latent::{latent, Place};
+    use touchdown::diagnose::run::ready;
+    use touchdown::diagnose::search::Search;
+    let mut r = Recipe::default();
+    r.physics.ripple_force = 25.0;
+    r.physics.ripple_length = 1.2e-4;
+    let dir = tempfile::tempdir().unwrap();
+    write_campaign(dir.path(), &r).unwrap();
+    let c = record::load(dir.path()).unwrap();
+    let (data, guess) = ready(&c).unwrap();
+    let search = Search::new(&c, &data);
+    let base = Candidate { make_up: Default::default(), fit: search.base(&c, &guess) };
+    let l = latent(&search, &base).unwrap();
+    assert_eq!(l.place, Place::Contact, "{:?}", l.scores);
+    // it swings as the ripple does, well out of its band, in the hardest drop
+    let hardest = l.records.last().unwrap();
+    let (low, high) = hardest.force.iter().fold((0.0f64, 0.0f64), |(a, b), v| (a.min(*v), b.max(*v)));
+    assert!(low < -8.0 && low > -60.0 && high > 8.0 && high < 60.0, "{low} to {high}");
+    let out = hardest.force.iter().zip(&hardest.band).filter(|(f, b)| f.abs() > **b).count();
+    assert!(out > 40, "{out}");
+}

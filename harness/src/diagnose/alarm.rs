@@ -51,7 +51,7 @@ pub fn alarm(search: &Search<'_>, base: &Candidate, chosen: &Candidate, gain: f6
             let whole: f64 = s.iter().flatten().map(|v| v * v).sum();
             let s = linear.project(&s);
             let length: f64 = s.iter().flatten().map(|v| v * v).sum();
-            if !(length > 1e-8 * whole) {
+            if length.is_nan() || length <= 1e-8 * whole {
                 return None;
             }
             let blocks = s.iter().zip(&left.blocks).flat_map(|(s, b)| {

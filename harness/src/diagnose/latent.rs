@@ -91,7 +91,8 @@ pub fn latent(search: &Search<'_>, reference: &Candidate) -> Option<Latent> {
         let all = [Place::Contact, Place::Motion].into_iter();
         all.chain(Channel::ALL.into_iter().filter(|c| search.data.has(*c)).map(Place::Reading)).collect()
     };
-    let mut tried: Vec<(Place, f64, Vec<(Record, f64)>)> = places
+    type Tried = (Place, f64, Vec<(Record, f64)>);
+    let mut tried: Vec<Tried> = places
         .into_par_iter()
         .filter_map(|p| {
             let parts: Vec<(Record, f64)> = (0..search.data.records.len())
