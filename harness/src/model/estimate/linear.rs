@@ -318,7 +318,8 @@ impl Linear {
                 out
             })
             .collect()
-    }}
+    }
+}
 
 /// Scalar product.
 #[inline]
