@@ -5,6 +5,7 @@ none) and the noise of every channel as the label has it. The held-out measure i
 by what was learnt from the others. Where a method gives no names, none are counted; a tuned one may take the name of
 the physical term its force resembles most.
 """
+import json
 import time
 import warnings
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from . import beside_terms as terms
 from .beside_base import Base, Track, equations, load, part
+from .generate import jsonable
 from .judge import TIES
 
 NOTES = [
@@ -258,24 +260,34 @@ def score(rows, answers, name, settings):
                 gain=float(np.median(gains)) if gains else None, seconds=float(np.median([answers[r["case"]]["seconds"] for r in rows])))
 
 
+def each(folder, noise):
+    """Every method's answer to one case, by "name, settings"."""
+    c, answers = Case(folder, noise), {}
+    for n, s, run in METHODS:
+        t1 = time.process_time()
+        try:
+            a = run(c)
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError) as e:
+            a = dict(detected=False, names=[], also=[], after=c.before, failed=str(e)[:200])
+        a["seconds"] = time.process_time() - t1 + (0.0 if n == "plain recalibration" and s == "naive" else c.seconds)
+        answers[f"{n}, {s}"] = a
+    return answers
+
+
 def compare(out, rows, progress):
     """Every method on the given cases of `out`: table, notes and all answers."""
-    import json
     warnings.filterwarnings("ignore")
-    answers = {(n, s): {} for n, s, _ in METHODS}
+    kept = out / "beside-answers.json"                   # what was answered before stays over Ctrl-C
+    done = json.loads(kept.read_text()) if kept.exists() else {}
     t0 = time.monotonic()
     for i, r in enumerate(rows):
-        truth = json.loads((out / "truth" / f"{r['case']}.json").read_text())
-        c = Case(out / "open" / r["case"], truth["noise"])
-        for n, s, run in METHODS:
-            t1 = time.process_time()
-            try:
-                a = run(c)
-            except (ArithmeticError, ValueError, np.linalg.LinAlgError) as e:
-                a = dict(detected=False, names=[], also=[], after=c.before, failed=str(e)[:200])
-            a["seconds"] = time.process_time() - t1 + (0.0 if n == "plain recalibration" and s == "naive" else c.seconds)
-            answers[n, s][r["case"]] = a
+        if r["case"] not in done:
+            done[r["case"]] = each(out / "open" / r["case"], json.loads((out / "truth" / f"{r['case']}.json").read_text())["noise"])
+            temp = kept.with_suffix(".part")
+            temp.write_text(json.dumps(jsonable(done)))
+            temp.replace(kept)
         progress(i + 1, len(rows), t0, "beside")
+    answers = {(n, s): {r["case"]: done[r["case"]][f"{n}, {s}"] for r in rows} for n, s, _ in METHODS}
     own = {r["case"]: dict(detected=r["detected"], names=r["named"], also=r["also"], after=r["after"], seconds=r["cpu"]) for r in rows}
     table = [score(rows, own, "touchdown", "as it is")] + [score(rows, answers[n, s], n, s) for n, s, _ in METHODS]
     return dict(cases=len(rows), methods=table, notes=NOTES, answers={f"{n}, {s}": a for (n, s), a in answers.items()})
