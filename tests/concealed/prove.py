@@ -122,6 +122,7 @@ def options():
     a.add_argument("--readme", action="store_true", help="write table and pictures into README.md and tests/concealed/pictures")
     a.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     a.add_argument("--touchdown", type=Path, help="another touchdown binary than the one the launcher builds")
+    a.add_argument("--commit", default="", metavar="ID", help="the commit --touchdown was built from, for the page")
     a.add_argument("--again", action="store_true", help="keep the cases --out holds already (same sets) and what this binary answered; judge anew")
     o = a.parse_args()
     if not o.sets and not o.real:
@@ -180,7 +181,7 @@ def main():
     o = options()
     out = o.out
     binary = built(o.touchdown)
-    commit = "" if o.touchdown else subprocess.run(["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
+    commit = o.commit if o.touchdown else subprocess.run(["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
     total = sum(n for _, n in o.sets)
     head = dict(sets=o.sets, cases=total, date=datetime.date.today().isoformat(), commit=commit, jobs=o.jobs)
     rows, single_level, others = [], None, None
