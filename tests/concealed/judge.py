@@ -72,13 +72,14 @@ def band(k, n, level=0.95):
 
 
 # what a verdict's parameter should be, where the effect's form is the one that is fitted:
+# (the verdict's preload counts against +x, by its equation F = -(P + r x); the laboratory's with it)
 # (mechanism, form) -> {parameter: value from (true_effect, true_base, strength), or None where it only has to be there}
 EXACT = {
     ("guide_friction", "coulomb"): {"friction": lambda e, b, s: e["fr_c"]},
     ("guide_friction", "coulomb-viscous"): {"friction": lambda e, b, s: e["fr_c"], "friction_viscous": lambda e, b, s: e["fr_v"]},
     ("guide_friction", "stribeck"): {"friction": lambda e, b, s: e["fr_c"], "stribeck_speed": None},
     ("fluid_drag", "square"): {"drag": lambda e, b, s: e["drag"]},
-    ("return_spring", "preloaded"): {"spring_preload": lambda e, b, s: e["sp_pre"], "spring_rate": lambda e, b, s: e["sp_k"]},
+    ("return_spring", "preloaded"): {"spring_preload": lambda e, b, s: -e["sp_pre"], "spring_rate": lambda e, b, s: e["sp_k"]},
     ("viscous_damping", "constant"): {"viscous_damping": lambda e, b, s: e["cv"]},
     ("viscous_damping", "ramp"): {"viscous_damping": lambda e, b, s: e["cv"]},
     ("force_gain", "high"): {"gain": lambda e, b, s: e["gain"]},

@@ -349,7 +349,8 @@ def markdown(head, rows, others, real):
     """The tables for the README."""
     out = []
     if rows:
-        out += [f"{how_many(head)} concealed cases, {seeds(head)}, {head['date']}, {made(head)}; labels sha256 `{head['sha256'][:16]}`:", "",
+        out += [f"{how_many(head)[:1].upper()}{how_many(head)[1:]} concealed cases, {seeds(head)}, {head['date']}, {made(head)}; labels sha256",
+                f"`{head['sha256']}`; `{command(head)}`:", "",
                 "| | cases | right | 95 % band | target | floor |", "|---|---|---|---|---|---|"]
         for what, key, k, n in lines(rows, summary(rows)):
             if n:
