@@ -2,7 +2,7 @@
 
 use super::{library_name, Model};
 use anyhow::{bail, ensure, Context, Result};
-use hysteresis_contact::start::{GUID_LENGTH, GUID_OFFSET, MARKER, VALUES_OFFSET};
+use hysteresis_contact::start::{COUNT_OFFSET, GUID_LENGTH, GUID_OFFSET, MARKER, VALUES_OFFSET};
 use std::ffi::{c_char, CStr};
 use std::path::{Path, PathBuf};
 
@@ -172,6 +172,12 @@ pub(super) fn patch(library: &[u8], guid: &str, values: &[f64]) -> Result<Vec<u8
     let [at] = found[..] else {
         bail!("has its block of start values {} times, not once: give the library that touchdown builds", found.len());
     };
+    let count = usize::from(u16::from_le_bytes([o[at + COUNT_OFFSET], o[at + COUNT_OFFSET + 1]]));
+    ensure!(
+        count == values.len(),
+        "has {count} parameters where this touchdown knows {}: it is another model's or another version's; build it anew",
+        values.len()
+    );
     o[at + GUID_OFFSET..at + GUID_OFFSET + GUID_LENGTH].copy_from_slice(guid.as_bytes());
     for (i, v) in values.iter().enumerate() {
         let p = at + VALUES_OFFSET + 8 * i;

@@ -293,7 +293,7 @@ mod tests {
         let mut library = vec![7u8; 100];
         library.extend(hysteresis_contact::start::MARKER);
         library.extend(hysteresis_contact::start::UNPACKED_GUID);
-        library.extend([0u8; 2]);
+        library.extend(hysteresis_contact::start::COUNT);
         library.extend(vec![0u8; 8 * PARAMETERS + 50]);
         let b = Binary { platform: "linux64".into(), bytes: library };
         let starts = [("stiffness".to_string(), 2.5e9), ("plastic_form".to_string(), 1.0)];
@@ -311,7 +311,12 @@ mod tests {
         assert_ne!(guid(&one), guid(&other));
         assert!(archive(&[("stiffnes".into(), 1.0)], std::slice::from_ref(&b)).is_err());
         assert!(archive(&[("stiffness".into(), -1.0)], std::slice::from_ref(&b)).is_err());
+        let mut older = b.clone();
         assert!(archive(&[("plastic_form".into(), 0.5)], &[b]).is_err());
+        let at = older.bytes.windows(16).position(|w| w == hysteresis_contact::start::MARKER).unwrap();
+        older.bytes[at + hysteresis_contact::start::COUNT_OFFSET] -= 1;
+        let e = format!("{:#}", archive(&[], &[older]).unwrap_err());
+        assert!(e.contains(&format!("has {} parameters", PARAMETERS - 1)), "{e}");
         let foreign = Binary { platform: "linux64".into(), bytes: vec![0; 1000] };
         assert!(archive(&[], &[foreign]).is_err());
     }
