@@ -15,6 +15,8 @@ use statrs::function::erf::erfc;
 
 /// Nulls drawn.
 const NULLS: usize = 999;
+/// Least probability told: a tail says nothing beyond it.
+const LEAST: f64 = 1e-16;
 /// Samples that keep one sign.
 const BLOCK: usize = 48;
 
@@ -84,7 +86,7 @@ fn judged(parts: &[Vec<f64>], gain: f64) -> Alarm {
     let one = beyond(tops[NULLS / 2]).clamp(1e-12, 1.0 - 1e-12);
     let independent = ((0.5f64).ln() / (-one).ln_1p()).clamp(1.0, n);
     let empirical = (1 + as_bad) as f64 / (1 + NULLS) as f64;
-    let probability = if as_bad > 0 { empirical } else { (independent * beyond(gain)).min(empirical) };
+    let probability = if as_bad > 0 { empirical } else { (independent * beyond(gain)).clamp(LEAST, empirical) };
     Alarm { nulls: NULLS, as_bad, directions: parts.len(), independent, gain, probability }
 }
 
