@@ -63,7 +63,7 @@ const RESTLESS: f64 = 1.5;
 /// Ratio of held-out misfits from which a second name is believed although something stays unexplained.
 const BELIEVED: f64 = 0.9;
 /// Names at most.
-const MOST_NAMES: usize = 4;
+const MOST_NAMES: usize = 3;
 
 /// Prepares a campaign and settles what the base fit has to know first: whether the speed was measured at touch or
 /// at the first sample, how far the scatter of an imposed penetration counts, and which samples are spikes.

@@ -1,6 +1,7 @@
 //! adhesion: the faces pull on each other, above all while leaving
 
 use crate::diagnose::mechanism::*;
+use crate::record::Kind;
 
 /// a pull of at most F_a over a range (Johnson, Kendall and Roberts 1971; Derjaguin, Muller and Toporov 1975).
 pub const MECHANISM: Mechanism = Mechanism {
@@ -21,10 +22,12 @@ fn pull(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, form: i3
     p.law.adhesion_form = form;
 }
 
-fn forms(_: &Context) -> Vec<Form> {
+fn forms(c: &Context) -> Vec<Form> {
+    // a pull that reaches farther than the contact is deep is a force in flight
+    let longest = if c.kind == Kind::Indentation { 1.5 } else { 0.0 };
     let form = |label, apply: Apply| Form {
         label,
-        parameters: vec![parameter("force", 0.0, 3.0, 1e-3), parameter("ln range", -6.0, 1.5, 1e-2)],
+        parameters: vec![parameter("force", 0.0, 3.0, 1e-3), parameter("ln range", -6.0, longest, 1e-2)],
         starts: grid(&[&[0.02], &[-4.0, -2.3, -0.7]]),
         linear: true,
         apply,
