@@ -24,7 +24,7 @@ pub fn line(data: &Data, channel: Channel) -> Option<f64> {
             // a line that dies out is clearest while it is young
             let most = (4.0 * data.scales.duration / dt) as usize;
             let flight = &y[from..(from + most.max(LEAST)).min(y.len())];
-            if flight.len() < LEAST || !(peak > 0.0) {
+            if flight.len() < LEAST || peak.is_nan() || peak <= 0.0 {
                 return None;
             }
             let mean = flight.iter().sum::<f64>() / flight.len() as f64;
