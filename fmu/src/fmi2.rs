@@ -483,7 +483,7 @@ pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut c_void, p: *mut *mut c_void) ->
 #[no_mangle]
 pub unsafe extern "C" fn fmi2SetFMUstate(c: *mut c_void, p: *mut c_void) -> Status {
     call(c, |c| {
-        c.instance.state = kept(p)?.state;
+        c.instance.restore(kept(p)?.state);
         Ok(())
     })
 }

@@ -28,8 +28,6 @@ pub struct State {
     pub acceleration: f64,
     /// Size of the last step, s; 0 before any.
     pub step: f64,
-    /// Step recommended, s.
-    pub recommended: f64,
     /// Which inputs were refused last and wait for a finite value: bit 0 penetration, bit 1 velocity.
     pub refused: u8,
 }
@@ -48,14 +46,13 @@ impl State {
             last: [0.0; 2],
             acceleration: 0.0,
             step: 0.0,
-            recommended: 0.0,
             refused: 0,
         }
     }
 }
 
-const MAGIC: [u8; 8] = *b"tdstate1";
-const NUMBERS: usize = PARAMETERS + 4 + BRANCHES + 11;
+const MAGIC: [u8; 8] = *b"tdstate2";
+const NUMBERS: usize = PARAMETERS + 4 + BRANCHES + 10;
 /// Length of a state in bytes: magic, phase, refused, numbers, checksum; the same on every platform.
 pub const BYTES: usize = 8 + 2 + 8 * NUMBERS + 8;
 
@@ -76,19 +73,8 @@ pub fn to_bytes(s: &State) -> [u8; BYTES] {
     for v in [m.deepest, m.released, m.work, m.stored].iter().chain(&m.relaxation) {
         put(&v.to_le_bytes());
     }
-    let rest = [
-        s.time,
-        s.stop,
-        s.input[0],
-        s.input[1],
-        s.slope[0],
-        s.slope[1],
-        s.last[0],
-        s.last[1],
-        s.acceleration,
-        s.step,
-        s.recommended,
-    ];
+    let rest =
+        [s.time, s.stop, s.input[0], s.input[1], s.slope[0], s.slope[1], s.last[0], s.last[1], s.acceleration, s.step];
     for v in rest {
         put(&v.to_le_bytes());
     }
@@ -140,7 +126,6 @@ pub fn from_bytes(b: &[u8]) -> Result<State, &'static str> {
         last: [take(), take()],
         acceleration: take(),
         step: take(),
-        recommended: take(),
         refused: b[9],
     })
 }

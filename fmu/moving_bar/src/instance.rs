@@ -24,6 +24,11 @@ impl Default for Instance {
 }
 
 impl Instance {
+    /// Takes up a state that was kept.
+    pub fn restore(&mut self, state: State) {
+        self.state = state;
+    }
+
     fn require(&self, call: &str, allowed: &[Phase]) -> Outcome<()> {
         life::require(self.state.phase, call, allowed)
     }
