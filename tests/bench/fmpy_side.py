@@ -1,10 +1,12 @@
 """The Python side of `touchdown bench`: answers questions on stdin, a line each, with CPU seconds.
 
 loop N      a step by setReal, doStep, getReal on fmpy's slave, over N steps
+step N      doStep and getReal on fmpy's slave, inputs held, over N steps
+empty N     the same on the empty FMU
 simulate N  a step by fmpy.simulate_fmu with the same inputs, over N steps
 drop JSON   a drop test with scipy's DOP853 on the FMU's force, seconds, then
             deepest m, restitution, duration s, accepted steps
-With JSON as its second argument: that drop test, no questions.
+Arguments: the FMU, and the empty FMU. With JSON as the second argument: that drop test, no questions.
 """
 import csv
 import json
@@ -41,10 +43,11 @@ class Element:
         )
         self.slave.instantiate()
         self.slave.setupExperiment(startTime=0.0)
-        self.slave.setReal([self.reference[n] for n in parameters], list(parameters.values()))
+        if parameters:
+            self.slave.setReal([self.reference[n] for n in parameters], list(parameters.values()))
         self.inputs = [self.reference["penetration"], self.reference["velocity"]]
         self.output = [self.reference["force"]]
-        self.energies = [self.reference["stored_energy"], self.reference["dissipated_energy"]]
+        self.energies = [self.reference[n] for n in ("stored_energy", "dissipated_energy") if n in self.reference]
 
     def begin(self, x, v):
         self.slave.enterInitializationMode()
@@ -64,8 +67,8 @@ class Element:
 class Walk:
     """The same walk as Rust's: in contact half the time."""
 
-    def __init__(self, path):
-        self.element = Element(path, LAW)
+    def __init__(self, path, law=LAW):
+        self.element = Element(path, law)
         self.element.begin(0.0, 0.0)
         phases = [OMEGA * H * n for n in range(PERIOD)]
         self.points = [[DEPTH * math.sin(p), DEPTH * OMEGA * math.cos(p)] for p in phases]
@@ -77,6 +80,18 @@ class Walk:
         start = time.process_time()
         for n in range(steps):
             slave.setReal(inputs, points[n % PERIOD])
+            slave.doStep(self.done * H, H)
+            self.done += 1
+            total += slave.getReal(output)[0]
+        return (time.process_time() - start) / steps
+
+
+    def held(self, steps):
+        slave, output = self.element.slave, self.element.output
+        slave.setReal(self.element.inputs, self.points[100])
+        total = 0.0
+        start = time.process_time()
+        for _ in range(steps):
             slave.doStep(self.done * H, H)
             self.done += 1
             total += slave.getReal(output)[0]
@@ -155,10 +170,10 @@ def drop(path, case):
 
 def main():
     path = sys.argv[1]
-    if len(sys.argv) > 2:
+    if sys.argv[2].startswith("{"):
         print(*drop(path, json.loads(sys.argv[2])))
         return
-    walk = Walk(path)
+    walk, empty = Walk(path), Walk(sys.argv[2], {})
     description, folder = read_model_description(path), extract(path)
     print(f"Python {sys.version.split()[0]}, fmpy {fmpy.__version__}, scipy {scipy.__version__}", flush=True)
     try:
@@ -166,12 +181,17 @@ def main():
             word, _, rest = question.strip().partition(" ")
             if word == "loop":
                 print(walk.loop(int(rest)), flush=True)
+            elif word == "step":
+                print(walk.held(int(rest)), flush=True)
+            elif word == "empty":
+                print(empty.held(int(rest)), flush=True)
             elif word == "simulate":
                 print(simulate(path, folder, description, int(rest)), flush=True)
             elif word == "drop":
                 print(*drop(path, json.loads(rest)), flush=True)
     finally:
         walk.element.close()
+        empty.element.close()
         shutil.rmtree(folder, ignore_errors=True)
 
 

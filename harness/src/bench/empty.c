@@ -53,3 +53,27 @@ int fmi2DoStep(void *c, double t, double h, int never_back) {
     ((Empty *)c)->value[2] = ((Empty *)c)->value[0];
     return 0;
 }
+/* what some hosts look up and nobody calls here */
+#define REFUSED(name) int name(void) { return 3; }
+REFUSED(fmi2SetDebugLogging)
+REFUSED(fmi2GetInteger)
+REFUSED(fmi2GetBoolean)
+REFUSED(fmi2GetString)
+REFUSED(fmi2SetInteger)
+REFUSED(fmi2SetBoolean)
+REFUSED(fmi2SetString)
+REFUSED(fmi2GetFMUstate)
+REFUSED(fmi2SetFMUstate)
+REFUSED(fmi2FreeFMUstate)
+REFUSED(fmi2SerializedFMUstateSize)
+REFUSED(fmi2SerializeFMUstate)
+REFUSED(fmi2DeSerializeFMUstate)
+REFUSED(fmi2GetDirectionalDerivative)
+REFUSED(fmi2SetRealInputDerivatives)
+REFUSED(fmi2GetRealOutputDerivatives)
+REFUSED(fmi2CancelStep)
+REFUSED(fmi2GetStatus)
+REFUSED(fmi2GetRealStatus)
+REFUSED(fmi2GetIntegerStatus)
+REFUSED(fmi2GetBooleanStatus)
+REFUSED(fmi2GetStringStatus)

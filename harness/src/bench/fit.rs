@@ -210,7 +210,7 @@ pub fn base_fit(
     let (_, best) = fit();
     let file = folder.join("fit.json");
     std::fs::write(&file, serde_json::to_vec(&told(c, &search, &problem, &best))?)?;
-    let mut python = Python::start(python, SCRIPT, &file)?;
+    let mut python = Python::start(python, SCRIPT, &[&file])?;
     let agree = python.ask("agree")?;
     for (i, ours) in [start.chi2, start.chi2, best.point.chi2, best.point.chi2].into_iter().enumerate() {
         let other = agree.get(i).copied().unwrap_or(f64::NAN);

@@ -278,6 +278,20 @@ pub fn against_fmpy(ours: &Fmu, python: &mut Python, rounds: usize, mut told: im
     Ok((looped, simulated))
 }
 
+/// Our doStep and getReal beside an empty FMU's, both through fmpy, ns, `rounds` times in turn.
+///
+/// # Errors
+/// Where Python refuses.
+pub fn against_empty_in_fmpy(python: &mut Python, rounds: usize) -> Result<Pair> {
+    const STEPS: usize = 5_000;
+    let mut pair = Pair::default();
+    for _ in 0..rounds {
+        let ours = python.ask(&format!("step {STEPS}"))?[0] * 1e9;
+        pair.rounds.push((ours, python.ask(&format!("empty {STEPS}"))?[0] * 1e9));
+    }
+    Ok(pair)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

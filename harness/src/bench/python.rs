@@ -26,14 +26,14 @@ impl Drop for Python {
 }
 
 impl Python {
-    /// Starts `python` with a script and the file it works on.
+    /// Starts `python` with a script and the files it works on.
     ///
     /// # Errors
     /// No such program, or it lacks a module.
-    pub fn start(python: &Path, script: &str, file: &Path) -> Result<Python> {
+    pub fn start(python: &Path, script: &str, files: &[&Path]) -> Result<Python> {
         let mut child = Command::new(python)
             .args(["-c", script])
-            .arg(file)
+            .args(files)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
