@@ -104,7 +104,7 @@ def fmucontainer(folder, lookahead, phase):
 
 def fmi_sim_path():
     """The fmi-sim command, or None."""
-    return shutil.which("fmi-sim") or os.environ.get("FMI_SIM")
+    return os.environ.get("FMI_SIM") or shutil.which("fmi-sim")
 
 
 def fmi_sim(folder):
