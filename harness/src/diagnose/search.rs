@@ -32,6 +32,12 @@ const WIDEST: f64 = 6.0;
 /// Share of the best score from which a form is fitted at all: linear in its first parameter, and others.
 const LINEAR_SHARE: f64 = 0.08;
 const OTHER_SHARE: f64 = 0.01;
+/// Share of the samples that chi^2 falls to at best: the noise is known to some per cent.
+const NOISE_AT_LEAST: f64 = 0.98;
+/// Gain in chi^2 that there may be in any case.
+const LITTLE: f64 = 100.0;
+/// Share of a gain found with coarse integration that may be lost by fine, before a candidate is fitted again.
+const SHIFTED: f64 = 0.1;
 /// Forms of one mechanism that are sifted by fitting.
 const FORMS_A_MECHANISM: usize = 2;
 const SOFTENING: &str = "cyclic_softening";
@@ -438,6 +444,7 @@ impl<'a> Search<'a> {
         let base_model = sift.model(make_up, 1.0, 1.0, 0.0);
         let problem = Problem::new(&data, &base_model);
         let Some(linear) = problem.linearise(&from.point) else { return Vec::new() };
+        let coarse_base = problem.evaluate(from.point.theta.clone(), from.point.locals.clone()).chi2;
         let mut scored: Vec<(&Term, Starts)> = candidates
             .par_iter()
             .filter(|t| !make_up.terms.iter().any(|u| u.mechanism.name == t.mechanism.name))
@@ -445,7 +452,9 @@ impl<'a> Search<'a> {
             .collect();
         let drifted = sift.drifted(make_up, &from.point);
         let score = |s: &Starts| s.first().map_or(0.0, |s| s.0);
-        let top = scored.iter().map(|(_, s)| score(s)).fold(0.0, f64::max);
+        // a step along a tangent may promise more than there is to gain; what is near noise has little
+        let most = (from.point.chi2 - NOISE_AT_LEAST * self.data.samples() as f64).max(LITTLE);
+        let top = scored.iter().map(|(_, s)| score(s)).fold(0.0, f64::max).min(most);
         let options = Options { hopeless: options.hopeless.max(0.003 * top), ..*options };
         scored.sort_by(|a, b| score(&b.1).total_cmp(&score(&a.1)));
         let mut forms: Vec<&str> = Vec::new();
@@ -466,7 +475,14 @@ impl<'a> Search<'a> {
                 let mut next = make_up.clone();
                 next.terms.push(t.clone());
                 let model = self.model(&next, 1.0, 1.0, 0.0);
-                fit.point = Problem::new(self.data, &model).evaluate(fit.point.theta, fit.point.locals);
+                let fine = Problem::new(self.data, &model);
+                let promised = coarse_base - fit.point.chi2;
+                fit.point = fine.evaluate(fit.point.theta, fit.point.locals);
+                let kept = from.point.chi2 - fit.point.chi2;
+                // what coarse integration shifts can hide a gain, until the rest has followed
+                if promised > options.hopeless && kept < promised - options.hopeless.max(SHIFTED * promised) {
+                    fit = fine.fit(fit.point, &Options { iterations: 3, hopeless: 0.0, ..options });
+                }
                 Some((t.clone(), fit))
             })
             .collect();
