@@ -34,6 +34,8 @@ const LINEAR_SHARE: f64 = 0.08;
 const OTHER_SHARE: f64 = 0.01;
 /// Share of the samples that chi^2 falls to at best: the noise is known to some per cent.
 const NOISE_AT_LEAST: f64 = 0.98;
+/// Expected gain in chi^2 from which a calibration beyond its tolerance is fitted at all.
+const HELD_BACK: f64 = 5.0;
 /// Gain in chi^2 that there may be in any case.
 const LITTLE: f64 = 100.0;
 /// Share of a gain found with coarse integration that may be lost by fine, before a candidate is fitted again.
@@ -461,11 +463,14 @@ impl<'a> Search<'a> {
         scored.retain(|(t, s)| {
             // the score says little of what is not linear in its parameters
             let hard = HARD.contains(&t.mechanism.name) && starts > 1;
-            let small = t.form.linear && t.form.parameters.len() == 1 && top < 100.0;
+            let small = t.form.linear && t.form.parameters.len() == 1 && top <= LITTLE;
+            // what a tolerance holds back counts by its prior, however much others promise
+            let held = t.mechanism.name == "force_gain" && score(s) >= HELD_BACK;
             let least = if t.form.linear { LINEAR_SHARE } else { OTHER_SHARE } * top;
             forms.push(t.mechanism.name);
             let rank = forms.iter().filter(|f| **f == t.mechanism.name).count();
-            hard || ((rank <= FORMS_A_MECHANISM || small) && (score(s) >= least.max(1.0) || small || top <= 20.0))
+            hard || held
+                || ((rank <= FORMS_A_MECHANISM || small) && (score(s) >= least.max(1.0) || small || top <= 20.0))
         });
         let mut v: Vec<(Term, Fit)> = scored
             .into_par_iter()
