@@ -5,7 +5,7 @@ use crate::life::{self, error};
 pub use crate::life::{Outcome, Refusal};
 use crate::start;
 use crate::state::{Phase, State};
-use crate::variables::{by_reference, Kind, Role, Variable, PARAMETER_TABLE};
+use crate::variables::{Kind, Role, PARAMETER_TABLE};
 
 /// The inputs' bits in [`State::refused`].
 const INPUT_NAMES: [&str; 2] = ["penetration", "velocity"];
@@ -32,39 +32,6 @@ impl Instance {
         *self = Instance { state, known: f64::NAN };
     }
 
-    fn require(&self, call: &str, allowed: &[Phase]) -> Outcome<()> {
-        life::require(self.state.phase, call, allowed)
-    }
-
-    fn find(&self, reference: u32, kind: Kind) -> Outcome<Variable> {
-        match by_reference(reference) {
-            Some(v) if v.kind == kind => Ok(v),
-            Some(v) => error(format!("{} (value reference {}) is {:?}, not {:?}", v.name, reference, v.kind, kind)),
-            None => error(format!("no variable has value reference {}", reference)),
-        }
-    }
-
-    /// fmi2SetupExperiment: start and, where there is one, stop, s.
-    ///
-    /// # Errors
-    /// Out of order, or times that are none.
-    pub fn setup_experiment(&mut self, start: f64, stop: Option<f64>) -> Outcome<()> {
-        self.require("fmi2SetupExperiment", &[Phase::Instantiated])?;
-        self.state.stop = life::experiment(start, stop)?;
-        self.state.time = start;
-        Ok(())
-    }
-
-    /// fmi2EnterInitializationMode.
-    ///
-    /// # Errors
-    /// Out of order.
-    pub fn enter_initialization(&mut self) -> Outcome<()> {
-        self.require("fmi2EnterInitializationMode", &[Phase::Instantiated])?;
-        self.state.phase = Phase::Initialization;
-        Ok(())
-    }
-
     /// fmi2ExitInitializationMode: a contact that starts loaded has been loaded slowly, see
     /// [`crate::law::Parameters::start`].
     ///
@@ -81,21 +48,6 @@ impl Instance {
         s.phase = Phase::Stepping;
         self.known = f64::NAN;
         Ok(())
-    }
-
-    /// fmi2Terminate.
-    ///
-    /// # Errors
-    /// Out of order.
-    pub fn terminate(&mut self) -> Outcome<()> {
-        self.require("fmi2Terminate", &[Phase::Stepping])?;
-        self.state.phase = Phase::Terminated;
-        Ok(())
-    }
-
-    /// fmi2Reset: start values, as fmi2Instantiate left it.
-    pub fn reset(&mut self) {
-        *self = Instance::default();
     }
 
     fn inputs_are_good(&self) -> Outcome<()> {

@@ -1,6 +1,9 @@
 //! What any model behind the FMI face shares: its phases, its refusals, its times. Both models of the workspace use
 //! this file and `fmi2.rs` as they stand.
 
+use crate::instance::Instance;
+use crate::variables::{by_reference, Kind, Variable};
+
 /// Where an instance stands in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -48,18 +51,6 @@ pub fn error<T>(message: String) -> Outcome<T> {
     Err(Refusal::Error(message))
 }
 
-/// Holds a call against the phases it is allowed in.
-///
-/// # Errors
-/// Names the call and the phase.
-pub fn require(phase: Phase, call: &str, allowed: &[Phase]) -> Outcome<()> {
-    if allowed.contains(&phase) {
-        Ok(())
-    } else {
-        error(format!("{} is not allowed while {:?}", call, phase))
-    }
-}
-
 /// End of an experiment from `start` s to `stop` s, infinite where the host names none.
 ///
 /// # Errors
@@ -90,7 +81,105 @@ pub fn step_is_good(time: f64, step: f64, stands: f64, stop: f64) -> Outcome<()>
     Ok(())
 }
 
+/// What every model does alike; the rest stands in its own `instance.rs`.
+impl Instance {
+    /// Holds a call against the phases it is allowed in.
+    ///
+    /// # Errors
+    /// Names the call and the phase.
+    pub(crate) fn require(&self, call: &str, allowed: &[Phase]) -> Outcome<()> {
+        if allowed.contains(&self.state.phase) {
+            Ok(())
+        } else {
+            error(format!("{} is not allowed while {:?}", call, self.state.phase))
+        }
+    }
+
+    /// The variable of a value reference.
+    ///
+    /// # Errors
+    /// No such variable, or one of another kind.
+    pub(crate) fn find(&self, reference: u32, kind: Kind) -> Outcome<Variable> {
+        match by_reference(reference) {
+            Some(v) if v.kind == kind => Ok(v),
+            Some(v) => error(format!("{} (value reference {}) is {:?}, not {:?}", v.name, reference, v.kind, kind)),
+            None => error(format!("no variable has value reference {}", reference)),
+        }
+    }
+
+    /// fmi2SetupExperiment: start and, where there is one, stop, s.
+    ///
+    /// # Errors
+    /// Out of order, or times that are none.
+    pub fn setup_experiment(&mut self, start: f64, stop: Option<f64>) -> Outcome<()> {
+        self.require("fmi2SetupExperiment", &[Phase::Instantiated])?;
+        self.state.stop = experiment(start, stop)?;
+        self.state.time = start;
+        Ok(())
+    }
+
+    /// fmi2EnterInitializationMode.
+    ///
+    /// # Errors
+    /// Out of order.
+    pub fn enter_initialization(&mut self) -> Outcome<()> {
+        self.require("fmi2EnterInitializationMode", &[Phase::Instantiated])?;
+        self.state.phase = Phase::Initialization;
+        Ok(())
+    }
+
+    /// fmi2Terminate.
+    ///
+    /// # Errors
+    /// Out of order.
+    pub fn terminate(&mut self) -> Outcome<()> {
+        self.require("fmi2Terminate", &[Phase::Stepping])?;
+        self.state.phase = Phase::Terminated;
+        Ok(())
+    }
+
+    /// fmi2Reset: start values, as fmi2Instantiate left it.
+    pub fn reset(&mut self) {
+        *self = Instance::default();
+    }
+}
+
 /// Fowler, Noll and Vo's hash FNV-1a, 64 bits: finds bytes that were cut or changed.
-pub fn checksum(bytes: &[u8]) -> u64 {
+fn checksum(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3))
+}
+
+/// Ends a state's bytes with their checksum.
+pub fn seal(bytes: &mut [u8]) {
+    let at = bytes.len() - 8;
+    let sum = checksum(&bytes[..at]);
+    bytes[at..].copy_from_slice(&sum.to_le_bytes());
+}
+
+/// Holds bytes against their length, their first eight and the checksum of [`seal`].
+///
+/// # Errors
+/// What is wrong with them.
+pub fn unseal(b: &[u8], length: usize, magic: [u8; 8]) -> Result<(), &'static str> {
+    if b.len() != length {
+        return Err("not as long as a state of this version");
+    }
+    if b[..8] != magic {
+        return Err("not a state of this model and version");
+    }
+    if u64::from_le_bytes(eight(b, length - 8)) != checksum(&b[..length - 8]) {
+        return Err("changed since they were written");
+    }
+    Ok(())
+}
+
+/// The number that stands in eight bytes from `at` on, little endian.
+pub fn number(b: &[u8], at: usize) -> f64 {
+    f64::from_le_bytes(eight(b, at))
+}
+
+fn eight(b: &[u8], at: usize) -> [u8; 8] {
+    let mut eight = [0u8; 8];
+    eight.copy_from_slice(&b[at..at + 8]);
+    eight
 }

@@ -1,8 +1,8 @@
 //! The whole state of an instance, and its bytes.
 
 use crate::law::{Memory, BRANCHES};
-use crate::life::checksum;
 pub use crate::life::Phase;
+use crate::life::{number, seal, unseal};
 use crate::variables::{Settings, PARAMETERS};
 
 /// Everything that a later answer depends on.
@@ -78,8 +78,7 @@ pub fn to_bytes(s: &State) -> [u8; BYTES] {
     for v in rest {
         put(&v.to_le_bytes());
     }
-    let sum = checksum(&o[..BYTES - 8]);
-    o[BYTES - 8..].copy_from_slice(&sum.to_le_bytes());
+    seal(&mut o);
     o
 }
 
@@ -88,24 +87,12 @@ pub fn to_bytes(s: &State) -> [u8; BYTES] {
 /// # Errors
 /// What is wrong with them.
 pub fn from_bytes(b: &[u8]) -> Result<State, &'static str> {
-    if b.len() != BYTES {
-        return Err("not as long as a state of this version");
-    }
-    if b[..8] != MAGIC {
-        return Err("not a state of this model and version");
-    }
-    let mut eight = [0u8; 8];
-    eight.copy_from_slice(&b[BYTES - 8..]);
-    if u64::from_le_bytes(eight) != checksum(&b[..BYTES - 8]) {
-        return Err("changed since they were written");
-    }
+    unseal(b, BYTES, MAGIC)?;
     let phase = Phase::from_byte(b[8]).ok_or("of no known phase")?;
     let mut n = 10;
     let mut take = || {
-        let mut eight = [0u8; 8];
-        eight.copy_from_slice(&b[n..n + 8]);
         n += 8;
-        f64::from_le_bytes(eight)
+        number(b, n - 8)
     };
     let mut settings = Settings::default();
     for i in 0..PARAMETERS {

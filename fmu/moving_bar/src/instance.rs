@@ -5,7 +5,7 @@ use crate::life::{self, error, Phase};
 pub use crate::life::{Outcome, Refusal};
 use crate::start;
 use crate::state::State;
-use crate::variables::{by_reference, Kind, Variable, FIRST_PARAMETER, SIGNALS};
+use crate::variables::{Kind, FIRST_PARAMETER, SIGNALS};
 
 /// Highest order of an input derivative that is taken.
 const INPUT_ORDERS: i32 = 3;
@@ -29,39 +29,6 @@ impl Instance {
         self.state = state;
     }
 
-    fn require(&self, call: &str, allowed: &[Phase]) -> Outcome<()> {
-        life::require(self.state.phase, call, allowed)
-    }
-
-    fn find(&self, reference: u32, kind: Kind) -> Outcome<Variable> {
-        match by_reference(reference) {
-            Some(v) if v.kind == kind => Ok(v),
-            Some(v) => error(format!("{} (value reference {}) is {:?}, not {:?}", v.name, reference, v.kind, kind)),
-            None => error(format!("no variable has value reference {}", reference)),
-        }
-    }
-
-    /// fmi2SetupExperiment: start and, where there is one, stop, s.
-    ///
-    /// # Errors
-    /// Out of order, or times that are none.
-    pub fn setup_experiment(&mut self, start: f64, stop: Option<f64>) -> Outcome<()> {
-        self.require("fmi2SetupExperiment", &[Phase::Instantiated])?;
-        self.state.stop = life::experiment(start, stop)?;
-        self.state.time = start;
-        Ok(())
-    }
-
-    /// fmi2EnterInitializationMode.
-    ///
-    /// # Errors
-    /// Out of order.
-    pub fn enter_initialization(&mut self) -> Outcome<()> {
-        self.require("fmi2EnterInitializationMode", &[Phase::Instantiated])?;
-        self.state.phase = Phase::Initialization;
-        Ok(())
-    }
-
     /// fmi2ExitInitializationMode.
     ///
     /// # Errors
@@ -73,21 +40,6 @@ impl Instance {
         self.state.motion = self.state.settings.begin();
         self.state.phase = Phase::Stepping;
         Ok(())
-    }
-
-    /// fmi2Terminate.
-    ///
-    /// # Errors
-    /// Out of order.
-    pub fn terminate(&mut self) -> Outcome<()> {
-        self.require("fmi2Terminate", &[Phase::Stepping])?;
-        self.state.phase = Phase::Terminated;
-        Ok(())
-    }
-
-    /// fmi2Reset: start values, as fmi2Instantiate left it.
-    pub fn reset(&mut self) {
-        *self = Instance::default();
     }
 
     fn input_is_good(&self) -> Outcome<()> {

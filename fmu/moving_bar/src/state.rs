@@ -1,7 +1,7 @@
 //! The whole state of a bar, and its bytes.
 
 use crate::bar::{Motion, Push};
-use crate::life::{checksum, Phase};
+use crate::life::{number, seal, unseal, Phase};
 use crate::variables::{Settings, PARAMETERS};
 
 /// Everything that a later answer depends on.
@@ -55,8 +55,7 @@ pub fn to_bytes(s: &State) -> [u8; BYTES] {
     for (place, v) in o[11..BYTES - 8].chunks_exact_mut(8).zip(numbers) {
         place.copy_from_slice(&v.to_le_bytes());
     }
-    let sum = checksum(&o[..BYTES - 8]);
-    o[BYTES - 8..].copy_from_slice(&sum.to_le_bytes());
+    seal(&mut o);
     o
 }
 
@@ -65,21 +64,8 @@ pub fn to_bytes(s: &State) -> [u8; BYTES] {
 /// # Errors
 /// What is wrong with them.
 pub fn from_bytes(b: &[u8]) -> Result<State, &'static str> {
-    if b.len() != BYTES {
-        return Err("not as long as a state of this version");
-    }
-    if b[..8] != MAGIC {
-        return Err("not a state of this model and version");
-    }
-    let number = |at: usize| {
-        let mut eight = [0u8; 8];
-        eight.copy_from_slice(&b[at..at + 8]);
-        eight
-    };
-    if u64::from_le_bytes(number(BYTES - 8)) != checksum(&b[..BYTES - 8]) {
-        return Err("changed since they were written");
-    }
-    let value = |i: usize| f64::from_le_bytes(number(11 + 8 * i));
+    unseal(b, BYTES, MAGIC)?;
+    let value = |i: usize| number(b, 11 + 8 * i);
     let mut settings = Settings::default();
     for i in 0..PARAMETERS {
         settings.set(i, value(i));
