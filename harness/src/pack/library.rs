@@ -1,6 +1,6 @@
 //! Shared libraries: found, built, asked what they are, given their start values.
 
-use super::{library_name, Model};
+use super::Model;
 use anyhow::{bail, ensure, Context, Result};
 use hysteresis_contact::start::{COUNT_OFFSET, GUID_LENGTH, GUID_OFFSET, MARKER, VALUES_OFFSET};
 use std::ffi::{c_char, CStr};
@@ -99,7 +99,7 @@ impl Model {
 pub fn library(given: &str) -> Result<Binary> {
     let (platform, path) =
         given.split_once('=').with_context(|| format!("--binary {given}: give PLATFORM=FILE, e.g. win64=x.dll"))?;
-    library_name(platform)?;
+    Model::contact().library_name(platform)?;
     let bytes = std::fs::read(path).with_context(|| format!("{path}: cannot be read; give the built library"))?;
     if self::platform() == Some(platform) {
         check(&std::fs::canonicalize(path)?)?;

@@ -213,14 +213,6 @@ impl Model {
     }
 }
 
-/// File name of the element's library inside an FMU.
-///
-/// # Errors
-/// A platform that FMI 2.0 does not name.
-pub fn library_name(platform: &str) -> Result<String> {
-    Model::contact().library_name(platform)
-}
-
 /// The element's library of this machine, as cargo left it beside the running program.
 ///
 /// # Errors
@@ -229,27 +221,7 @@ pub fn built_library() -> Result<Binary> {
     Model::contact().built_library()
 }
 
-/// Start values of the element for parameters named, the rest as by default.
-///
-/// # Errors
-/// As [`Model::values`].
-pub fn settings(starts: &[(String, f64)]) -> Result<Settings> {
-    let mut s = Settings::default();
-    for (i, v) in Model::contact().values(starts)?.into_iter().enumerate() {
-        s.set(i, v);
-    }
-    Ok(s)
-}
-
-/// Writes the element to `out` with the libraries given and `starts` as start values.
-///
-/// # Errors
-/// As [`Model::pack`].
-pub fn pack(out: &Path, starts: &[(String, f64)], binaries: &[Binary]) -> Result<()> {
-    Model::contact().pack(out, starts, binaries)
-}
-
-/// The bytes of the FMU that [`pack`] writes.
+/// The bytes of the element's FMU.
 ///
 /// # Errors
 /// As [`Model::archive`].
@@ -268,18 +240,10 @@ fn guid(description: &str, values: &[f64]) -> String {
     format!("{{{}-{}-{}-{}-{}}}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..])
 }
 
-/// Holds a description against the element's variable table.
-///
-/// # Errors
-/// As [`Model::check`].
-pub fn check(source: &str) -> Result<()> {
-    Model::contact().check(source)
-}
-
 /// Packs the element of this machine into a folder, for a run of its own.
 ///
 /// # Errors
-/// As [`built_library`] and [`pack`].
+/// As [`Model::into_folder`].
 pub fn into_folder(folder: &Path, starts: &[(String, f64)]) -> Result<PathBuf> {
     Model::contact().into_folder(folder, starts)
 }
