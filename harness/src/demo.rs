@@ -4,7 +4,6 @@ use crate::files;
 use crate::model::chain::readings;
 use crate::model::physics::{Physics, GRAVITY};
 use crate::model::simulate::{simulate, Local, Setup};
-use crate::record::Kind;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::Path;
@@ -58,20 +57,7 @@ pub fn write_campaign(dir: &Path, recipe: &Recipe) -> std::io::Result<()> {
             let speed = nominal * (1.0 + 0.01 * normal(&mut rng));
             let start = 1e-3 * (0.8 + 0.4 * rng.random::<f64>());
             let time: Vec<f64> = (0..700).map(|i| 1e-5 * f64::from(i)).collect();
-            let setup = Setup {
-                kind: Kind::DropTest,
-                time: time.clone(),
-                order: f64::from(order),
-                travel: 0.0,
-                preload: 0.0,
-                rate: 0.0,
-                imposed: Vec::new(),
-                imposed_rate: Vec::new(),
-                depth: 3e-4,
-                speed,
-                duration: 2e-3,
-                tolerance: crate::model::simulate::TOLERANCE,
-            };
+            let setup = Setup { order: f64::from(order), ..Setup::drop_test(time.clone(), 3e-4, speed, 2e-3) };
             let local = Local { start, speed, stiffness: 0.004 * normal(&mut rng), offset: 0.0 };
             let trace = simulate(&recipe.physics, &setup, &local);
             let y = readings(&recipe.physics, &trace, &time);

@@ -51,11 +51,11 @@ pub fn null(search: &Search<'_>, base: &Candidate, seed: u64) -> Data {
         }
         if let Some(s) = &mut rec.speed {
             let z: f64 = rng.sample(StandardNormal);
-            let truth = match at_speed {
+            let drawn = match at_speed {
                 Some(i) if !rec.at_first => base.fit.point.locals[r][i],
                 _ => trace.first_speed,
             };
-            s.0 = truth + s.1 * z;
+            s.0 = drawn + s.1 * z;
         }
     }
     data

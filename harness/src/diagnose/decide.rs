@@ -42,6 +42,10 @@ impl Candidate {
     pub fn names(&self) -> Vec<&'static str> {
         self.make_up.terms.iter().map(|t| t.mechanism.name).collect()
     }
+    /// Whether its last effect is a calibration beyond its tolerance.
+    fn calibrates(&self) -> bool {
+        self.make_up.terms.last().is_some_and(|t| t.mechanism.is_calibration())
+    }
     fn parameters(&self) -> f64 {
         self.make_up.terms.iter().map(|t| t.form.parameters.len() as f64).sum()
     }
@@ -324,8 +328,7 @@ impl Search<'_> {
         };
         let significant = |c: &Candidate, from: &Candidate, lambda: f64| -> f64 {
             let gain = gain_of(c, from);
-            let name = c.make_up.terms.last().map_or("", |t| t.mechanism.name);
-            if name == "force_gain" {
+            if c.calibrates() {
                 gain / DETECT_TOLERANCE
             } else {
                 gain / lambda.max(1.0) / DETECT
@@ -350,11 +353,8 @@ impl Search<'_> {
         // the most significant of the best few
         let mut first = best.clone();
         if significant(&first, &base, lambda) < 1.0 {
-            if let Some(g) = named.iter().find(|c| c.names() == ["force_gain"] && significant(c, &base, lambda) >= 1.0)
-            {
-                if g.cost() < first.cost() + 12.0 || significant(&first, &base, lambda) < 1.0 {
-                    first = (*g).clone();
-                }
+            if let Some(g) = named.iter().find(|c| c.calibrates() && significant(c, &base, lambda) >= 1.0) {
+                first = (*g).clone();
             }
         }
         // what can be seen without any fit comes first
@@ -395,7 +395,7 @@ impl Search<'_> {
                 let s2 = significant(pair, &first, l2);
                 // what takes the residual back to noise is believed sooner than what merely shrinks it
                 let white = l2 < WHITE && l2 < lambda_first - 0.01;
-                let by_tolerance = pair.names().last() == Some(&"force_gain");
+                let by_tolerance = pair.calibrates();
                 let share = match (by_tolerance, white) {
                     (true, _) => 0.0,
                     (_, true) => 0.15 * SECOND_SHARE,

@@ -74,6 +74,13 @@ pub struct Mechanism {
     pub acts: Acts,
 }
 
+impl Mechanism {
+    /// Whether its parameter is one of a calibration, which the base already holds within a tolerance.
+    pub fn is_calibration(&self) -> bool {
+        self.name == "force_gain"
+    }
+}
+
 /// How the strength of an effect is spread over the phases.
 #[derive(Clone, Copy, Debug)]
 pub enum Acts {

@@ -63,7 +63,7 @@ pub fn line(data: &Data, channel: Channel) -> Option<f64> {
 mod tests {
     use crate::model::estimate::{Data, Record, Scales};
     use crate::model::noise::Noise;
-    use crate::model::simulate::{Setup, TOLERANCE};
+    use crate::model::simulate::Setup;
     use crate::record::{Channel, Kind};
     use rand::{RngExt, SeedableRng};
 
@@ -80,20 +80,7 @@ mod tests {
                 pulse + ringing * rings + 2e-3 * (rng.random::<f64>() - 0.5)
             })
             .collect();
-        let setup = Setup {
-            kind: Kind::DropTest,
-            time,
-            order: 1.0,
-            travel: 0.0,
-            preload: 0.0,
-            rate: 0.0,
-            imposed: Vec::new(),
-            imposed_rate: Vec::new(),
-            depth: 1e-3,
-            speed: 1.0,
-            duration: 1e-3,
-            tolerance: TOLERANCE,
-        };
+        let setup = Setup::drop_test(time, 1e-3, 1.0, 1e-3);
         let record = Record {
             setup,
             file: "r01.csv".into(),

@@ -465,7 +465,7 @@ impl<'a> Search<'a> {
             let hard = HARD.contains(&t.mechanism.name) && starts > 1;
             let small = t.form.linear && t.form.parameters.len() == 1 && top <= LITTLE;
             // what a tolerance holds back counts by its prior, however much others promise
-            let held = t.mechanism.name == "force_gain" && score(s) >= HELD_BACK;
+            let held = t.mechanism.is_calibration() && score(s) >= HELD_BACK;
             let least = if t.form.linear { LINEAR_SHARE } else { OTHER_SHARE } * top;
             forms.push(t.mechanism.name);
             let rank = forms.iter().filter(|f| **f == t.mechanism.name).count();

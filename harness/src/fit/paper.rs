@@ -3,7 +3,6 @@
 use super::simplex::{minimise, Minimum, Options};
 use crate::model::physics::Physics;
 use crate::model::simulate::{simulate, Local, Setup};
-use crate::record::Kind;
 use hysteresis_contact::law::impact::{impact, Impact};
 
 /// A law F = k x^p + mu_d x^p v: k N/m^p, p, mu_d N s/m^(p+1).
@@ -68,20 +67,7 @@ pub fn drop(law: &Law) -> Option<Curve> {
     }
     let q = law.p + 1.0;
     let depth = (q * MASS * SPEED * SPEED / (2.0 * law.k)).powf(1.0 / q);
-    let setup = Setup {
-        kind: Kind::DropTest,
-        time: time.clone(),
-        order: 1.0,
-        travel: 0.0,
-        preload: 0.0,
-        rate: 0.0,
-        imposed: Vec::new(),
-        imposed_rate: Vec::new(),
-        depth,
-        speed: SPEED,
-        duration: 3.0 * depth / SPEED,
-        tolerance: crate::model::simulate::TOLERANCE,
-    };
+    let setup = Setup::drop_test(time.clone(), depth, SPEED, 3.0 * depth / SPEED);
     let t = simulate(&physics, &setup, &Local { start: 0.0, speed: SPEED, stiffness: 0.0, offset: 0.0 });
     t.ok.then_some(Curve { time, penetration: t.position, force: t.force })
 }

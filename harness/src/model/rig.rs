@@ -473,27 +473,14 @@ impl System for Rig<'_> {
 mod tests {
     use crate::model::physics::Physics;
     use crate::model::simulate::{simulate, Local, Setup};
-    use crate::record::Kind;
 
     fn rig() -> (Physics, Setup, Local) {
         let mut p = Physics { mass: 0.8, gravity: 9.81, ..Physics::default() };
         p.law.stiffness = 2e7;
         p.law.exponent = 1.5;
         p.law.hysteresis_damping = 8e6;
-        let setup = Setup {
-            kind: Kind::DropTest,
-            time: (0..900).map(|i| i as f64 * 2e-5).collect(),
-            order: 1.0,
-            travel: 0.0,
-            preload: 0.0,
-            rate: 0.0,
-            imposed: Vec::new(),
-            imposed_rate: Vec::new(),
-            depth: 1e-3,
-            speed: 0.6,
-            duration: 5e-3,
-            tolerance: 1e-9,
-        };
+        let setup =
+            Setup { tolerance: 1e-9, ..Setup::drop_test((0..900).map(|i| i as f64 * 2e-5).collect(), 1e-3, 0.6, 5e-3) };
         (p, setup, Local { start: 2e-3, speed: 0.6, stiffness: 0.0, offset: 0.0 })
     }
 

@@ -30,6 +30,26 @@ pub struct Setup {
     pub tolerance: f64,
 }
 
+impl Setup {
+    /// A drop test sampled at `time` s, of an impact of that depth m, speed m/s and duration s.
+    pub fn drop_test(time: Vec<f64>, depth: f64, speed: f64, duration: f64) -> Setup {
+        Setup {
+            kind: Kind::DropTest,
+            time,
+            order: 1.0,
+            travel: 0.0,
+            preload: 0.0,
+            rate: 0.0,
+            imposed: Vec::new(),
+            imposed_rate: Vec::new(),
+            depth,
+            speed,
+            duration,
+            tolerance: TOLERANCE,
+        }
+    }
+}
+
 /// What differs between recordings besides their setup.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Local {
