@@ -3,7 +3,7 @@
 use crate::model::estimate::{Data, Record, Scales};
 use crate::model::noise::Noise;
 use crate::model::simulate::Setup;
-use crate::record::{Campaign, Channel, Kind};
+use crate::record::{Campaign, Channel, Kind, Recording};
 
 /// Why a campaign cannot be judged.
 #[derive(Debug, thiserror::Error)]
@@ -109,6 +109,23 @@ fn pulse(y: &[f64], share: f64) -> Option<Pulse> {
     Some(Pulse { first, last, peak })
 }
 
+/// What pushes on the body in a recording: force, or mass times acceleration, or at least the way.
+fn push_of(r: &Recording, mass: f64) -> Result<Vec<f64>, Invalid> {
+    let rest = |y: &[f64]| median(y[..(y.len() / 20).max(4)].to_vec());
+    Ok(match (&r.channels[0], &r.channels[1], &r.channels[2]) {
+        (Some(f), _, _) => {
+            let zero = rest(f);
+            f.iter().map(|v| v - zero).collect()
+        }
+        (_, Some(a), _) => {
+            let zero = rest(a).clamp(-2.0, 2.0);
+            a.iter().map(|v| mass * (zero - v)).collect()
+        }
+        (_, _, Some(x)) => x.clone(),
+        _ => return Err(Invalid(format!("{} holds no channel to judge", r.file))),
+    })
+}
+
 /// Prepares a campaign.
 ///
 /// # Errors
@@ -128,20 +145,7 @@ pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
                 range[k] = range[k].max(hi - lo);
             }
         }
-        let push: Vec<f64> = match (&r.channels[0], &r.channels[1], &r.channels[2]) {
-            (Some(f), _, _) => {
-                let n = (f.len() / 20).max(4);
-                let zero = median(f[..n].to_vec());
-                f.iter().map(|v| v - zero).collect()
-            }
-            (_, Some(a), _) => {
-                let n = (a.len() / 20).max(4);
-                let zero = median(a[..n].to_vec()).clamp(-2.0, 2.0);
-                a.iter().map(|v| mass * (zero - v)).collect()
-            }
-            (_, _, Some(x)) => x.clone(),
-            _ => return Err(Invalid(format!("{} holds no channel to judge", r.file))),
-        };
+        let push = push_of(r, mass)?;
         let pu = pulse(&push, 0.04).ok_or_else(|| Invalid(format!("{}: no impact is to be seen in it", r.file)))?;
         let before = &push[..pu.first.max(8).min(push.len())];
         let noise = if r.channels[0].is_some() || r.channels[1].is_some() {
@@ -186,7 +190,8 @@ pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
             },
         });
     }
-    let noise = noise_of(c, &quiet, &range)?;
+    let readings: Vec<_> = c.recordings.iter().map(|r| r.channels.clone()).collect();
+    let noise = noise_of(c.kind, &readings, &quiet, &range);
     if c.kind == Kind::Indentation {
         let sigma = noise[2].low_frequency();
         for (r, rec) in c.recordings.iter().zip(&mut records) {
@@ -311,8 +316,35 @@ fn quiet_stretches(push: &[f64], level: f64, first: &Pulse) -> Vec<(usize, usize
     out
 }
 
+/// Noise of every channel learned once more from what a fit leaves of the readings where nothing touches: a motion that
+/// no polynomial follows (a release, a fall with friction) is no noise. `left`: readings less the fit's, by recording and
+/// channel. A channel keeps its noise where this would not lessen it.
+pub fn renewed_noise(c: &Campaign, data: &Data, left: &[[Option<Vec<f64>>; 3]]) -> [Noise; 3] {
+    let mass = c.moving_mass.unwrap_or(1.0);
+    let quiet: Vec<Vec<(usize, usize, bool)>> = c
+        .recordings
+        .iter()
+        .map(|r| {
+            let push = push_of(r, mass).unwrap_or_default();
+            pulse(&push, 0.04).map_or_else(Vec::new, |pu| quiet_stretches(&push, 0.04 * pu.peak, &pu))
+        })
+        .collect();
+    let mut noise = noise_of(c.kind, left, &quiet, &data.range);
+    for (n, old) in noise.iter_mut().zip(&data.noise) {
+        if n.low_frequency() > old.low_frequency() || n.marginal() > old.marginal() {
+            *n = *old;
+        }
+    }
+    noise
+}
+
 /// Noise of every channel, from the stretches in which nothing touches.
-fn noise_of(c: &Campaign, quiet: &[Vec<(usize, usize, bool)>], range: &[f64; 3]) -> Result<[Noise; 3], Invalid> {
+fn noise_of(
+    kind: Kind,
+    readings: &[[Option<Vec<f64>>; 3]],
+    quiet: &[Vec<(usize, usize, bool)>],
+    range: &[f64; 3],
+) -> [Noise; 3] {
     let mut noise = [Noise::white(1.0); 3];
     for ch in Channel::ALL {
         let i = ch.index();
@@ -322,14 +354,14 @@ fn noise_of(c: &Campaign, quiet: &[Vec<(usize, usize, bool)>], range: &[f64; 3])
         let mut stretches = Vec::new();
         let mut lost = 0;
         let mut fallback = Vec::new();
-        for (r, q) in c.recordings.iter().zip(quiet) {
-            let Some(y) = &r.channels[i] else { continue };
+        for (r, q) in readings.iter().zip(quiet) {
+            let Some(y) = &r[i] else { continue };
             fallback.push(median(thirds(y)) / 0.6745 / 20f64.sqrt());
             // force and acceleration rest at one level wherever nothing touches
-            let flat = c.kind != Kind::Indentation && ch != Channel::Penetration;
+            let flat = kind != Kind::Indentation && ch != Channel::Penetration;
             let rest: Vec<f64> = q.iter().flat_map(|(a, b, _)| y[*a..*b].iter().cloned()).collect();
             let level = if rest.is_empty() { 0.0 } else { rest.iter().sum::<f64>() / rest.len() as f64 };
-            if flat && c.kind == Kind::DropTest {
+            if flat && kind == Kind::DropTest {
                 lost += 1;
                 for (a, b, _) in q {
                     stretches.push(despiked(y[*a..*b].iter().map(|v| v - level).collect()));
@@ -338,7 +370,7 @@ fn noise_of(c: &Campaign, quiet: &[Vec<(usize, usize, bool)>], range: &[f64; 3])
             }
             for (a, b, _) in q {
                 // the polynomial that the signal follows where nothing touches
-                let degree = match (c.kind, ch) {
+                let degree = match (kind, ch) {
                     (Kind::Indentation, Channel::Force) => 1,
                     (_, Channel::Force) => 0,
                     (_, Channel::Acceleration) => 1,
@@ -354,7 +386,7 @@ fn noise_of(c: &Campaign, quiet: &[Vec<(usize, usize, bool)>], range: &[f64; 3])
             None => Noise::white(median(fallback).max(floor)),
         };
     }
-    Ok(noise)
+    noise
 }
 
 /// How much more the whitened noise wanders over blocks than white noise would (variance ratio, at least 1):

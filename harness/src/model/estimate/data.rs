@@ -144,10 +144,12 @@ impl Data {
         }
     }
 
-    /// The same with coarser integration, for sifting.
+    /// The same with coarser integration, for sifting. Bounces grow what a step leaves: there it stays as it is.
     pub fn coarse(&self) -> Data {
         let mut d = self.clone();
-        d.records.iter_mut().for_each(|r| r.setup.tolerance = COARSE);
+        if self.kind != Kind::ContactorOpening {
+            d.records.iter_mut().for_each(|r| r.setup.tolerance = COARSE);
+        }
         d
     }
 
