@@ -34,16 +34,20 @@ pub struct Physics {
     pub stribeck_speed: f64,
     /// Viscous friction of the guide, N s/m.
     pub friction_viscous: f64,
-    /// Quadratic drag, N s^2/m^2.
+    /// Drag, N at 1 m/s, and its power of the speed.
     pub drag: f64,
+    pub drag_power: f64,
     /// Squeeze film: c v (g/(gap+g))^n; N s/m, m, 1.
     pub squeeze: f64,
     pub squeeze_gap: f64,
     pub squeeze_power: f64,
-    /// Stop on a spring: mass kg (0: rigid), stiffness N/m, damping N s/m.
+    /// Whether the film pushes on the transducer as well: it does where the transducer carries the stop.
+    pub squeeze_reads: bool,
+    /// Stop on a spring: mass kg (0: rigid), stiffness N/m, damping N s/m; the stiffness grows by 1 + h u^2, h in 1/m^2.
     pub base_mass: f64,
     pub base_stiffness: f64,
     pub base_damping: f64,
+    pub base_hardening: f64,
     /// Whether the force channel reads that spring: the transducer is what the stop stands on.
     pub base_reads: bool,
     /// Part loose inside the body: mass kg (0: none; taken out of the moving mass), gap m, stiffness N/m, damping N s/m.
@@ -118,12 +122,15 @@ impl Default for Physics {
             stribeck_speed: 0.05,
             friction_viscous: 0.0,
             drag: 0.0,
+            drag_power: 2.0,
             squeeze: 0.0,
             squeeze_gap: 1.0,
             squeeze_power: 1.0,
+            squeeze_reads: true,
             base_mass: 0.0,
             base_stiffness: 0.0,
             base_damping: 0.0,
+            base_hardening: 0.0,
             base_reads: false,
             loose_mass: 0.0,
             loose_gap: 0.0,

@@ -140,7 +140,8 @@ impl<'a> Rig<'a> {
                 && loose == 0
                 && p.law.adhesion_force == 0.0
                 && p.jam_force == 0.0
-                && p.squeeze == 0.0,
+                && p.squeeze == 0.0
+                && p.base_hardening == 0.0,
             swing: None,
         }
     }
@@ -228,7 +229,7 @@ impl<'a> Rig<'a> {
         let spring = if self.tip > 0 {
             p.tip_stiffness * (y[0] - y[self.tip]) + p.tip_damping * (y[1] - y[self.tip + 1])
         } else if self.base > 0 {
-            p.base_stiffness * y[self.base] + p.base_damping * y[self.base + 1]
+            self.base_spring(y)
         } else {
             0.0
         };
@@ -254,6 +255,13 @@ impl<'a> Rig<'a> {
             v -= y[self.base + 1];
         }
         (x, v)
+    }
+
+    /// Force of the stop's spring and damper, N.
+    #[inline]
+    fn base_spring(&self, y: &State) -> f64 {
+        let (p, u) = (self.p, y[self.base]);
+        p.base_stiffness * (1.0 + p.base_hardening * u * u) * u + p.base_damping * y[self.base + 1]
     }
 
     #[inline]
@@ -305,7 +313,10 @@ impl<'a> Rig<'a> {
             };
             f -= level * s.tanh();
         }
-        f -= p.friction_viscous * v + p.drag * v * v.abs();
+        f -= p.friction_viscous * v;
+        if p.drag != 0.0 {
+            f -= p.drag * v * if p.drag_power == 2.0 { v.abs() } else { v.abs().powf(p.drag_power - 1.0) };
+        }
         f -= self.film_force(x, v);
         f - p.spring_preload - p.spring_rate * x
     }
@@ -331,8 +342,9 @@ impl<'a> Rig<'a> {
             f += self.loose_force(y) + self.borne();
         }
         let ft = if p.base_reads { place.spring } else { ft };
-        // the film pushes on the transducer as well: it lies between body and stop
-        [ft + self.film_force(place.x, place.v), f / self.body_mass, place.x, place.v]
+        // the film lies between body and stop, and pushes on a transducer under the stop
+        let film = if p.squeeze_reads { self.film_force(place.x, place.v) } else { 0.0 };
+        [ft + film, f / self.body_mass, place.x, place.v]
     }
 
     /// Weight of the loose part that the body bears, N.
@@ -399,8 +411,7 @@ impl System for Rig<'_> {
         }
         if self.base > 0 {
             dy[self.base] = y[self.base + 1];
-            dy[self.base + 1] =
-                (fc - p.base_stiffness * y[self.base] - p.base_damping * y[self.base + 1]) / p.base_mass;
+            dy[self.base + 1] = (fc - self.base_spring(y)) / p.base_mass;
         }
         if self.loose > 0 {
             let fl = self.loose_force(y);

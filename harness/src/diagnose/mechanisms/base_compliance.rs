@@ -3,12 +3,12 @@
 use crate::diagnose::mechanism::*;
 use crate::record::Kind;
 
-/// m_b x_b'' = F - k_b x_b - c_b x_b' (Den Hartog 1934).
+/// m_b x_b'' = F - k_b x_b (1 + h x_b^2) - c_b x_b' (Den Hartog 1934).
 pub const MECHANISM: Mechanism = Mechanism {
     name: "base_compliance",
     origin: Origin::Motion,
     named: true,
-    equation: "m_b x_b'' = F - k_b x_b - c_b x_b'",
+    equation: "m_b x_b'' = F - k_b x_b (1 + h x_b^2) - c_b x_b'",
     source: "Den Hartog 1934",
     sentence: "the stop itself moves on a spring",
     cure: "The contact element is right; in the rig's model put the stop on the mass, spring and damper given here.",
@@ -28,24 +28,42 @@ fn forms(c: &Context) -> Vec<Form> {
     if c.kind == Kind::Indentation {
         return Vec::new();
     }
-    vec![Form {
+    let mass_on_spring = Form {
         label: "mass on a spring",
         parameters: vec![
             parameter("ln stiffness", -0.7, 8.5, 2e-2),
             parameter("ln frequency", 0.0, 4.5, 2e-2),
             parameter("ln damping", -6.0, 0.5, 5e-2),
         ],
-        starts: grid(&[&[0.7, 2.0, 3.3, 4.6], &[1.1, 1.7, 2.2, 2.7, 3.4], &[-3.5, -1.5]]),
+        starts: grid(&[&[0.0, 0.7, 2.0, 3.3, 4.6], &[1.1, 1.7, 2.2, 2.7, 3.4], &[-3.5, -1.5]]),
         linear: false,
-        apply: |t, c, p| {
-            let (k, m, d) = base(t, c);
-            p.base_stiffness = k;
-            p.base_mass = m;
-            p.base_damping = d;
-        },
-        describe: |t, c| {
-            let (k, m, d) = base(t, c);
-            vec![("base_stiffness", k, "N/m"), ("base_mass", m, "kg"), ("base_damping", d, "N s/m")]
-        },
-    }]
+        apply: on_spring,
+        describe: described,
+    };
+    let mut hardening = mass_on_spring.clone();
+    hardening.label = "mass on a hardening spring";
+    hardening.parameters.push(parameter("hardening", 0.0, 50.0, 1e-2));
+    hardening.starts = grid(&[&[0.0, 1.0, 2.0], &[0.7, 1.5, 2.3], &[-2.5], &[1.0]]);
+    hardening.apply = |t, c, p| {
+        on_spring(t, c, p);
+        p.base_hardening = t[3] / (c.scales.depth * c.scales.depth);
+    };
+    hardening.describe = |t, c| {
+        let mut v = described(t, c);
+        v.push(("base_hardening", t[3] / (c.scales.depth * c.scales.depth), "1/m^2"));
+        v
+    };
+    vec![mass_on_spring, hardening]
+}
+
+fn on_spring(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics) {
+    let (k, m, d) = base(t, c);
+    p.base_stiffness = k;
+    p.base_mass = m;
+    p.base_damping = d;
+}
+
+fn described(t: &[f64], c: &Context) -> Vec<(&'static str, f64, &'static str)> {
+    let (k, m, d) = base(t, c);
+    vec![("base_stiffness", k, "N/m"), ("base_mass", m, "kg"), ("base_damping", d, "N s/m")]
 }

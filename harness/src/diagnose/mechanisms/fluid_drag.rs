@@ -3,29 +3,44 @@
 use crate::diagnose::mechanism::*;
 use crate::record::Kind;
 
-/// F = -c v |v| (Newton 1687; Rayleigh 1876).
+/// F = -c v |v|^(n-1), n near 2 (Newton 1687; Rayleigh 1876).
 pub const MECHANISM: Mechanism = Mechanism {
     name: "fluid_drag",
     origin: Origin::Motion,
     named: true,
-    equation: "F = -c v |v|",
+    equation: "F = -c v |v|^(n-1), n near 2",
     source: "Newton 1687; Rayleigh 1876",
     sentence: "the surrounding fluid drags on the body with the square of its speed",
     cure: "The contact element is right; add this drag to the body's motion in the rig's model.",
     forms,
-    acts: Acts::Force(|_, v, p| p.drag * v * v),
+    acts: Acts::Force(|_, v, p| p.drag * v.abs().powf(p.drag_power)),
 };
 
 fn forms(c: &Context) -> Vec<Form> {
     if c.kind == Kind::Indentation {
         return Vec::new();
     }
-    vec![Form {
+    let quadratic = Form {
         label: "quadratic",
         parameters: vec![parameter("drag", 0.0, 5.0, 2e-4)],
         starts: vec![vec![0.01]],
         linear: true,
         apply: |t, c, p| p.drag = t[0] * c.scales.force / (c.scales.speed * c.scales.speed),
         describe: |t, c| vec![("drag", t[0] * c.scales.force / (c.scales.speed * c.scales.speed), "N s^2/m^2")],
-    }]
+    };
+    // between the regimes of a sphere or a plate the power lies a little off two
+    let near = Form {
+        label: "near two as power",
+        parameters: vec![parameter("drag", 0.0, 5.0, 2e-4), parameter("power", 1.6, 2.4, 5e-3)],
+        starts: grid(&[&[0.01], &[1.8, 2.2]]),
+        linear: true,
+        apply: |t, c, p| {
+            p.drag = t[0] * c.scales.force / c.scales.speed.powf(t[1]);
+            p.drag_power = t[1];
+        },
+        describe: |t, c| {
+            vec![("drag", t[0] * c.scales.force / c.scales.speed.powf(t[1]), "N (s/m)^n"), ("drag_power", t[1], "1")]
+        },
+    };
+    vec![quadratic, near]
 }

@@ -31,17 +31,17 @@ fn forms(c: &Context) -> Vec<Form> {
         },
         Form {
             label: "Coulomb and viscous",
-            parameters: vec![parameter("coulomb", 0.0, 1.0, 2e-4), parameter("viscous", 0.0, 2.0, 2e-4)],
-            starts: vec![vec![0.01, 0.01]],
-            linear: false,
+            parameters: vec![parameter("coulomb", 0.0, 1.0, 2e-4), parameter("viscous share", 0.0, 60.0, 1e-2)],
+            starts: vec![vec![0.01, 1.0], vec![0.01, 10.0]],
+            linear: true,
             apply: |t, c, p| {
                 p.friction = t[0] * c.scales.force;
-                p.friction_viscous = t[1] * c.scales.force / c.scales.speed;
+                p.friction_viscous = t[0] * t[1] * c.scales.force / c.scales.speed;
             },
             describe: |t, c| {
                 vec![
                     ("friction", t[0] * c.scales.force, "N"),
-                    ("friction_viscous", t[1] * c.scales.force / c.scales.speed, "N s/m"),
+                    ("friction_viscous", t[0] * t[1] * c.scales.force / c.scales.speed, "N s/m"),
                 ]
             },
         },
@@ -53,7 +53,7 @@ fn forms(c: &Context) -> Vec<Form> {
                 parameter("ln speed", -4.0, 1.0, 2e-2),
             ],
             starts: vec![vec![0.01, 0.5, -1.5]],
-            linear: false,
+            linear: true,
             apply: |t, c, p| {
                 p.friction = t[0] * c.scales.force;
                 p.stribeck_excess = t[1];

@@ -25,17 +25,18 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![
             parameter("ln mass", -5.5, -0.7, 2e-2),
             parameter("gap", 0.0, 6.0, 3e-3),
-            parameter("ln stiffness", -5.0, 5.0, 3e-2),
+            // slower than the impact itself it would be no strike, but a second body on a spring
+            parameter("ln frequency", 0.3, 4.0, 2e-2),
             parameter("ln damping", -6.0, 0.5, 5e-2),
         ],
-        starts: grid(&[&[-3.3, -1.8], &[0.02, 0.3, 0.8, 1.8], &[-2.5, -0.5, 1.5], &[-2.0]]),
+        starts: grid(&[&[-3.3, -1.8], &[0.02, 0.3, 0.8, 1.8], &[0.6, 1.2, 2.0], &[-2.0]]),
         linear: false,
         apply,
         describe: |t, c| {
             vec![
                 ("loose_mass", c.scales.mass * t[0].exp(), "kg"),
                 ("loose_gap", c.scales.depth * t[1], "m"),
-                ("loose_stiffness", c.scales.force / c.scales.depth * t[2].exp(), "N/m"),
+                ("loose_stiffness", stiffness(t, c), "N/m"),
             ]
         },
     };
@@ -46,10 +47,16 @@ fn forms(c: &Context) -> Vec<Form> {
     v
 }
 
+/// Stiffness of the inner contact, N/m, from the loose part's mass and frequency on it, the latter beside the root of
+/// force over mass and depth of the impact.
+fn stiffness(t: &[f64], c: &Context) -> f64 {
+    c.scales.force / c.scales.depth * (t[0] + 2.0 * t[2]).exp()
+}
+
 fn part(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, borne: bool) {
     p.loose_mass = c.scales.mass * t[0].exp();
     p.loose_gap = c.scales.depth * t[1];
-    p.loose_stiffness = c.scales.force / c.scales.depth * t[2].exp();
+    p.loose_stiffness = stiffness(t, c);
     p.loose_damping = 2.0 * t[3].exp() * (p.loose_stiffness * p.loose_mass).sqrt();
     p.loose_borne = borne;
 }

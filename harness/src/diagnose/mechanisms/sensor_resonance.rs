@@ -17,6 +17,9 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Push,
 };
 
+/// Logarithm of the damping ratio from which nothing rings any more: what is damped like that is a low-pass filter.
+const LEAST_RINGING: f64 = -1.0;
+
 fn forms(c: &Context) -> Vec<Form> {
     if c.kind == Kind::Indentation || !c.has[0] {
         return Vec::new();
@@ -27,7 +30,7 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![
             parameter("ln mass", -6.0, -0.7, 2e-2),
             parameter("ln frequency", 1.2, 4.9, 1e-2),
-            parameter("ln damping", -6.0, 0.0, 5e-2),
+            parameter("ln damping", -6.0, LEAST_RINGING, 5e-2),
         ],
         starts: grid(&[&[-4.0, -2.7], &[1.8, 2.2, 2.6, 3.0, 3.4, 3.9, 4.5], &[-3.5, -1.5]]),
         linear: false,
@@ -63,7 +66,7 @@ fn forms(c: &Context) -> Vec<Form> {
         label: "reading rings at one frequency",
         parameters: vec![
             chain_parameter("ln frequency", 1.2, 6.5, 1e-2),
-            chain_parameter("ln damping", -6.0, -0.4, 5e-2),
+            chain_parameter("ln damping", -6.0, LEAST_RINGING, 5e-2),
         ],
         starts: grid(&[&[2.0, 2.5, 3.0, 3.5, 4.0, 4.6], &[-3.2, -1.5]]),
         linear: false,

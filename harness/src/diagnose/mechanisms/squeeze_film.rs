@@ -24,6 +24,11 @@ fn film(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, power: f
     p.squeeze_power = power;
 }
 
+fn beside(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, power: f64) {
+    film(t, c, p, power);
+    p.squeeze_reads = false;
+}
+
 fn forms(c: &Context) -> Vec<Form> {
     if c.kind == Kind::Indentation {
         return Vec::new();
@@ -63,5 +68,9 @@ fn forms(c: &Context) -> Vec<Form> {
         form("first power", |t, c, p| film(t, c, p, 1.0)),
         form("second power", |t, c, p| film(t, c, p, 2.0)),
         form("third power", |t, c, p| film(t, c, p, 3.0)),
+        // a transducer on the body's side of the film, or under a part of the stop only, feels none of it
+        form("first power, beside the transducer", |t, c, p| beside(t, c, p, 1.0)),
+        form("second power, beside the transducer", |t, c, p| beside(t, c, p, 2.0)),
+        form("third power, beside the transducer", |t, c, p| beside(t, c, p, 3.0)),
     ]
 }
