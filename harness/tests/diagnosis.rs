@@ -112,7 +112,7 @@ fn the_same_campaign_gives_the_same_verdict_on_one_thread_and_on_many() {
 
 #[test]
 fn the_force_it_takes_is_found_where_it_acts() {
-    use touchdown::diagnose::decide::Candidate;
+    use touchdown::diagnose::candidate::Candidate;
     use touchdown::diagnose::latent::{latent, Place};
     use touchdown::diagnose::run::ready;
     use touchdown::diagnose::search::Search;

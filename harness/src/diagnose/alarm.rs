@@ -5,7 +5,7 @@
 //! The candidates are taken linear here, which makes a thousand nulls cost less than one fit; `bootstrap` simulates and
 //! judges whole campaigns instead.
 
-use super::decide::Candidate;
+use super::candidate::Candidate;
 use super::search::Search;
 use crate::model::estimate::Problem;
 use rand::{RngExt, SeedableRng};

@@ -1,6 +1,6 @@
 //! How far the simulation's own parameters had been biased by what it leaves out.
 
-use super::decide::Candidate;
+use super::candidate::Candidate;
 use super::search::Search;
 use crate::model::estimate::Problem;
 

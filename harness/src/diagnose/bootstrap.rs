@@ -1,6 +1,6 @@
 //! How often noise alone would look as bad: parametric bootstrap of the whole detection on the campaign itself.
 
-use super::decide::Candidate;
+use super::candidate::Candidate;
 use super::prepare::Guess;
 use super::search::Search;
 use crate::model::estimate::{Data, Nuisance, Problem};

@@ -1,7 +1,7 @@
 //! Back into the simulator: the element packed with what was found as its start values, and the recordings run
 //! through that very FMU.
 
-use super::decide::Candidate;
+use super::candidate::Candidate;
 use super::heldout::{misfit, HeldOut};
 use super::search::Search;
 use crate::host::element::Element;

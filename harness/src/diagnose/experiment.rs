@@ -1,6 +1,7 @@
 //! Names that these recordings cannot part: how sure the choice is, and the experiment that would part them.
 
-use super::decide::{Candidate, Decision};
+use super::candidate::Candidate;
+use super::decide::Decision;
 use super::map::whitened;
 use super::search::{MakeUp, Search, Term};
 use crate::model::chain::readings;

@@ -1,6 +1,6 @@
 //! Recordings predicted by parameters fitted without any recording of their own level.
 
-use super::decide::Candidate;
+use super::candidate::Candidate;
 use super::search::Search;
 use crate::model::estimate::{Data, Nuisance, Options, Point, Problem};
 use rayon::prelude::*;

@@ -1,6 +1,6 @@
 //! 95 % intervals of a mechanism's parameters: by profile likelihood where cheap, else from the covariance.
 
-use super::decide::Candidate;
+use super::candidate::Candidate;
 use super::search::Search;
 use crate::model::estimate::{Options, Point, Problem};
 use rayon::prelude::*;
@@ -118,7 +118,7 @@ fn profile_end(search: &Search<'_>, chosen: &Candidate, j: usize, side: f64, sd:
         if !start.chi2.is_finite() {
             return None;
         }
-        let f = problem.fit(start, &Options { iterations: 8, tolerance: 1e-6, hopeless: 0.0 });
+        let f = problem.fit(start, &Options { iterations: 8, tolerance: 1e-6, ..Options::default() });
         let risen = (f.point.chi2 - best.chi2).max(0.0);
         let done = (risen / rise - 1.0).abs() < 0.12 || (at_bound && risen <= rise);
         from = f.point;

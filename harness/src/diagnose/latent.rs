@@ -6,8 +6,9 @@
 //! cross-validation (Golub, Heath and Wahba 1979). Which of the places fits best is the parity test: a contact force
 //! shows in force and motion, a body force in motion alone, an error of a reading in that reading alone.
 
+use super::acts::{phase, PHASES};
 use super::answer::figure;
-use super::decide::{phase, Candidate, PHASES};
+use super::candidate::Candidate;
 use super::map::{residuals, whitened};
 use super::search::Search;
 use crate::model::estimate::{Nuisance, Point, Problem};

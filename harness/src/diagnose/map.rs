@@ -1,6 +1,7 @@
 //! Where the misfit sits: level by phase by channel, in multiples of noise.
 
-use super::decide::{phase, Candidate};
+use super::acts::phase;
+use super::candidate::Candidate;
 use super::search::Search;
 use crate::model::estimate::{Data, Point, Problem};
 use crate::model::simulate::Trace;
@@ -14,7 +15,7 @@ const BLOCKS: [usize; 3] = [1, 5, 24];
 pub struct Cell {
     /// Index into `Campaign::levels`.
     pub level: usize,
-    /// Index into `decide::PHASES`.
+    /// Index into `acts::PHASES`.
     pub phase: usize,
     pub channel: Channel,
     /// Misfit over noise (1: noise alone) without and with the mechanisms found.

@@ -1,12 +1,15 @@
 //! Diagnosis: where the simulation misses the recordings, which physics is missing, and how much better it fits.
 
+pub mod acts;
 pub mod alarm;
 pub mod answer;
 pub mod bias;
 pub mod bootstrap;
+pub mod candidate;
 pub mod case;
 pub mod decide;
 pub mod element;
+pub mod expand;
 pub mod experiment;
 pub mod heldout;
 pub mod intervals;
@@ -19,6 +22,8 @@ mod ring;
 pub mod rivals;
 pub mod run;
 pub mod search;
+pub mod second;
+pub mod sift;
 pub mod unclipped;
 
 pub use crate::fit::prepare;

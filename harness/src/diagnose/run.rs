@@ -6,7 +6,7 @@ use super::bootstrap::bootstrap;
 use super::decide::Decision;
 use super::element::{packed, Packed};
 use super::heldout::{held_out, HeldOut};
-use super::prepare::{prepare, Guess, Invalid};
+use super::prepare::{prepare, renewed_noise, Guess, Invalid};
 use super::search::Search;
 use crate::model::estimate::{Data, Fit, Options, Problem};
 use crate::record::{Campaign, Kind};
@@ -62,6 +62,8 @@ pub enum Failure {
 const RESTLESS: f64 = 1.5;
 /// Ratio of held-out misfits from which a second name is believed although something stays unexplained.
 const BELIEVED: f64 = 0.9;
+/// Ratio of held-out misfits up to which a calibration is kept: one that drifts predicts no better, and is wrong still.
+const CALIBRATED: f64 = 1.01;
 /// Names at most.
 const MOST_NAMES: usize = 3;
 
@@ -98,6 +100,11 @@ fn settle(c: &Campaign, mut data: Data, guess: Guess) -> Result<(Data, Guess), I
         for (r, w) in data.records.iter_mut().zip(weights) {
             r.weight[0] = w;
         }
+    }
+    if c.kind == Kind::ContactorOpening {
+        // at rest, released, flying: no polynomial follows that, the fit does
+        let left = Search::new(c, &data).left(&start.point);
+        data.noise = renewed_noise(c, &data, &left);
     }
     let spikes = Search::new(c, &data).spikes(&start.point);
     for (r, ch, k) in spikes {
@@ -155,7 +162,7 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
              what has not converged looks like physics; check mass, speeds and units, or calibrate k and p first",
             base.iterations, base.point.chi2, base.samples
         );
-        let before = held_out(&search, &super::decide::Candidate { make_up: Default::default(), fit: base });
+        let before = held_out(&search, &super::candidate::Candidate { make_up: Default::default(), fit: base });
         return Ok(unjudged(c, data.clone(), reason, Some(before)));
     }
     stage("searching for what is missing")?;
@@ -171,8 +178,8 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     // where the noise wanders more than its model knows, only what predicts levels not seen better is believed
     if let Some(a) = &after {
         if c.levels.len() > 1 && decision.wander.1 > RESTLESS && a.nrmse > before.nrmse {
-            decision.detected = false;
-            decision.unexplained = false;
+            decision.detected = decision.restless;
+            decision.unexplained = decision.restless;
             decision.chosen = decision.base.clone();
             decision.ties.clear();
             after = None;
@@ -241,7 +248,8 @@ fn weigh_second(search: &Search<'_>, d: &mut Decision, after: Option<HeldOut>) -
         let first = d.chosen.names()[0];
         if let Some(single) = d.singles.iter().find(|s| s.names() == [first]) {
             let alone = held_out(search, single);
-            if alone.nrmse < after.nrmse {
+            let tolerated = if d.chosen.calibrates() { CALIBRATED } else { 1.0 };
+            if alone.nrmse * tolerated < after.nrmse {
                 d.chosen = single.clone();
                 d.ties.truncate(1);
                 return Some(alone);

@@ -3,7 +3,7 @@
 use super::mechanism::{Context, Form, Mechanism};
 use super::mechanisms::ALL;
 use super::prepare::Guess;
-use crate::model::estimate::{Data, Fit, Linear, Model, Nuisance, Options, Parameter, Point, Problem};
+use crate::model::estimate::{Data, Fit, Model, Options, Parameter, Point, Problem};
 use crate::model::physics::{Physics, GRAVITY};
 use crate::record::{Campaign, Channel, Kind};
 use rayon::prelude::*;
@@ -21,33 +21,10 @@ pub struct MakeUp {
     pub terms: Vec<Term>,
 }
 
-/// Mechanisms whose effect is far from linear in their parameters, so that a score may miss them.
-pub const HARD: [&str; 6] =
-    ["base_compliance", "loose_part", "sensor_resonance", "cyclic_softening", "secondary_stiffening", "return_spring"];
-
 /// Samples in a row at one reading that make a flat top.
 const FLAT: usize = 4;
 /// Standard deviations beyond which a calibration's tolerance is no tolerance.
 const WIDEST: f64 = 6.0;
-/// Share of the best score from which a form is fitted at all: linear in its first parameter, and others.
-const LINEAR_SHARE: f64 = 0.08;
-const OTHER_SHARE: f64 = 0.01;
-/// Share of the samples that chi^2 falls to at best: the noise is known to some per cent.
-const NOISE_AT_LEAST: f64 = 0.98;
-/// Expected gain in chi^2 from which a calibration beyond its tolerance is fitted at all.
-const HELD_BACK: f64 = 5.0;
-/// Gain in chi^2 that there may be in any case.
-const LITTLE: f64 = 100.0;
-/// Share of a gain found with coarse integration that may be lost by fine, before a candidate is fitted again.
-const SHIFTED: f64 = 0.1;
-/// Forms of one mechanism that are sifted by fitting.
-const FORMS_A_MECHANISM: usize = 2;
-const SOFTENING: &str = "cyclic_softening";
-/// Standard deviation of ln stiffness that leaves every recording its own.
-const FREE_SCATTER: f64 = 0.3;
-
-/// Starts of a fit with the gain in chi^2 expected of each.
-type Starts = Vec<(f64, Vec<f64>)>;
 
 /// Everything the search holds fixed.
 pub struct Search<'a> {
@@ -229,6 +206,23 @@ impl<'a> Search<'a> {
             .collect()
     }
 
+    /// What the base at `point` leaves of the readings, by recording and channel.
+    pub fn left(&self, point: &Point) -> Vec<[Option<Vec<f64>>; 3]> {
+        let model = self.model(&MakeUp::default(), 1.0, 1.0, 0.0);
+        let problem = Problem::new(self.data, &model);
+        let records = self.data.records.iter().enumerate();
+        records
+            .map(|(r, rec)| {
+                let (_, y) = problem.predict(&point.theta, r, &point.locals[r]);
+                let less = |i: usize| -> Option<Vec<f64>> {
+                    let read = rec.y[i].as_ref()?;
+                    Some(read.iter().zip(&y[i]).map(|(a, b)| a - b).collect())
+                };
+                [less(0), less(1), less(2)]
+            })
+            .collect()
+    }
+
     /// Samples that stand alone far outside the noise, by recording and channel: (recording, channel, sample).
     pub fn spikes(&self, point: &Point) -> Vec<(usize, usize, usize)> {
         let model = self.model(&MakeUp::default(), 1.0, 1.0, 0.0);
@@ -263,142 +257,6 @@ impl<'a> Search<'a> {
         model.parameters.len() - make_up.terms.iter().map(|t| t.form.parameters.len()).sum::<usize>()
     }
 
-    /// Fits `make_up` plus `term` from `from` (a fit of `make_up`), from its best starts by score.
-    pub fn add(
-        &self,
-        make_up: &MakeUp,
-        from: &Point,
-        term: &Term,
-        most_starts: usize,
-        options: &Options,
-    ) -> Option<Fit> {
-        let base_model = self.model(make_up, 1.0, 1.0, 0.0);
-        let problem = Problem::new(self.data, &base_model);
-        let linear = problem.linearise(from)?;
-        let mut starts = self.score(from, &problem, &linear, term);
-        starts.truncate(most_starts);
-        let drifted = if term.mechanism.name == SOFTENING { self.drifted(make_up, from) } else { None };
-        self.fit_from(make_up, from, drifted.as_ref(), term, &starts, options)
-    }
-
-    /// Starts of a term by their expected gain in chi^2, best first; amplitudes set to the linear estimate.
-    fn score(&self, from: &Point, problem: &Problem<'_>, linear: &Linear, term: &Term) -> Starts {
-        let mut scored: Starts = Vec::new();
-        for s in &term.form.starts {
-            let c = &self.context;
-            let Some(sig) = problem.signature(linear, from, &|p| (term.form.apply)(s, c, p), 1.0) else { continue };
-            let (sr, ss) = linear.score(&sig);
-            let mut start = s.clone();
-            let q = &term.form.parameters[0];
-            let z2;
-            if term.form.linear {
-                let a = (sr / ss * s[0]).clamp(q.lower.max(-10.0 * s[0].abs()), q.upper.min(10.0 * s[0].abs()));
-                z2 = if a * s[0] > 0.0 || q.lower < 0.0 { sr * sr / ss } else { 0.0 };
-                start[0] = if a == 0.0 { 0.1 * s[0] } else { a };
-            } else {
-                // gain of taking the whole step, or of a part of it where the step can be shortened
-                z2 = (2.0 * sr - ss).max(0.5 * if sr > 0.0 { sr * sr / ss } else { 0.0 });
-            }
-            scored.push((z2, start));
-        }
-        scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-        scored
-    }
-
-    fn fit_from(
-        &self,
-        make_up: &MakeUp,
-        from: &Point,
-        drifted: Option<&Point>,
-        term: &Term,
-        starts: &[(f64, Vec<f64>)],
-        options: &Options,
-    ) -> Option<Fit> {
-        let mut next = make_up.clone();
-        next.terms.push(term.clone());
-        let model = self.model(&next, 1.0, 1.0, 0.0);
-        let pr = Problem::new(self.data, &model);
-        let mut points = Vec::new();
-        let from_drift = drifted.filter(|_| term.mechanism.name == SOFTENING);
-        for (_, start) in starts {
-            let mut theta = from.theta.clone();
-            theta.extend(start);
-            points.push((theta, self.settled(&from.locals, term)));
-        }
-        if let Some(d) = from_drift {
-            for start in &term.form.starts {
-                let (rise, start) = self.softened(d, term, start);
-                let mut theta = d.theta.clone();
-                theta[0] += rise;
-                theta.extend(start);
-                points.push((theta, self.settled(&d.locals, term)));
-            }
-        }
-        let mut best: Option<Fit> = None;
-        for (theta, locals) in points {
-            let point = pr.evaluate(theta, locals);
-            if !point.chi2.is_finite() {
-                continue;
-            }
-            let f = pr.fit(point, options);
-            if best.as_ref().is_none_or(|b| f.point.chi2 < b.point.chi2) {
-                best = Some(f);
-            }
-        }
-        best
-    }
-
-    /// Nuisances to start a term from: for softening, what the scatter between repeats had taken up goes back.
-    fn settled(&self, locals: &[Vec<f64>], term: &Term) -> Vec<Vec<f64>> {
-        let mut locals = locals.to_vec();
-        if term.mechanism.name == SOFTENING {
-            if let Some(i) = self.data.nuisances().iter().position(|n| *n == Nuisance::Stiffness) {
-                locals.iter_mut().for_each(|l| l[i] = 0.0);
-            }
-        }
-        locals
-    }
-
-    /// `make_up` fitted with every recording's stiffness free: how it drifts with order tells softening apart from
-    /// what the other parameters had made of it.
-    pub fn drifted(&self, make_up: &MakeUp, from: &Point) -> Option<Point> {
-        if self.context.scales.orders < 3.0 || make_up.terms.iter().any(|t| t.mechanism.name == SOFTENING) {
-            return None;
-        }
-        let mut data = self.data.clone();
-        data.repeat_scatter = FREE_SCATTER;
-        let model = self.model(make_up, 1.0, 1.0, 0.0);
-        let pr = Problem::new(&data, &model);
-        let start = pr.evaluate(from.theta.clone(), from.locals.clone());
-        let fit = pr.fit(start, &Options { iterations: 25, ..Options::default() });
-        fit.point.chi2.is_finite().then_some(fit.point)
-    }
-
-    /// (rise of ln F_ref, start) of a form of softening that follows the drift best, by a straight line of the
-    /// stiffness over the form's own course with order.
-    fn softened(&self, drifted: &Point, term: &Term, start: &[f64]) -> (f64, Vec<f64>) {
-        let i = self.data.nuisances().iter().position(|n| *n == Nuisance::Stiffness).unwrap_or(0);
-        let mut probe = Physics::default();
-        let mut t = start.to_vec();
-        t[0] = 0.01;
-        (term.form.apply)(&t, &self.context, &mut probe);
-        let (mut n, mut sx, mut sy, mut sxx, mut sxy) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        for (r, l) in self.data.records.iter().zip(&drifted.locals) {
-            let x = (1.0 - probe.softening_factor(r.setup.order)) / 0.01;
-            let y = l[i].exp();
-            n += 1.0;
-            sx += x;
-            sy += y;
-            sxx += x * x;
-            sxy += x * y;
-        }
-        let slope = (n * sxy - sx * sy) / (n * sxx - sx * sx).max(1e-12);
-        let level = (sy - slope * sx) / n;
-        let q = &term.form.parameters[0];
-        t[0] = (-slope / level).clamp(q.lower + 1e-4, q.upper);
-        (level.max(0.05).ln(), t)
-    }
-
     /// The channel whose recordings of different levels end in one and the same reading, several samples long: no
     /// impact does that, a range does.
     pub fn flat_tops(&self) -> Option<Channel> {
@@ -429,69 +287,5 @@ impl<'a> Search<'a> {
             .filter(|m| !have.contains(&m.name))
             .flat_map(|m| (m.forms)(&self.context).into_iter().map(move |form| Term { mechanism: m, form }))
             .collect()
-    }
-
-    /// Scores every candidate beside `make_up` and fits those that stand a chance, the best forms of each
-    /// mechanism; integrates coarsely. Best first.
-    pub fn screen(
-        &self,
-        make_up: &MakeUp,
-        from: &Fit,
-        candidates: &[Term],
-        starts: usize,
-        options: &Options,
-    ) -> Vec<(Term, Fit)> {
-        let data = self.data.coarse();
-        let sift = Search { data: &data, context: self.context.clone(), given: self.given.clone(), ..*self };
-        let base_model = sift.model(make_up, 1.0, 1.0, 0.0);
-        let problem = Problem::new(&data, &base_model);
-        let Some(linear) = problem.linearise(&from.point) else { return Vec::new() };
-        let coarse_base = problem.evaluate(from.point.theta.clone(), from.point.locals.clone()).chi2;
-        let mut scored: Vec<(&Term, Starts)> = candidates
-            .par_iter()
-            .filter(|t| !make_up.terms.iter().any(|u| u.mechanism.name == t.mechanism.name))
-            .map(|t| (t, sift.score(&from.point, &problem, &linear, t)))
-            .collect();
-        let drifted = sift.drifted(make_up, &from.point);
-        let score = |s: &Starts| s.first().map_or(0.0, |s| s.0);
-        // a step along a tangent may promise more than there is to gain; what is near noise has little
-        let most = (from.point.chi2 - NOISE_AT_LEAST * self.data.samples() as f64).max(LITTLE);
-        let top = scored.iter().map(|(_, s)| score(s)).fold(0.0, f64::max).min(most);
-        let options = Options { hopeless: options.hopeless.max(0.003 * top), ..*options };
-        scored.sort_by(|a, b| score(&b.1).total_cmp(&score(&a.1)));
-        let mut forms: Vec<&str> = Vec::new();
-        scored.retain(|(t, s)| {
-            // the score says little of what is not linear in its parameters
-            let hard = HARD.contains(&t.mechanism.name) && starts > 1;
-            let small = t.form.linear && t.form.parameters.len() == 1 && top <= LITTLE;
-            // what a tolerance holds back counts by its prior, however much others promise
-            let held = t.mechanism.is_calibration() && score(s) >= HELD_BACK;
-            let least = if t.form.linear { LINEAR_SHARE } else { OTHER_SHARE } * top;
-            forms.push(t.mechanism.name);
-            let rank = forms.iter().filter(|f| **f == t.mechanism.name).count();
-            hard || held
-                || ((rank <= FORMS_A_MECHANISM || small) && (score(s) >= least.max(1.0) || small || top <= 20.0))
-        });
-        let mut v: Vec<(Term, Fit)> = scored
-            .into_par_iter()
-            .filter_map(|(t, mut s)| {
-                s.truncate(if t.form.linear { 1 } else { starts });
-                let mut fit = sift.fit_from(make_up, &from.point, drifted.as_ref(), t, &s, &options)?;
-                let mut next = make_up.clone();
-                next.terms.push(t.clone());
-                let model = self.model(&next, 1.0, 1.0, 0.0);
-                let fine = Problem::new(self.data, &model);
-                let promised = coarse_base - fit.point.chi2;
-                fit.point = fine.evaluate(fit.point.theta, fit.point.locals);
-                let kept = from.point.chi2 - fit.point.chi2;
-                // what coarse integration shifts can hide a gain, until the rest has followed
-                if promised > options.hopeless && kept < promised - options.hopeless.max(SHIFTED * promised) {
-                    fit = fine.fit(fit.point, &Options { iterations: 3, hopeless: 0.0, ..options });
-                }
-                Some((t.clone(), fit))
-            })
-            .collect();
-        v.sort_by(|a, b| a.1.point.chi2.total_cmp(&b.1.point.chi2));
-        v
     }
 }

@@ -1,6 +1,6 @@
 //! The peak before the clip: what a channel would have read without the limit of its chain.
 
-use super::decide::Candidate;
+use super::candidate::Candidate;
 use super::search::Search;
 use crate::model::chain::readings;
 use crate::model::estimate::{Nuisance, Problem};

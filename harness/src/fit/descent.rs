@@ -148,7 +148,7 @@ pub fn descend(problem: &Problem<'_>, point: Point, watch: &Watch<'_>) -> Descen
             if watch.over().is_some() {
                 return d;
             }
-            let f = problem.fit(d.point, &Options { iterations: 5, tolerance: 1e-7, hopeless: 0.0 });
+            let f = problem.fit(d.point, &Options { iterations: 5, tolerance: 1e-7, ..Options::default() });
             still = f.converged || f.objective.len() == 1;
             d.objective.extend(&f.objective[1..]);
             d.point = f.point;

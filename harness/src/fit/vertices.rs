@@ -54,7 +54,7 @@ pub fn search(data: &Data, model: &Model<'_>, start: &Point, scale: f64, watch: 
         };
         let problem = Problem::new(data, &inner);
         let p = problem.evaluate(tolerances.iter().map(|j| theta[*j]).collect(), from.locals.clone());
-        let f = problem.fit(p, &Options { iterations: 12, tolerance: 1e-7, hopeless: 0.0 });
+        let f = problem.fit(p, &Options { iterations: 12, tolerance: 1e-7, ..Options::default() });
         for (j, x) in tolerances.iter().zip(&f.point.theta) {
             theta[*j] = *x;
         }

@@ -3,7 +3,8 @@
 use crate::diagnose::alarm::{alarm, Alarm};
 use crate::diagnose::bias::{biases, Bias};
 use crate::diagnose::bootstrap::Bootstrap;
-use crate::diagnose::decide::{Candidate, Decision};
+use crate::diagnose::candidate::Candidate;
+use crate::diagnose::decide::Decision;
 use crate::diagnose::experiment::{ties, Tie};
 use crate::diagnose::heldout::HeldOut;
 use crate::diagnose::intervals::{intervals, Intervals};

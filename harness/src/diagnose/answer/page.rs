@@ -2,7 +2,7 @@
 
 use super::verdict::unit;
 use super::words::{advice, bias, figure, parameters, sentence, share, through};
-use crate::diagnose::decide::PHASES;
+use crate::diagnose::acts::PHASES;
 use crate::diagnose::run::Outcome;
 use crate::record::{Campaign, Channel, Kind};
 use crate::report::{Chart, Heat, Page, Style};

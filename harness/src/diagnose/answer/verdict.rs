@@ -1,7 +1,8 @@
 //! verdict.json: the format verdict/1, and keys beyond it.
 
 use super::findings::Findings;
-use crate::diagnose::decide::{phase, Decision, PHASES};
+use crate::diagnose::acts::{phase, PHASES};
+use crate::diagnose::decide::Decision;
 use crate::diagnose::element::Packed;
 use crate::diagnose::heldout::HeldOut;
 use crate::diagnose::map::Cell;

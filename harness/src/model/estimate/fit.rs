@@ -26,11 +26,13 @@ pub struct Options {
     pub tolerance: f64,
     /// Give up after six iterations when chi^2 has not fallen by this much.
     pub hopeless: f64,
+    /// Give up after as many when chi^2 still lies above.
+    pub ceiling: f64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options { iterations: 30, tolerance: 1e-5, hopeless: 0.0 }
+        Options { iterations: 30, tolerance: 1e-5, hopeless: 0.0, ceiling: f64::INFINITY }
     }
 }
 
@@ -183,7 +185,9 @@ impl Problem<'_> {
             if converged {
                 break;
             }
-            if iterations == 6 && options.hopeless > 0.0 && first_chi2 - point.chi2 < options.hopeless {
+            let fallen = first_chi2 - point.chi2;
+            if iterations == 6 && (options.hopeless > 0.0 && fallen < options.hopeless || point.chi2 > options.ceiling)
+            {
                 break;
             }
         }

@@ -1,0 +1,138 @@
+//! A make-up with its fit: what it gains, and how much its residual still wanders.
+
+use super::search::{MakeUp, Search, Term};
+use crate::model::estimate::{Fit, Point, Problem};
+use crate::record::{Channel, Kind};
+
+/// Gain in chi^2, beyond one parameter and over the wander of the residual, from which a misfit counts as detected.
+/// Held to under 1 % false alarms with the maximum over all candidates.
+pub const DETECT: f64 = 45.0;
+/// The same for a gain beyond a calibration's tolerance, where the prior sets the scale and nothing else inflates it.
+pub const DETECT_TOLERANCE: f64 = 11.0;
+/// Penalty of one more parameter, in chi^2.
+pub const PENALTY: f64 = 4.0;
+/// Samples over which the residual's wander is judged.
+const BLOCK: usize = 24;
+
+/// A candidate with its fit.
+#[derive(Clone)]
+pub struct Candidate {
+    pub make_up: MakeUp,
+    pub fit: Fit,
+}
+
+impl Candidate {
+    /// Names in the make-up.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.make_up.terms.iter().map(|t| t.mechanism.name).collect()
+    }
+    /// Whether its last effect is a calibration beyond its tolerance.
+    pub fn calibrates(&self) -> bool {
+        self.make_up.terms.last().is_some_and(|t| t.mechanism.is_calibration())
+    }
+    pub fn parameters(&self) -> f64 {
+        self.make_up.terms.iter().map(|t| t.form.parameters.len() as f64).sum()
+    }
+    /// chi^2 with its penalty.
+    pub fn cost(&self) -> f64 {
+        // damping with a power of depth next to zero is viscous damping
+        let theta = &self.fit.point.theta;
+        let viscous_twin = self.make_up.terms.iter().any(|t| match t.form.label {
+            "Kuwabara-Kono" => (theta[1] - 1.0).abs() < 0.2,
+            "half power" => (theta[1] - 0.5).abs() < 0.2,
+            _ => false,
+        });
+        self.fit.point.chi2 + PENALTY * self.parameters() + if viscous_twin { PENALTY } else { 0.0 }
+    }
+    /// Fall of chi^2 from `from`, less the penalty of every parameter beyond one.
+    pub fn gain(&self, from: &Candidate) -> f64 {
+        let more = (self.parameters() - from.parameters() - 1.0).max(0.0);
+        from.fit.point.chi2 - self.fit.point.chi2 - more * PENALTY
+    }
+    /// The gain from `from` beside what counts as detected, where the residual wanders by `wander`.
+    pub fn significance(&self, from: &Candidate, wander: f64) -> f64 {
+        if self.calibrates() {
+            self.gain(from) / DETECT_TOLERANCE
+        } else {
+            self.gain(from) / wander.max(1.0) / DETECT
+        }
+    }
+}
+
+/// How much the whitened residual wanders over blocks, relative to white noise.
+pub fn wander(problem: &Problem<'_>, point: &Point) -> f64 {
+    let Some(l) = problem.linearise(point) else { return 1.0 };
+    let over = |block: usize| {
+        let (mut sum, mut n) = (0.0, 0.0);
+        for (r, b) in l.blocks.iter().enumerate() {
+            let len = problem.data.records[r].setup.time.len();
+            for ch in b.residual.chunks(len) {
+                for w in ch.chunks_exact(block) {
+                    let m: f64 = w.iter().sum();
+                    // a single wild block shall not decide
+                    sum += (m * m / block as f64).min(30.0);
+                    n += 1.0;
+                }
+            }
+        }
+        if n < 10.0 {
+            1.0
+        } else {
+            sum / n
+        }
+    };
+    over(BLOCK).max(over(3 * BLOCK))
+}
+
+/// Wander of a force or acceleration in contact that no noise has, and how many times that in flight it has to be.
+const RESTLESS: f64 = 3.0;
+const RESTLESS_RATIO: f64 = 2.5;
+/// Blocks in contact from which that is judged.
+const RESTLESS_BLOCKS: f64 = 10.0;
+
+impl Search<'_> {
+    /// Whether force or acceleration wander while the faces touch and not while they do not: noise knows nothing of the
+    /// contact, what does is physics, whatever its name.
+    pub fn restless_contact(&self, c: &Candidate) -> bool {
+        if self.data.kind == Kind::Indentation {
+            return false;
+        }
+        let model = self.model(&c.make_up, 1.0, 1.0, 0.0);
+        let problem = Problem::new(self.data, &model);
+        let Some(l) = problem.linearise(&c.fit.point) else { return false };
+        // by channel, in flight and in contact: sum over blocks, and their number
+        let mut sums = [[(0.0, 0.0); 2]; 3];
+        for (r, block) in l.blocks.iter().enumerate() {
+            let n = self.data.records[r].setup.time.len();
+            let (trace, _) = problem.predict(&c.fit.point.theta, r, &c.fit.point.locals[r]);
+            for (channel, e) in self.data.compared(r).zip(block.residual.chunks(n)) {
+                for (w, f) in e.chunks_exact(BLOCK).zip(trace.force.chunks_exact(BLOCK)) {
+                    let touching = usize::from(4 * f.iter().filter(|f| f.abs() > 0.0).count() > BLOCK);
+                    let m: f64 = w.iter().sum();
+                    let s = &mut sums[channel.index()][touching];
+                    s.0 += (m * m / BLOCK as f64).min(30.0);
+                    s.1 += 1.0;
+                }
+            }
+        }
+        [Channel::Force, Channel::Acceleration].iter().any(|c| {
+            let [(flight, n), (contact, m)] = sums[c.index()];
+            m >= RESTLESS_BLOCKS
+                && n >= RESTLESS_BLOCKS
+                && contact / m > RESTLESS
+                && contact / m > RESTLESS_RATIO * (flight / n)
+        })
+    }
+    /// Wander of a candidate's residual.
+    pub fn wander_of(&self, c: &Candidate) -> f64 {
+        let m = self.model(&c.make_up, 1.0, 1.0, 0.0);
+        wander(&Problem::new(self.data, &m), &c.fit.point)
+    }
+
+    /// `from` with one more term, and its fit.
+    pub fn candidate(&self, from: &Candidate, t: Term, fit: Fit) -> Candidate {
+        let mut make_up = from.make_up.clone();
+        make_up.terms.push(t);
+        Candidate { make_up, fit }
+    }
+}

@@ -1,0 +1,130 @@
+//! A second effect beside the first: tried beside the best few, believed where it carries its share, and swapped for
+//! what does better beside the other.
+
+use super::candidate::{Candidate, DETECT};
+use super::search::{MakeUp, Search};
+use crate::model::estimate::{Options, Problem};
+
+/// A second effect has to bring this share of what the first brought.
+const SECOND_SHARE: f64 = 0.03;
+/// The part of that share which does where it takes the residual back to noise.
+const WHITENING: f64 = 0.15;
+/// Wander up to which a residual counts as noise.
+const WHITE: f64 = 1.25;
+/// Wander of the first effect's residual up to which nothing is sought beside a strong one.
+const SETTLED: f64 = 1.05;
+/// Gain of the first effect up to which a second is sought however white the residual.
+const FAINT: f64 = 3000.0;
+/// Share of the best gain from which another first effect is tried.
+const FIRST_SHARE: f64 = 0.8;
+/// First effects tried, seconds weighed beside each, and rounds of swaps.
+const FIRSTS: usize = 2;
+const SECONDS: usize = 4;
+const SWAPS: usize = 2;
+/// Wander from which a pair's two effects are swapped for better ones.
+const RESTLESS: f64 = 1.15;
+/// Wander from which swaps are tried although no pair is believed yet.
+const WILD: f64 = 2.0;
+
+/// What a second effect is weighed against.
+struct Scale {
+    total: f64,
+    wander: f64,
+}
+
+impl Search<'_> {
+    /// `first` alone, or with the second effect that the recordings carry. `named`: all single names, best first;
+    /// `seen`: the first was seen without a fit, nothing else may take its place.
+    pub fn with_second(&self, base: &Candidate, first: &Candidate, named: &[&Candidate], seen: bool) -> Candidate {
+        let scale = Scale { total: first.gain(base).max(1.0), wander: self.wander_of(first) };
+        if scale.wander <= SETTLED && scale.total >= FAINT {
+            return first.clone();
+        }
+        let beam: Vec<&Candidate> = if seen {
+            vec![first]
+        } else {
+            let near = named.iter().take(FIRSTS).filter(|c| c.gain(base) > FIRST_SHARE * scale.total);
+            near.copied().collect()
+        };
+        let mut pairs: Vec<Candidate> = Vec::new();
+        for c in beam {
+            let (starts, keep) = if seen { (2, 6) } else { (1, 3) };
+            pairs.extend(self.beside(c, starts, keep).into_iter().take(SECONDS));
+        }
+        pairs.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+        let believed = pairs.iter().find(|p| self.believed(p, first, &scale)).cloned();
+        let pair = match (believed, pairs.first()) {
+            (Some(p), _) if seen => Some(p),
+            (Some(p), _) => Some(self.swapped(p)),
+            (None, Some(p)) if scale.wander > WILD && !seen => {
+                Some(self.swapped(p.clone())).filter(|p| self.believed(p, first, &scale))
+            }
+            _ => None,
+        };
+        let Some(pair) = pair else { return first.clone() };
+        // the second may do without the first, from where the pair has led it
+        match self.without(&pair, 0) {
+            Some(alone) if !seen && !self.believed(&pair, &alone, &scale) => alone,
+            _ => pair,
+        }
+    }
+
+    /// Named candidates with one more effect than `from`, best first, fitted quickly.
+    fn beside(&self, from: &Candidate, starts: usize, keep: usize) -> Vec<Candidate> {
+        let quick = Options { iterations: 9, hopeless: 3.0, ..Options::default() };
+        let mut v = self.expand(from, &quick, starts, keep);
+        v.retain(|p| p.make_up.terms.iter().all(|t| t.mechanism.named));
+        v
+    }
+
+    /// Whether a pair's last effect carries its share beside `first`.
+    fn believed(&self, pair: &Candidate, first: &Candidate, scale: &Scale) -> bool {
+        let wander = self.wander_of(pair);
+        // what takes the residual back to noise is believed sooner than what merely shrinks it
+        let white = wander < WHITE && wander < scale.wander - 0.01;
+        let share = match (pair.calibrates(), white) {
+            (true, _) => 0.0,
+            (_, true) => WHITENING * SECOND_SHARE,
+            _ => SECOND_SHARE,
+        };
+        pair.significance(first, wander) >= 1.0 && pair.gain(first) > share * scale.total
+    }
+
+    /// Each effect of a pair exchanged for what does better beside the other, as long as that goes on.
+    fn swapped(&self, mut pair: Candidate) -> Candidate {
+        for _ in 0..SWAPS {
+            if self.wander_of(&pair) < RESTLESS {
+                break;
+            }
+            let kept = (0..pair.make_up.terms.len()).filter_map(|i| self.without(&pair, i));
+            let better = kept
+                .filter_map(|k| self.beside(&k, 1, 3).into_iter().next())
+                .min_by(|a, b| a.cost().total_cmp(&b.cost()));
+            match better {
+                Some(b) if b.cost() < pair.cost() - DETECT => pair = b,
+                _ => break,
+            }
+        }
+        pair
+    }
+
+    /// A candidate without its term `i`, fitted from the candidate's own values.
+    fn without(&self, c: &Candidate, i: usize) -> Option<Candidate> {
+        let model = self.model(&c.make_up, 1.0, 1.0, 0.0);
+        let terms = &c.make_up.terms;
+        let before: usize = terms[..i].iter().map(|t| t.form.parameters.len()).sum();
+        let at = self.first_term(&model, &c.make_up) + before;
+        let mut theta = c.fit.point.theta.clone();
+        theta.drain(at..at + terms[i].form.parameters.len());
+        let mut make_up = MakeUp { terms: terms.clone() };
+        make_up.terms.remove(i);
+        let model = self.model(&make_up, 1.0, 1.0, 0.0);
+        let problem = Problem::new(self.data, &model);
+        let start = problem.evaluate(theta, c.fit.point.locals.clone());
+        if !start.chi2.is_finite() {
+            return None;
+        }
+        let fit = problem.fit(start, &Options { iterations: 60, ..Options::default() });
+        Some(Candidate { make_up, fit })
+    }
+}
