@@ -438,3 +438,26 @@ fn detrended(y: &[f64], degree: usize) -> Vec<f64> {
         Err(_) => y.to_vec(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn a_release_passes_for_noise_until_the_motion_is_taken_out() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(8);
+        let sigma = 1e-6;
+        let mut draw = || sigma * ((0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0);
+        // at rest, then let go: half a parabola
+        let moving: Vec<f64> = (0..600).map(|i| 1e-8 * f64::from(i - 300).max(0.0).powi(2) + draw()).collect();
+        let left: Vec<f64> = (0..600).map(|_| draw()).collect();
+        let quiet = vec![vec![(0, 600, true)]; 4];
+        let of = |y: &[f64]| {
+            let readings = vec![[None, None, Some(y.to_vec())]; 4];
+            noise_of(Kind::ContactorOpening, &readings, &quiet, &[0.0, 0.0, 1e-3])[2].marginal()
+        };
+        assert!(of(&moving) > 5.0 * sigma, "{}", of(&moving));
+        assert!((of(&left) / sigma - 1.0).abs() < 0.1, "{}", of(&left));
+    }
+}

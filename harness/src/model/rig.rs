@@ -530,6 +530,46 @@ mod tests {
     }
 
     #[test]
+    fn a_film_beside_the_transducer_moves_the_body_alike_and_reads_nothing() {
+        let (mut p, setup, local) = rig();
+        (p.squeeze, p.squeeze_gap) = (5.0, 1e-4);
+        let under = simulate(&p, &setup, &local);
+        p.squeeze_reads = false;
+        let beside = simulate(&p, &setup, &local);
+        assert_eq!(under.position, beside.position);
+        for i in 0..setup.time.len() {
+            let film = p.squeeze * under.velocity[i] * 1e-4 / ((-under.position[i]).max(0.0) + 1e-4);
+            assert!((under.force[i] - beside.force[i] - film).abs() < 1e-9, "{i}");
+        }
+        assert!(under.force.iter().zip(&beside.force).any(|(a, b)| (a - b).abs() > 1.0));
+    }
+
+    #[test]
+    fn a_hardening_stop_begins_as_the_linear_one_and_gives_less() {
+        let (mut p, setup, local) = rig();
+        (p.base_mass, p.base_stiffness, p.base_damping) = (0.4, 2e5, 5.0);
+        let linear = simulate(&p, &setup, &local);
+        p.base_hardening = 1e-6;
+        assert!(apart(&linear.force, &simulate(&p, &setup, &local).force) < 1e-5);
+        p.base_hardening = 1e6;
+        let hard = simulate(&p, &setup, &local);
+        let deepest = |x: &[f64]| x.iter().cloned().fold(f64::MIN, f64::max);
+        assert!(hard.ok && deepest(&hard.position) < 0.95 * deepest(&linear.position));
+    }
+
+    #[test]
+    fn drag_of_a_power_is_quadratic_at_two() {
+        let (mut p, setup, local) = rig();
+        p.drag = 3.0;
+        let quadratic = simulate(&p, &setup, &local);
+        p.drag_power = 2.0 + 1e-9;
+        assert!(apart(&quadratic.acceleration, &simulate(&p, &setup, &local).acceleration) < 1e-6);
+        // at 0.6 m/s a lower power drags more
+        p.drag_power = 1.6;
+        assert!(simulate(&p, &setup, &local).first_speed > quadratic.first_speed);
+    }
+
+    #[test]
     fn a_body_that_bears_its_loose_part_falls_faster_than_gravity() {
         let (mut p, setup, local) = rig();
         (p.loose_mass, p.loose_gap, p.loose_stiffness, p.loose_damping) = (0.16, 1e-5, 1e6, 10.0);
