@@ -5,7 +5,9 @@ use super::search::{MakeUp, Search};
 use crate::model::estimate::{Fit, Options, Problem};
 
 /// What stands in for unknown physics has to leave this share less misfit than the best name.
-const UNKNOWN_SHARE: f64 = 0.1;
+const UNKNOWN_SHARE: f64 = 0.06;
+/// The margin between them, in units of what counts as detected.
+const UNKNOWN_MARGIN: f64 = 5.0;
 /// The same where it takes the residual back to noise and the best names do not.
 const WHITER_SHARE: f64 = 0.003;
 /// Wander up to which a residual is back at noise, and from which it is not.
@@ -116,7 +118,7 @@ impl Search<'_> {
             let whiter = final_wander > COLOURED && self.wander_of(u) < WHITE;
             let share = match (whiter, u.names() == ["latent_force"]) {
                 (true, _) => WHITER_SHARE,
-                (_, true) => 2.0 * UNKNOWN_SHARE,
+                (_, true) => 3.0 * UNKNOWN_SHARE,
                 _ => UNKNOWN_SHARE,
             };
             let beats = |c: &Candidate, m: f64, s: f64| {
@@ -124,7 +126,7 @@ impl Search<'_> {
                 margin > m * DETECT * l && margin > s * gain
             };
             let against_pair = chosen.make_up.terms.len() < 2 || beats(&chosen, -2.0, -0.02);
-            if beats(&first, 2.0, share) && against_pair {
+            if beats(&first, UNKNOWN_MARGIN, share) && against_pair {
                 unexplained = true;
                 chosen = u.clone();
             }

@@ -1,7 +1,7 @@
 //! A second effect beside the first: tried beside the best few, believed where it carries its share, and swapped for
 //! what does better beside the other.
 
-use super::candidate::{Candidate, DETECT};
+use super::candidate::{Candidate, DETECT, PENALTY};
 use super::search::{MakeUp, Search};
 use crate::model::estimate::{Options, Problem};
 
@@ -17,6 +17,8 @@ const SETTLED: f64 = 1.05;
 const FAINT: f64 = 3000.0;
 /// Share of the best gain from which another first effect is tried.
 const FIRST_SHARE: f64 = 0.8;
+/// Share of its gain from which its plainer form is.
+const PLAIN_SHARE: f64 = 0.9;
 /// First effects tried, seconds weighed beside each, and rounds of swaps.
 const FIRSTS: usize = 2;
 const SECONDS: usize = 4;
@@ -40,24 +42,30 @@ impl Search<'_> {
         if scale.wander <= SETTLED && scale.total >= FAINT {
             return first.clone();
         }
+        let plain =
+            if seen { None } else { self.plainer(base, first).filter(|c| c.gain(base) > PLAIN_SHARE * scale.total) };
         let beam: Vec<&Candidate> = if seen {
             vec![first]
         } else {
             let near = named.iter().take(FIRSTS).filter(|c| c.gain(base) > FIRST_SHARE * scale.total);
-            near.copied().collect()
+            near.copied().chain(&plain).collect()
         };
-        let mut pairs: Vec<Candidate> = Vec::new();
+        let mut pairs: Vec<(Candidate, &Candidate)> = Vec::new();
         for c in beam {
             let (starts, keep) = if seen { (2, 6) } else { (1, 3) };
-            pairs.extend(self.beside(c, starts, keep).into_iter().take(SECONDS));
+            // what stands beside the plainer form is weighed against that
+            let against = if plain.as_ref().is_some_and(|p| std::ptr::eq(p, c)) { c } else { first };
+            pairs.extend(self.beside(c, starts, keep).into_iter().take(SECONDS).map(|p| (p, against)));
         }
-        pairs.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
-        let believed = pairs.iter().find(|p| self.believed(p, first, &scale)).cloned();
+        pairs.sort_by(|a, b| a.0.cost().total_cmp(&b.0.cost()));
+        let believed = pairs
+            .iter()
+            .find(|(p, against)| self.believed(p, against, &scale) && p.cost() < first.cost() - 2.0 * PENALTY);
         let pair = match (believed, pairs.first()) {
-            (Some(p), _) if seen => Some(p),
-            (Some(p), _) => Some(self.swapped(p)),
-            (None, Some(p)) if scale.wander > WILD && !seen => {
-                Some(self.swapped(p.clone())).filter(|p| self.believed(p, first, &scale))
+            (Some((p, _)), _) if seen => Some(p.clone()),
+            (Some((p, _)), _) => Some(self.swapped(p.clone())),
+            (None, Some((p, against))) if scale.wander > WILD && !seen => {
+                Some(self.swapped(p.clone())).filter(|p| self.believed(p, against, &scale))
             }
             _ => None,
         };
@@ -67,6 +75,19 @@ impl Search<'_> {
             Some(alone) if !seen && !self.believed(&pair, &alone, &scale) => alone,
             _ => pair,
         }
+    }
+
+    /// The first effect in the form of fewest parameters, where it has taken one of more: those may have made room for
+    /// what a second effect does.
+    fn plainer(&self, base: &Candidate, first: &Candidate) -> Option<Candidate> {
+        let term = first.make_up.terms.first()?;
+        let forms = self.candidates().into_iter().filter(|t| t.mechanism.name == term.mechanism.name);
+        let plain = forms.min_by_key(|t| t.form.parameters.len())?;
+        if plain.form.parameters.len() >= term.form.parameters.len() {
+            return None;
+        }
+        let fit = self.add(&base.make_up, &base.fit.point, &plain, 2, &Options::default())?;
+        Some(self.candidate(base, plain, fit))
     }
 
     /// Named candidates with one more effect than `from`, best first, fitted quickly.
