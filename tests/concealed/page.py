@@ -208,7 +208,7 @@ def times(rows, head):
     t = np.array([r["seconds"] for r in rows])
     mb = max(r["mb"] for r in rows)
     cpu = np.median([r["cpu"] for r in rows])
-    return f"<p>Processor time {cpu:.1f} s a campaign in the median. A campaign takes {np.median(t):.1f} s in the median, {np.percentile(t, 90):.1f} s for nine of ten, {t.max():.1f} s at worst ({head['jobs']} threads, wall clock, machine shared or not as it was); peak memory {mb:.0f} MB.</p>"
+    return f"<p>Processor time {cpu:.1f} s a campaign in the median. A campaign takes {np.median(t):.1f} s in the median, {np.percentile(t, 90):.1f} s for nine of ten, {t.max():.1f} s at worst (one thread each, {head['jobs']} campaigns at once, wall clock, machine shared or not as it was); peak memory {mb:.0f} MB.</p>"
 
 
 def said(r):

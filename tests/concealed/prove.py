@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 from . import page
@@ -31,39 +32,50 @@ def built(given):
     return b
 
 
-def diagnose(binary, campaign, out, jobs):
-    """Diagnoses one campaign: exit code, seconds on the wall and of processor, peak memory [MB], what it printed."""
+def diagnose(binary, campaign, out, running):
+    """Diagnoses one campaign on one thread: exit code, seconds on the wall and of processor, peak memory [MB], what it printed."""
     log = out / "log"
     log.mkdir(parents=True, exist_ok=True)
     with open(log / f"{campaign.name}.txt", "wb") as f:
         t0 = time.monotonic()
-        p = subprocess.Popen([str(binary), "diagnose", str(campaign), "--out", str(out), "--jobs", str(jobs)], stdout=f, stderr=subprocess.STDOUT)
-        try:
-            _, status, use = os.wait4(p.pid, 0)
-        except KeyboardInterrupt:
-            p.terminate()
-            raise
+        p = subprocess.Popen([str(binary), "diagnose", str(campaign), "--out", str(out), "--jobs", "1"], stdout=f, stderr=subprocess.STDOUT)
+        running.add(p)
+        _, status, use = os.wait4(p.pid, 0)
         p.returncode = os.waitstatus_to_exitcode(status)
+        running.discard(p)
     return dict(code=p.returncode, seconds=time.monotonic() - t0, cpu=use.ru_utime + use.ru_stime, mb=use.ru_maxrss / 1024,
                 printed=(log / f"{campaign.name}.txt").read_text(errors="replace").strip())
 
 
 def diagnose_all(binary, cases, out, jobs, what):
-    """Diagnoses every case, keeping what this very binary has answered before (out/runs.json); nothing is lost by Ctrl-C."""
+    """Diagnoses every case, `jobs` at once, keeping what this very binary has answered before (out/runs.json); nothing is lost by Ctrl-C."""
     kept = out / "runs.json"
     version = hashlib.sha256(Path(binary).read_bytes()).hexdigest()[:12]
     out.mkdir(parents=True, exist_ok=True)
     runs = json.loads(kept.read_text()) if kept.exists() else {}
     runs = {k: r for k, r in runs.items() if r["binary"] == version and (r["code"] != 0 or (out / k / "verdict.json").exists())}
     todo = [c for c in cases if c.name not in runs]
-    t0 = time.monotonic()
-    for i, c in enumerate(todo):
-        shutil.rmtree(out / c.name, ignore_errors=True)      # an answer of another binary is no answer
-        runs[c.name] = dict(diagnose(binary, c, out, jobs), binary=version)
-        temp = kept.with_suffix(".part")
-        temp.write_text(json.dumps(runs))
-        temp.replace(kept)
-        progress(i + 1, len(todo), t0, what)
+    t0, running = time.monotonic(), set()
+
+    def answer(case):
+        shutil.rmtree(out / case.name, ignore_errors=True)      # an answer of another binary is no answer
+        return case.name, dict(diagnose(binary, case, out, running), binary=version)
+
+    with ThreadPoolExecutor(jobs) as pool:
+        asked = [pool.submit(answer, c) for c in todo]
+        try:
+            for i, done in enumerate(as_completed(asked)):
+                name, run = done.result()
+                runs[name] = run
+                temp = kept.with_suffix(".part")
+                temp.write_text(json.dumps(runs))
+                temp.replace(kept)
+                progress(i + 1, len(todo), t0, what)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for p in list(running):
+                p.terminate()
+            raise
     return runs, version
 
 
