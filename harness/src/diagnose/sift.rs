@@ -72,6 +72,7 @@ impl Search<'_> {
         let most = self.most(from);
         let c = &self.context;
         let mut scored: Starts = Vec::new();
+        let mut nearest: Option<(f64, Start)> = None;
         for s in &term.form.starts {
             let change = |s: &[f64], rise: f64| -> Option<(f64, f64)> {
                 let with = |p: &mut Physics| {
@@ -86,12 +87,14 @@ impl Search<'_> {
                 rises.extend(self.rise(from, term, s));
                 for rise in rises {
                     let Some((sr, ss)) = change(s, rise) else { continue };
-                    if ss > FARTHEST * from.chi2 {
-                        continue;
-                    }
                     // of the whole step, or of a part of it where the step can be shortened
                     let part = 0.5 * if sr > 0.0 { sr * sr / ss } else { 0.0 };
-                    scored.push(Start { gain: (2.0 * sr - ss).max(part), values: s.clone(), rise });
+                    let start = Start { gain: (2.0 * sr - ss).max(part), values: s.clone(), rise };
+                    if ss <= FARTHEST * from.chi2 {
+                        scored.push(start);
+                    } else if nearest.as_ref().is_none_or(|(n, _)| ss < *n) {
+                        nearest = Some((ss, start));
+                    }
                 }
                 continue;
             }
@@ -108,6 +111,9 @@ impl Search<'_> {
             let gain = if a * unit > 0.0 || q.lower < 0.0 { sr * sr / ss } else { 0.0 };
             values[0] = if a == 0.0 { 0.1 * unit } else { a };
             scored.push(Start { gain, values, rise: 0.0 });
+        }
+        if scored.is_empty() {
+            scored.extend(nearest.map(|(_, start)| start));
         }
         scored.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         scored
