@@ -23,13 +23,6 @@ fn droop(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, channel
 }
 
 fn forms(c: &Context) -> Vec<Form> {
-    let channel = if c.has[0] {
-        Channel::Force
-    } else if c.has[1] {
-        Channel::Acceleration
-    } else {
-        return Vec::new();
-    };
     let form = |label, apply: Apply| Form {
         label,
         parameters: vec![chain_parameter("rate", 0.0, 5.0, 2e-4)],
@@ -38,12 +31,14 @@ fn forms(c: &Context) -> Vec<Form> {
         apply,
         describe: |t, c| vec![("droop_rate", t[0] / c.scales.duration, "1/s")],
     };
-    if channel == Channel::Force {
-        vec![
-            form("first order", |t, c, p| droop(t, c, p, Channel::Force, false)),
-            form("second order", |t, c, p| droop(t, c, p, Channel::Force, true)),
-        ]
-    } else {
-        vec![form("first order", |t, c, p| droop(t, c, p, Channel::Acceleration, false))]
+    let mut v = Vec::new();
+    if c.has[0] {
+        v.push(form("first order", |t, c, p| droop(t, c, p, Channel::Force, false)));
+        v.push(form("second order", |t, c, p| droop(t, c, p, Channel::Force, true)));
     }
+    if c.has[1] {
+        v.push(form("acceleration, first order", |t, c, p| droop(t, c, p, Channel::Acceleration, false)));
+        v.push(form("acceleration, second order", |t, c, p| droop(t, c, p, Channel::Acceleration, true)));
+    }
+    v
 }
