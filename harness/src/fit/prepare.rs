@@ -31,6 +31,9 @@ fn thirds(y: &[f64]) -> Vec<f64> {
 /// Standard deviation of the stiffness between repeats, as a logarithm.
 const REPEATS: f64 = 0.006;
 
+/// Share of the noise's low frequencies below which what precedes the impact is believed alone.
+const CALM: f64 = 0.5;
+
 /// Half widths tried by the adaptive smoother.
 const WIDTHS: [usize; 7] = [3, 5, 8, 13, 21, 34, 55];
 
@@ -351,7 +354,7 @@ fn noise_of(
         if range[i] == 0.0 {
             continue;
         }
-        let mut stretches = Vec::new();
+        let (mut stretches, mut before) = (Vec::new(), Vec::new());
         let mut lost = 0;
         let mut fallback = Vec::new();
         for (r, q) in readings.iter().zip(quiet) {
@@ -363,8 +366,11 @@ fn noise_of(
             let level = if rest.is_empty() { 0.0 } else { rest.iter().sum::<f64>() / rest.len() as f64 };
             if flat && kind == Kind::DropTest {
                 lost += 1;
-                for (a, b, _) in q {
+                for (a, b, first) in q {
                     stretches.push(despiked(y[*a..*b].iter().map(|v| v - level).collect()));
+                    if *first {
+                        before.push(despiked(detrended(&y[*a..*b], 0)));
+                    }
                 }
                 continue;
             }
@@ -381,10 +387,14 @@ fn noise_of(
             }
         }
         let floor = 1e-5 * range[i];
-        noise[i] = match Noise::estimate(&stretches, lost, floor) {
-            Some(n) => n.widened(wander(&n, &stretches)),
-            None => Noise::white(median(fallback).max(floor)),
-        };
+        let of = |e: &[Vec<f64>], lost: usize| Noise::estimate(e, lost, floor).map(|n| n.widened(wander(&n, e)));
+        noise[i] = of(&stretches, lost).unwrap_or_else(|| Noise::white(median(fallback).max(floor)));
+        // what wanders after the impact alone is no noise: the impact has left it behind
+        if let Some(n) = of(&before, before.len()) {
+            if n.low_frequency() < CALM * noise[i].low_frequency() {
+                noise[i] = n;
+            }
+        }
     }
     noise
 }
