@@ -12,12 +12,8 @@ impl Search<'_> {
     pub fn acts(&self, chosen: &Candidate, term: usize) -> [f64; 4] {
         let model: Model<'_> = self.model(&chosen.make_up, 1.0, 1.0, 0.0);
         let problem = Problem::new(self.data, &model);
-        let mut without = chosen.make_up.clone();
-        let t = without.terms.remove(term);
-        let start: usize = self.first_term(&model, &chosen.make_up)
-            + chosen.make_up.terms[..term].iter().map(|t| t.form.parameters.len()).sum::<usize>();
-        let mut theta = chosen.fit.point.theta.clone();
-        theta.drain(start..start + t.form.parameters.len());
+        let t = &chosen.make_up.terms[term];
+        let (without, theta) = self.drop_term(&model, &chosen.make_up, &chosen.fit.point.theta, term);
         let base_model = self.model(&without, 1.0, 1.0, 0.0);
         let base_problem = Problem::new(self.data, &base_model);
         let (with, bare) = (problem.physics(&chosen.fit.point.theta), base_problem.physics(&theta));

@@ -11,6 +11,8 @@ pub const DETECT: f64 = 45.0;
 pub const DETECT_TOLERANCE: f64 = 11.0;
 /// Penalty of one more parameter, in chi^2.
 pub const PENALTY: f64 = 4.0;
+/// Wander up to which a residual counts as noise.
+pub const WHITE: f64 = 1.25;
 /// Samples over which the residual's wander is judged.
 const BLOCK: usize = 24;
 
@@ -59,6 +61,12 @@ impl Candidate {
     }
 }
 
+/// Wander of one block of a whitened residual, 1 for white noise; a single wild block shall not decide.
+fn block_wander(w: &[f64]) -> f64 {
+    let m: f64 = w.iter().sum();
+    (m * m / w.len() as f64).min(30.0)
+}
+
 /// How much the whitened residual wanders over blocks, relative to white noise.
 pub fn wander(problem: &Problem<'_>, point: &Point) -> f64 {
     let Some(l) = problem.linearise(point) else { return 1.0 };
@@ -68,9 +76,7 @@ pub fn wander(problem: &Problem<'_>, point: &Point) -> f64 {
             let len = problem.data.records[r].setup.time.len();
             for ch in b.residual.chunks(len) {
                 for w in ch.chunks_exact(block) {
-                    let m: f64 = w.iter().sum();
-                    // a single wild block shall not decide
-                    sum += (m * m / block as f64).min(30.0);
+                    sum += block_wander(w);
                     n += 1.0;
                 }
             }
@@ -108,9 +114,8 @@ impl Search<'_> {
             for (channel, e) in self.data.compared(r).zip(block.residual.chunks(n)) {
                 for (w, f) in e.chunks_exact(BLOCK).zip(trace.force.chunks_exact(BLOCK)) {
                     let touching = usize::from(4 * f.iter().filter(|f| f.abs() > 0.0).count() > BLOCK);
-                    let m: f64 = w.iter().sum();
                     let s = &mut sums[channel.index()][touching];
-                    s.0 += (m * m / BLOCK as f64).min(30.0);
+                    s.0 += block_wander(w);
                     s.1 += 1.0;
                 }
             }
@@ -123,6 +128,7 @@ impl Search<'_> {
                 && contact / m > RESTLESS_RATIO * (flight / n)
         })
     }
+
     /// Wander of a candidate's residual.
     pub fn wander_of(&self, c: &Candidate) -> f64 {
         let m = self.model(&c.make_up, 1.0, 1.0, 0.0);

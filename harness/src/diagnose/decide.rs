@@ -1,6 +1,6 @@
 //! From fits to a decision: what is missing, what cannot be told apart, what stays unexplained.
 
-use super::candidate::{Candidate, DETECT, PENALTY};
+use super::candidate::{Candidate, DETECT, PENALTY, WHITE};
 use super::search::{MakeUp, Search};
 use crate::model::estimate::{Fit, Options, Problem};
 
@@ -10,8 +10,7 @@ const UNKNOWN_SHARE: f64 = 0.06;
 const UNKNOWN_MARGIN: f64 = 5.0;
 /// The same where it takes the residual back to noise and the best names do not.
 const WHITER_SHARE: f64 = 0.003;
-/// Wander up to which a residual is back at noise, and from which it is not.
-const WHITE: f64 = 1.25;
+/// Wander from which a residual is not back at noise.
 const COLOURED: f64 = 1.5;
 
 /// Fall of chi^2, and share of it, from which a base that had stalled is searched beside once more.

@@ -172,11 +172,17 @@ impl Search<'_> {
         (fit.point.chi2 < c.fit.point.chi2).then(|| Candidate { make_up: c.make_up.clone(), fit })
     }
 
+    /// Named candidates with one more effect than `from`, best first.
+    pub fn beside(&self, from: &Candidate, iterations: usize, starts: usize, keep: usize) -> Vec<Candidate> {
+        let quick = Options { iterations, hopeless: 3.0, ..Options::default() };
+        let mut v = self.expand(from, &quick, starts, keep);
+        v.retain(|c| c.make_up.terms.iter().all(|t| t.mechanism.named));
+        v
+    }
+
     /// The best few named candidates with one more effect than `from`.
     pub fn further(&self, from: &Candidate, most: usize) -> Vec<Candidate> {
-        let quick = Options { iterations: 12, hopeless: 3.0, ..Options::default() };
-        let mut v = self.expand(from, &quick, 2, 6);
-        v.retain(|c| c.make_up.terms.iter().all(|t| t.mechanism.named));
+        let mut v = self.beside(from, 12, 2, 6);
         v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         v.truncate(most);
         v

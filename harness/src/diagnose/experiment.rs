@@ -65,7 +65,7 @@ pub fn ties(search: &Search<'_>, d: &Decision) -> Vec<Option<Tie>> {
     (0..d.chosen.make_up.terms.len())
         .map(|i| {
             let names = d.ties.get(i).filter(|n| !n.is_empty())?;
-            let rest = without(search, &d.chosen, i)?;
+            let rest = search.without(&d.chosen, i, &Options::default())?;
             let rivals: Vec<Candidate> =
                 names.iter().filter_map(|n| alternative(search, d, &rest, n)).take(2).collect();
             if rivals.is_empty() {
@@ -110,25 +110,6 @@ pub fn ties(search: &Search<'_>, d: &Decision) -> Vec<Option<Tie>> {
             Some(Tie { set, trace: lambda.max(0.0).sqrt(), rho, p_right: worst, proposals })
         })
         .collect()
-}
-
-/// `c` without its term `i`, refitted.
-fn without(search: &Search<'_>, c: &Candidate, i: usize) -> Option<Candidate> {
-    let model = search.model(&c.make_up, 1.0, 1.0, 0.0);
-    let at = search.first_term(&model, &c.make_up)
-        + c.make_up.terms[..i].iter().map(|t| t.form.parameters.len()).sum::<usize>();
-    let mut theta = c.fit.point.theta.clone();
-    theta.drain(at..at + c.make_up.terms[i].form.parameters.len());
-    let mut make_up = c.make_up.clone();
-    make_up.terms.remove(i);
-    let model = search.model(&make_up, 1.0, 1.0, 0.0);
-    let problem = Problem::new(search.data, &model);
-    let start = problem.evaluate(theta, c.fit.point.locals.clone());
-    if !start.chi2.is_finite() {
-        return None;
-    }
-    let fit = problem.fit(start, &Options::default());
-    Some(Candidate { make_up, fit })
 }
 
 /// `rest` with the mechanism `name` in its best form.

@@ -252,6 +252,16 @@ impl<'a> Search<'a> {
         out
     }
 
+    /// A make-up and its parameters (of `model`) without its term `i`.
+    pub fn drop_term(&self, model: &Model<'_>, make_up: &MakeUp, theta: &[f64], i: usize) -> (MakeUp, Vec<f64>) {
+        let (mut rest, mut theta) = (make_up.clone(), theta.to_vec());
+        let before: usize = rest.terms[..i].iter().map(|t| t.form.parameters.len()).sum();
+        let at = self.first_term(model, make_up) + before;
+        let gone = rest.terms.remove(i);
+        theta.drain(at..at + gone.form.parameters.len());
+        (rest, theta)
+    }
+
     /// Index of the first parameter of the make-up's terms.
     pub fn first_term(&self, model: &Model<'_>, make_up: &MakeUp) -> usize {
         model.parameters.len() - make_up.terms.iter().map(|t| t.form.parameters.len()).sum::<usize>()

@@ -1,16 +1,14 @@
 //! A second effect beside the first: tried beside the best few, believed where it carries its share, and swapped for
 //! what does better beside the other.
 
-use super::candidate::{Candidate, DETECT, PENALTY};
-use super::search::{MakeUp, Search};
+use super::candidate::{Candidate, DETECT, PENALTY, WHITE};
+use super::search::Search;
 use crate::model::estimate::{Options, Problem};
 
 /// A second effect has to bring this share of what the first brought.
 const SECOND_SHARE: f64 = 0.03;
 /// The part of that share which does where it takes the residual back to noise.
 const WHITENING: f64 = 0.15;
-/// Wander up to which a residual counts as noise.
-const WHITE: f64 = 1.25;
 /// Wander of the first effect's residual up to which nothing is sought beside a strong one.
 const SETTLED: f64 = 1.05;
 /// Gain of the first effect up to which a second is sought however white the residual.
@@ -27,6 +25,9 @@ const SWAPS: usize = 2;
 const RESTLESS: f64 = 1.15;
 /// Wander from which swaps are tried although no pair is believed yet.
 const WILD: f64 = 2.0;
+
+/// How what is left of a pair is fitted.
+const SLOW: Options = Options { iterations: 60, tolerance: 1e-5, hopeless: 0.0, ceiling: f64::INFINITY };
 
 /// What a second effect is weighed against.
 struct Scale {
@@ -55,7 +56,7 @@ impl Search<'_> {
             let (starts, keep) = if seen { (2, 6) } else { (1, 3) };
             // what stands beside the plainer form is weighed against that
             let against = if plain.as_ref().is_some_and(|p| std::ptr::eq(p, c)) { c } else { first };
-            pairs.extend(self.beside(c, starts, keep).into_iter().take(SECONDS).map(|p| (p, against)));
+            pairs.extend(self.beside(c, 9, starts, keep).into_iter().take(SECONDS).map(|p| (p, against)));
         }
         pairs.sort_by(|a, b| a.0.cost().total_cmp(&b.0.cost()));
         let believed = pairs
@@ -71,7 +72,7 @@ impl Search<'_> {
         };
         let Some(pair) = pair else { return first.clone() };
         // the second may do without the first, from where the pair has led it
-        match self.without(&pair, 0) {
+        match self.without(&pair, 0, &SLOW) {
             Some(alone) if !seen && !self.believed(&pair, &alone, &scale) => alone,
             _ => pair,
         }
@@ -88,14 +89,6 @@ impl Search<'_> {
         }
         let fit = self.add(&base.make_up, &base.fit.point, &plain, 2, &Options::default())?;
         Some(self.candidate(base, plain, fit))
-    }
-
-    /// Named candidates with one more effect than `from`, best first, fitted quickly.
-    fn beside(&self, from: &Candidate, starts: usize, keep: usize) -> Vec<Candidate> {
-        let quick = Options { iterations: 9, hopeless: 3.0, ..Options::default() };
-        let mut v = self.expand(from, &quick, starts, keep);
-        v.retain(|p| p.make_up.terms.iter().all(|t| t.mechanism.named));
-        v
     }
 
     /// Whether a pair's last effect carries its share beside `first`.
@@ -117,9 +110,9 @@ impl Search<'_> {
             if self.wander_of(&pair) < RESTLESS {
                 break;
             }
-            let kept = (0..pair.make_up.terms.len()).filter_map(|i| self.without(&pair, i));
+            let kept = (0..pair.make_up.terms.len()).filter_map(|i| self.without(&pair, i, &SLOW));
             let better = kept
-                .filter_map(|k| self.beside(&k, 1, 3).into_iter().next())
+                .filter_map(|k| self.beside(&k, 9, 1, 3).into_iter().next())
                 .min_by(|a, b| a.cost().total_cmp(&b.cost()));
             match better {
                 Some(b) if b.cost() < pair.cost() - DETECT => pair = b,
@@ -129,23 +122,17 @@ impl Search<'_> {
         pair
     }
 
-    /// A candidate without its term `i`, fitted from the candidate's own values.
-    fn without(&self, c: &Candidate, i: usize) -> Option<Candidate> {
+    /// A candidate without its term `i`, fitted from the candidate's own values. None where the simulation fails.
+    pub fn without(&self, c: &Candidate, i: usize, options: &Options) -> Option<Candidate> {
         let model = self.model(&c.make_up, 1.0, 1.0, 0.0);
-        let terms = &c.make_up.terms;
-        let before: usize = terms[..i].iter().map(|t| t.form.parameters.len()).sum();
-        let at = self.first_term(&model, &c.make_up) + before;
-        let mut theta = c.fit.point.theta.clone();
-        theta.drain(at..at + terms[i].form.parameters.len());
-        let mut make_up = MakeUp { terms: terms.clone() };
-        make_up.terms.remove(i);
+        let (make_up, theta) = self.drop_term(&model, &c.make_up, &c.fit.point.theta, i);
         let model = self.model(&make_up, 1.0, 1.0, 0.0);
         let problem = Problem::new(self.data, &model);
         let start = problem.evaluate(theta, c.fit.point.locals.clone());
         if !start.chi2.is_finite() {
             return None;
         }
-        let fit = problem.fit(start, &Options { iterations: 60, ..Options::default() });
+        let fit = problem.fit(start, options);
         Some(Candidate { make_up, fit })
     }
 }

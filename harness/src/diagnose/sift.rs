@@ -123,7 +123,7 @@ impl Search<'_> {
     /// the force at the depth reached. None where nothing gives.
     fn rise(&self, from: &Point, term: &Term, values: &[f64]) -> Option<f64> {
         let s = &self.context.scales;
-        let mut p = Physics { mass: s.mass, ..Physics::default() };
+        let mut p = Physics::default();
         (term.form.apply)(values, &self.context, &mut p);
         if p.base_stiffness <= 0.0 || p.base_reads {
             return None;
