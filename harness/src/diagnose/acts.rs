@@ -3,12 +3,14 @@
 use super::candidate::Candidate;
 use super::mechanism::{Acts, Origin};
 use super::search::Search;
+use crate::model::chain::readings;
 use crate::model::estimate::{Model, Problem};
-use crate::model::simulate::{simulate, Local, Setup, Trace};
-use crate::record::{Channel, Kind};
+use crate::model::simulate::{force_on_body, simulate, Local, Setup, Trace};
+use crate::record::Kind;
 
 impl Search<'_> {
-    /// Share of a term's own action in approach, loading, unloading and after, over all recordings.
+    /// Share of a term's own action in approach, loading, unloading and after: of the square of the force or, for the
+    /// measuring chain, of the reading over its noise that it adds; every recording weighs alike.
     pub fn acts(&self, chosen: &Candidate, term: usize) -> [f64; 4] {
         let model: Model<'_> = self.model(&chosen.make_up, 1.0, 1.0, 0.0);
         let problem = Problem::new(self.data, &model);
@@ -20,28 +22,43 @@ impl Search<'_> {
         let mut share = [0.0; 4];
         for (r, rec) in self.data.records.iter().enumerate() {
             let local = &chosen.fit.point.locals[r];
-            let (trace, y) = problem.predict(&chosen.fit.point.theta, r, local);
+            let (trace, _) = problem.predict(&chosen.fit.point.theta, r, local);
             if !trace.ok {
                 continue;
             }
             let n = trace.force.len();
-            let strength: Vec<f64> = match t.mechanism.acts {
-                Acts::Force(f) => (0..n).map(|i| f(trace.position[i], trace.velocity[i], &with).abs()).collect(),
+            let squared: Vec<f64> = match t.mechanism.acts {
+                Acts::Force => {
+                    let start = problem.local(local).start;
+                    (0..n)
+                        .map(|i| {
+                            let (t, x, v) = (rec.setup.time[i] - start, trace.position[i], trace.velocity[i]);
+                            let f = |p| force_on_body(p, &rec.setup, t.max(0.0), x, v);
+                            (f(&with) - f(&bare)).powi(2)
+                        })
+                        .collect()
+                }
                 Acts::Struck => {
                     let body = with.mass - with.loose_mass;
                     let borne = if with.loose_borne { with.loose_mass * with.gravity } else { 0.0 };
                     let drive = |x: f64| rec.setup.preload - rec.setup.rate * (x + rec.setup.travel);
                     (0..n)
                         .map(|i| {
-                            (body * trace.acceleration[i] + trace.force[i] - drive(trace.position[i]) - borne).abs()
+                            (body * trace.acceleration[i] + trace.force[i] - drive(trace.position[i]) - borne).powi(2)
                         })
                         .collect()
                 }
-                Acts::Push => trace.force.iter().map(|f| f.abs()).collect(),
+                Acts::Push => trace.force.iter().map(|f| f * f).collect(),
                 Acts::Reading if t.mechanism.origin == Origin::Chain => {
-                    let c = if self.data.has(Channel::Force) { Channel::Force } else { Channel::Acceleration };
-                    let z = crate::model::chain::readings(&bare, &trace, &rec.setup.time);
-                    y[c.index()].iter().zip(&z[c.index()]).map(|(a, b)| (a - b).abs()).collect()
+                    let (y, z) = (readings(&with, &trace, &rec.setup.time), readings(&bare, &trace, &rec.setup.time));
+                    let mut sum = vec![0.0; n];
+                    for c in self.data.compared(r).map(|c| c.index()) {
+                        let sigma = self.data.noise[c].marginal();
+                        for (s, (a, b)) in sum.iter_mut().zip(y[c].iter().zip(&z[c])) {
+                            *s += ((a - b) / sigma).powi(2);
+                        }
+                    }
+                    sum
                 }
                 Acts::Reading => {
                     // both laws along the same path
@@ -53,11 +70,14 @@ impl Search<'_> {
                     };
                     let l = Local { start: 0.0, speed: 0.0, stiffness: 0.0, offset: 0.0 };
                     let (a, b) = (simulate(&with, &imposed, &l), simulate(&bare, &imposed, &l));
-                    a.force.iter().zip(&b.force).map(|(a, b)| (a - b).abs()).collect()
+                    a.force.iter().zip(&b.force).map(|(a, b)| (a - b).powi(2)).collect()
                 }
             };
-            for (i, s) in strength.iter().enumerate() {
-                share[phase(&trace, rec.setup.time[i])] += s;
+            let sum: f64 = squared.iter().sum();
+            if sum > 0.0 {
+                for (s, p) in squared.iter().zip(phases(&trace)) {
+                    share[p] += s / sum;
+                }
             }
         }
         let sum: f64 = share.iter().sum();
@@ -68,18 +88,37 @@ impl Search<'_> {
     }
 }
 
-/// Index of the phase an instant lies in: approach, loading, unloading, after.
-pub fn phase(t: &Trace, time: f64) -> usize {
-    if time < t.touch {
-        0
-    } else if time < t.deepest {
-        1
-    } else if time < t.leave {
-        2
-    } else {
-        3
+/// The phase each sample lies in, as an index into [`PHASES`]: every time in contact loads up to its deepest point and
+/// unloads from there to where it leaves the nominal surface.
+pub fn phases(t: &Trace) -> Vec<usize> {
+    let x = &t.position;
+    let mut out = Vec::with_capacity(x.len());
+    let mut at = 0;
+    while at < x.len() {
+        let inside = x[at] > 0.0;
+        let end = (at..x.len()).find(|i| (x[*i] > 0.0) != inside).unwrap_or(x.len());
+        if inside {
+            let deepest = (at..end).rev().max_by(|a, b| x[*a].total_cmp(&x[*b])).unwrap_or(at);
+            out.extend((at..end).map(|i| if i <= deepest { 1 } else { 2 }));
+        } else {
+            out.extend((at..end).map(|_| if at == 0 { 0 } else { 3 }));
+        }
+        at = end;
     }
+    out
 }
 
 /// Words for the phases.
 pub const PHASES: [&str; 4] = ["approach", "loading", "unloading", "after"];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_contact_loads_and_unloads() {
+        let position = vec![-2.0, -1.0, 1.0, 2.0, 2.0, 1.0, -1.0, -0.5, 0.5, 0.7, 0.3, -0.1];
+        let t = Trace { position, ..Trace::default() };
+        assert_eq!(phases(&t), [0, 0, 1, 1, 2, 2, 3, 3, 1, 1, 2, 3]);
+    }
+}

@@ -6,7 +6,7 @@
 //! cross-validation (Golub, Heath and Wahba 1979). Which of the places fits best is the parity test: a contact force
 //! shows in force and motion, a body force in motion alone, an error of a reading in that reading alone.
 
-use super::acts::{phase, PHASES};
+use super::acts::{phases, PHASES};
 use super::answer::figure;
 use super::candidate::Candidate;
 use super::map::{residuals, whitened};
@@ -111,9 +111,10 @@ pub fn latent(search: &Search<'_>, reference: &Candidate) -> Option<Latent> {
     let mut by_phase = [0.0; 4];
     for (r, rec) in records.iter().enumerate() {
         let (trace, _) = problem.predict(&reference.fit.point.theta, r, &reference.fit.point.locals[r]);
+        let phases = phases(&trace);
         for i in 0..rec.time.len() {
             let z = if rec.band[i] > 0.0 { rec.force[i].abs() / rec.band[i] } else { 0.0 };
-            by_phase[phase(&trace, rec.time[i])] += (z * z - 1.0).max(0.0);
+            by_phase[phases[i]] += (z * z - 1.0).max(0.0);
             if best.is_none_or(|b| z > b.0) {
                 best = Some((z, r, i));
             }

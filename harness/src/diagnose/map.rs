@@ -1,6 +1,6 @@
 //! Where the misfit sits: level by phase by channel, in multiples of noise.
 
-use super::acts::phase;
+use super::acts::phases;
 use super::candidate::Candidate;
 use super::search::Search;
 use crate::model::estimate::{Data, Point, Problem};
@@ -91,13 +91,12 @@ pub fn map(search: &Search<'_>, base: &Candidate, chosen: &Candidate) -> Vec<Cel
             let (trace, w) = residuals(&problem, &c.fit.point, r)?;
             // one set of phases for both, so that cells hold the same samples
             let frame = frame.map_or(&trace, |f| &f[r]);
-            let phases: Vec<usize> = rec.setup.time.iter().map(|t| phase(frame, *t)).collect();
+            let phases = phases(frame);
             for (ch, w) in w.iter().enumerate() {
                 let Some(w) = w else { continue };
                 for p in 0..4 {
-                    let a = phases.partition_point(|q| *q < p);
-                    let b = phases.partition_point(|q| *q <= p);
-                    cells[(rec.level * 4 + p) * 3 + ch].add(&w[a..b]);
+                    let own: Vec<f64> = w.iter().zip(&phases).filter(|(_, q)| **q == p).map(|(w, _)| *w).collect();
+                    cells[(rec.level * 4 + p) * 3 + ch].add(&own);
                 }
             }
             traces.push(trace);

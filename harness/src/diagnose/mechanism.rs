@@ -70,7 +70,7 @@ pub struct Mechanism {
     /// What to do about it where the element itself is right, or what the element now holds.
     pub cure: &'static str,
     pub forms: fn(&Context) -> Vec<Form>,
-    /// Relative strength with which the effect acts at a point: (depth m, speed m/s, force N, time since touch s, physics).
+    /// What its strength is told by.
     pub acts: Acts,
 }
 
@@ -86,8 +86,8 @@ impl Mechanism {
 pub enum Acts {
     /// By the difference it makes to the contact force or the reading.
     Reading,
-    /// By a force on the body that acts at all times: weight of each sample from depth, speed and physics.
-    Force(fn(f64, f64, &Physics) -> f64),
+    /// By the force on the body that it adds to contact and drive.
+    Force,
     /// While the stop is pushed: proportional to the contact force.
     Push,
     /// By the force on the body that neither contact nor drive nor weight gives.

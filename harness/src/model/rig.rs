@@ -293,7 +293,7 @@ impl<'a> Rig<'a> {
 
     /// Forces on the body along +x other than contact and gravity, N.
     #[inline]
-    fn motion_force(&self, t: f64, x: f64, v: f64) -> f64 {
+    pub(super) fn motion_force(&self, t: f64, x: f64, v: f64) -> f64 {
         let p = self.p;
         let mut f = 0.0;
         if self.kind == Kind::ContactorOpening {

@@ -174,6 +174,11 @@ fn indent(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven
     t
 }
 
+/// Forces on the body along +x other than contact, N: at `t` s after release or touch, position `x` m, speed `v` m/s.
+pub fn force_on_body(p: &Physics, s: &Setup, t: f64, x: f64, v: f64) -> f64 {
+    Rig::new(p, s, None).motion_force(t, x, v) + p.mass * p.gravity
+}
+
 fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>) -> Trace {
     let n = s.time.len();
     let mut out = Trace {

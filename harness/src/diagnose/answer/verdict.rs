@@ -1,7 +1,7 @@
 //! verdict.json: the format verdict/1, and keys beyond it.
 
 use super::findings::Findings;
-use crate::diagnose::acts::{phase, PHASES};
+use crate::diagnose::acts::{phases, PHASES};
 use crate::diagnose::decide::Decision;
 use crate::diagnose::element::Packed;
 use crate::diagnose::heldout::HeldOut;
@@ -241,7 +241,7 @@ fn place(c: &Campaign, search: &Search<'_>, d: &Decision, map: &[Cell], i: usize
     })
 }
 
-/// (recording, first and last sample time) of a phase in the first recording of the level that shows most.
+/// (recording, first and last sample time) of a phase's first stretch in the first recording of the level that shows most.
 fn span(search: &Search<'_>, d: &Decision, which: usize, by_level: &[f64]) -> Option<(String, f64, f64)> {
     let level = (0..by_level.len()).max_by(|a, b| by_level[*a].total_cmp(&by_level[*b]))?;
     let r = search.data.records.iter().position(|r| r.level == level)?;
@@ -249,7 +249,9 @@ fn span(search: &Search<'_>, d: &Decision, which: usize, by_level: &[f64]) -> Op
     let (trace, _) =
         Problem::new(search.data, &model).predict(&d.chosen.fit.point.theta, r, &d.chosen.fit.point.locals[r]);
     let rec = &search.data.records[r];
-    let mut times = rec.setup.time.iter().filter(|t| phase(&trace, **t) == which);
-    let first = *times.next()?;
-    Some((rec.file.clone(), first, times.next_back().copied().unwrap_or(first)))
+    // its first stretch
+    let phases = phases(&trace);
+    let first = phases.iter().position(|p| *p == which)?;
+    let length = phases[first..].iter().take_while(|p| **p == which).count();
+    Some((rec.file.clone(), rec.setup.time[first], rec.setup.time[first + length - 1]))
 }

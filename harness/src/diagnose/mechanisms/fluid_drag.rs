@@ -13,7 +13,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     sentence: "the surrounding fluid drags on the body with the square of its speed",
     cure: "The contact element is right; add this drag to the body's motion in the rig's model.",
     forms,
-    acts: Acts::Force(|_, v, p| p.drag * v.abs().powf(p.drag_power)),
+    acts: Acts::Force,
 };
 
 fn forms(c: &Context) -> Vec<Form> {

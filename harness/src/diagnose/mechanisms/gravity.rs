@@ -13,7 +13,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     sentence: "the simulation leaves out the weight of the body",
     cure: "The contact element is right; let gravity act on the body in the rig's model.",
     forms,
-    acts: Acts::Force(|_, _, p| p.mass * p.gravity),
+    acts: Acts::Force,
 };
 
 fn forms(c: &Context) -> Vec<Form> {

@@ -13,7 +13,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     sentence: "the guide rubs on the moving body",
     cure: "The contact element is right; add this friction against the motion in the rig's model.",
     forms,
-    acts: Acts::Force(|_, v, p| (p.friction * (v / 0.005).tanh() + p.friction_viscous * v).abs()),
+    acts: Acts::Force,
 };
 
 fn forms(c: &Context) -> Vec<Form> {

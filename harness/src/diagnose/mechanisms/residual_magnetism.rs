@@ -13,7 +13,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     sentence: "what is left of the magnet still pulls on the bar",
     cure: "The contact element is right; add this pull to the body's motion in the rig's model.",
     forms,
-    acts: Acts::Force(|x, _, p| p.magnet_force / (1.0 + (x + 20.0 * p.magnet_gap).max(0.0) / p.magnet_gap)),
+    acts: Acts::Force,
 };
 
 /// A travel is of the order of so many depths.

@@ -13,7 +13,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     sentence: "a spring acts on the body",
     cure: "The contact element is right; add this return spring to the rig's model.",
     forms,
-    acts: Acts::Force(|x, _, p| (p.spring_preload + p.spring_rate * x).abs()),
+    acts: Acts::Force,
 };
 
 fn forms(c: &Context) -> Vec<Form> {

@@ -13,9 +13,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     sentence: "a cushion of fluid builds up as the gap closes",
     cure: "The contact element is right; add this film's force before touch to the rig's model.",
     forms,
-    acts: Acts::Force(|x, v, p| {
-        (p.squeeze * v * (p.squeeze_gap / ((-x).max(0.0) + p.squeeze_gap)).powf(p.squeeze_power)).abs()
-    }),
+    acts: Acts::Force,
 };
 
 fn film(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, power: f64) {

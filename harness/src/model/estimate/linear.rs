@@ -1,6 +1,5 @@
 //! A fit linearised: sensitivities, covariance, and scores of what the fit does not hold.
 
-use super::data::local_of;
 use super::fit::Part;
 use super::{Nuisance, Point, Problem};
 use crate::model::chain::readings;
@@ -36,7 +35,7 @@ impl Problem<'_> {
         let (g, l) = (ps.len(), self.nuisances.len());
         let local = &point.locals[r];
         let phys = self.physics(&point.theta);
-        let lo = local_of(&self.nuisances, local);
+        let lo = self.local(local);
         let trace = simulate(&phys, &rec.setup, &lo);
         if !trace.ok {
             return None;
@@ -85,7 +84,7 @@ impl Problem<'_> {
             let h = data.local_step(*n);
             let mut v = local.clone();
             v[i] += h;
-            let lo2 = local_of(&self.nuisances, &v);
+            let lo2 = self.local(&v);
             let again = !matches!(n, Nuisance::Zero(_));
             first[g + i] = difference(&phys, &lo2, &v, again, h, &mut columns[g + i])?;
         }
@@ -192,7 +191,7 @@ impl Problem<'_> {
         change(&mut other);
         let mut out = Vec::new();
         for (r, rec) in self.data.records.iter().enumerate() {
-            let t = simulate(&other, &rec.setup, &local_of(&self.nuisances, &point.locals[r]));
+            let t = simulate(&other, &rec.setup, &self.local(&point.locals[r]));
             if !t.ok {
                 return None;
             }

@@ -9,7 +9,7 @@ mod linear;
 
 use super::chain::readings;
 use super::physics::Physics;
-use super::simulate::{law_of, simulate, simulate_on, Trace};
+use super::simulate::{law_of, simulate, simulate_on, Local, Trace};
 use crate::host::element::Element;
 use data::local_of;
 use hysteresis_contact::law::Parameters as Law;
@@ -62,11 +62,16 @@ impl<'a> Problem<'a> {
         p
     }
 
+    /// What a recording's vector of nuisances stands for.
+    pub fn local(&self, v: &[f64]) -> Local {
+        local_of(&self.nuisances, v)
+    }
+
     /// A recording's trace and readings (zeros included) at a point.
     pub fn predict(&self, theta: &[f64], r: usize, local: &[f64]) -> (Trace, [Vec<f64>; 3]) {
         let p = self.physics(theta);
         let rec = &self.data.records[r];
-        let t = simulate(&p, &rec.setup, &local_of(&self.nuisances, local));
+        let t = simulate(&p, &rec.setup, &self.local(local));
         let mut y = readings(&p, &t, &rec.setup.time);
         self.add_zeros(&mut y, local);
         (t, y)
@@ -86,7 +91,7 @@ impl<'a> Problem<'a> {
     ) -> anyhow::Result<(Trace, [Vec<f64>; 3])> {
         let p = self.physics(theta);
         let rec = &self.data.records[r];
-        let l = local_of(&self.nuisances, local);
+        let l = self.local(local);
         let t = simulate_on(element(&law_of(&p, &rec.setup, &l))?, &p, &rec.setup, &l)?;
         let mut y = readings(&p, &t, &rec.setup.time);
         self.add_zeros(&mut y, local);
