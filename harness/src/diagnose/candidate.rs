@@ -96,7 +96,30 @@ const RESTLESS_RATIO: f64 = 2.5;
 /// Blocks in contact from which that is judged.
 const RESTLESS_BLOCKS: f64 = 10.0;
 
+/// Mean square of what repeats differ by in stiffness, over that of repeat scatter, which no scatter has; and the degrees
+/// of freedom from which it is judged.
+const SWING: f64 = 12.0;
+const SWING_FREEDOM: f64 = 2.0;
+
 impl Search<'_> {
+    /// Root mean square by which ln stiffness differs between recordings of one level, where that is more than repeats
+    /// scatter by: something between the recordings moved it.
+    pub fn swing(&self, c: &Candidate) -> Option<f64> {
+        let model = self.model(&c.make_up, 1.0, 1.0, 0.0);
+        let problem = Problem::new(self.data, &model);
+        let of = |level: usize| -> Vec<f64> {
+            let own = self.data.records.iter().zip(&c.fit.point.locals).filter(|(r, _)| r.level == level);
+            own.map(|(_, l)| problem.local(l).stiffness).collect()
+        };
+        let levels = self.data.records.iter().map(|r| r.level).max().unwrap_or(0);
+        let (sum, freedom) = (0..=levels).map(of).filter(|l| l.len() > 1).fold((0.0, 0.0), |(sum, freedom), l| {
+            let mean = l.iter().sum::<f64>() / l.len() as f64;
+            (sum + l.iter().map(|s| (s - mean).powi(2)).sum::<f64>(), freedom + l.len() as f64 - 1.0)
+        });
+        let beyond = freedom >= SWING_FREEDOM && sum / freedom > SWING * self.data.repeat_scatter.powi(2);
+        beyond.then(|| (sum / freedom).sqrt())
+    }
+
     /// Whether force or acceleration wander while the faces touch and not while they do not: noise knows nothing of the
     /// contact, what does is physics, whatever its name.
     pub fn restless_contact(&self, c: &Candidate) -> bool {

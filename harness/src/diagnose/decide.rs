@@ -28,8 +28,10 @@ pub struct Decision {
     /// Names that fit as well as the chosen one, by term.
     pub ties: Vec<Vec<&'static str>>,
     pub unexplained: bool,
-    /// Whether what the base leaves wanders in contact as no noise does.
+    /// Whether what the base leaves wanders in contact as no noise does, or its stiffness swings as no repeats do.
     pub restless: bool,
+    /// What the chosen model's stiffness differs by between recordings of one level (rms of ln), beyond scatter.
+    pub swing: Option<f64>,
     /// A second effect that was not believed because something stays unexplained beside it.
     pub doubted: Option<Candidate>,
     /// Wander of the base's and the chosen model's residual.
@@ -65,7 +67,8 @@ impl Search<'_> {
         }
         singles.retain(|c| c.fit.point.chi2 <= base.fit.point.chi2 + 1.0);
         let base_wander = self.wander_of(&base);
-        let restless = self.restless_contact(&base);
+        let swing = self.swing(&base);
+        let restless = swing.is_some() || self.restless_contact(&base);
         let nothing = |base: Candidate, singles, lambda, p| Decision {
             chosen: base.clone(),
             base,
@@ -75,6 +78,7 @@ impl Search<'_> {
             ties: Vec::new(),
             unexplained: restless,
             restless,
+            swing,
             doubted: None,
             wander: (lambda, lambda),
         };
@@ -141,6 +145,11 @@ impl Search<'_> {
                 chosen = first.clone();
             }
         }
+        let swing = self.swing(&chosen);
+        if swing.is_some() && !unexplained {
+            unexplained = true;
+            chosen = first;
+        }
         // names that do as well as the chosen ones
         let ties = self.ties(&chosen, &singles, final_wander);
         Decision {
@@ -151,6 +160,7 @@ impl Search<'_> {
             ties,
             unexplained,
             restless,
+            swing,
             doubted,
             wander: (base_wander, final_wander),
             chosen,

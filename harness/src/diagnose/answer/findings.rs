@@ -72,7 +72,8 @@ pub fn gather(
             f.ties = ties(search, d);
         }
     }
-    if d.unexplained {
+    // a stiffness that swings between recordings is no force within one
+    if d.unexplained && d.swing.is_none() {
         stage("finding the force it takes");
         f.latent = named_part(search, d).and_then(|r| latent(search, &r));
     }

@@ -57,7 +57,7 @@ pub fn verdict(
         "campaign": c.folder,
         "mismatch": {"detected": d.detected, "false_alarm_probability": d.false_alarm_probability, "where": places},
         "missing": missing,
-        "unexplained": {"detected": d.unexplained, "text": unexplained(d, f)},
+        "unexplained": {"detected": d.unexplained, "text": unexplained(d, f, search.data.repeat_scatter)},
         "fit": {
             "before": {"heldout_nrmse": before.nrmse, "chi2": d.base.fit.point.chi2, "converged": d.base.fit.converged},
             "after": {"heldout_nrmse": after.map_or(before.nrmse, |a| a.nrmse), "chi2": d.chosen.fit.point.chi2, "converged": d.chosen.fit.converged},
@@ -180,9 +180,17 @@ fn parameters(f: &Findings, term: usize) -> Map<String, Value> {
         .collect()
 }
 
-fn unexplained(d: &Decision, f: &Findings) -> String {
+fn unexplained(d: &Decision, f: &Findings, scatter: f64) -> String {
     if !d.unexplained {
         return String::new();
+    }
+    if let Some(s) = d.swing {
+        return format!(
+            "the contact's stiffness differs by {:.1} % (rms) between recordings of the same level, where repeats scatter \
+             by {:.1} %: something between the recordings moved it (temperature, wear, a changed setting)",
+            100.0 * s,
+            100.0 * scatter
+        );
     }
     let what = match d.chosen.make_up.terms.iter().find(|t| !t.mechanism.named) {
         Some(t) => format!("{} (a stand-in, fitted as: {})", t.mechanism.sentence, t.form.label),

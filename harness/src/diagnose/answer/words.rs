@@ -69,7 +69,11 @@ pub fn sentence(o: &Outcome) -> String {
         })
         .collect();
     let unexplained = v["unexplained"]["detected"].as_bool() == Some(true);
-    let takes = o.findings.latent.as_ref().map_or(String::new(), |l| format!(": it takes {}", l.brief));
+    let takes = match &o.findings.latent {
+        Some(l) => format!(": it takes {}", l.brief),
+        None if unexplained => format!(": {}", text(&v["unexplained"]["text"])),
+        None => String::new(),
+    };
     if v["mismatch"]["detected"].as_bool() != Some(true) {
         "Nothing is missing beyond noise, tolerances and repeat scatter.".into()
     } else if names.is_empty() {
