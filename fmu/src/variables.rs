@@ -7,7 +7,7 @@ pub const MODEL: &str = "HysteresisContact";
 /// Categories that are logged; the modelDescription lists the same.
 pub const LOG_CATEGORIES: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logContact"];
 /// Number of parameters.
-pub const PARAMETERS: usize = 24;
+pub const PARAMETERS: usize = 25;
 
 /// Type of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -196,6 +196,7 @@ pub static PARAMETER_TABLE: [Parameter; PARAMETERS] = [
     tunable!(lookahead, "1"),
     tunable!(effective_mass, "kg"),
     tunable!(lookahead_time, "s"),
+    real!(viscous_thinning_speed, "m/s"),
 ];
 
 /// Value reference of the first parameter.

@@ -30,7 +30,11 @@ impl Parameters {
         }
         match self.unloading(d) {
             None => self.loading_work(x),
-            Some(u) if x > u.set => u.force(x) * (x - u.set) / (u.power + 1.0),
+            Some(u) if x > u.set => {
+                let end = self.crossing(&u).min(x);
+                let capped = self.loading_work(x) - self.loading_work(end);
+                u.force(end) * (end - u.set) / (u.power + 1.0) + capped
+            }
             Some(_) => 0.0,
         }
     }
@@ -161,18 +165,21 @@ impl Parameters {
             return w;
         }
         // where the rest has kinks along the step, in order
-        let mut cuts = [0.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0];
+        let mut cuts = [1.0; 10];
+        cuts[0] = 0.0;
+        let unloading = self.unloading(d);
         let kinks = [
             0.0,
             self.viscous_ramp,
-            self.permanent_set(d),
+            unloading.map_or(0.0, |u| u.set),
+            unloading.map_or(0.0, |u| self.crossing(&u)),
             d,
             if neck { m.deepest - m.released } else { 0.0 },
             if neck { -self.adhesion_range } else { 0.0 },
         ];
+        let turn = if self.viscous_thinning_speed > 0.0 && v0 != v1 { v0 / (v0 - v1) } else { 0.0 };
         let mut n = 1;
-        for k in kinks {
-            let s = (k - x0) / (x1 - x0);
+        for s in kinks.map(|k| (k - x0) / (x1 - x0)).into_iter().chain([turn]) {
             if s > 0.0 && s < 1.0 {
                 let mut i = n;
                 while cuts[i - 1] > s {

@@ -60,6 +60,8 @@ struct Unloading {
     top: f64,
     /// Power.
     power: f64,
+    /// Whether the loading curve cuts it off.
+    capped: bool,
 }
 
 impl Unloading {
@@ -97,21 +99,43 @@ impl Parameters {
         }
         let top = self.loading(d).0;
         if self.plastic_form == PlasticForm::Thornton as i32 {
-            let set = (d - pow(top / self.stiffness, 1.0 / self.exponent)).max(0.0);
-            return Some(Unloading { set, deepest: d, top, power: self.exponent });
+            // k_u = k sqrt(k d^p/top), so (top/k_u)^2 = top^3/(k^3 d^p)
+            let ratio = top / self.stiffness;
+            let reach = pow(ratio * ratio * ratio / pow(d, self.exponent), 0.5 / self.exponent);
+            return Some(Unloading { set: (d - reach).max(0.0), deepest: d, top, power: self.exponent, capped: false });
         }
         let set = self.plastic_ratio * (d - self.yield_penetration);
-        let wanted = if self.plastic_form == PlasticForm::WaltonBraun as i32 {
-            1.0
-        } else if self.plastic_unloading_exponent > 0.0 {
-            self.plastic_unloading_exponent
-        } else {
-            self.exponent
-        };
+        if self.plastic_form == PlasticForm::WaltonBraun as i32 {
+            return Some(Unloading { set, deepest: d, top, power: 1.0, capped: true });
+        }
+        let wanted =
+            if self.plastic_unloading_exponent > 0.0 { self.plastic_unloading_exponent } else { self.exponent };
         // the power at which unloading returns all that loading took: never below it
         let lossless = (self.exponent + 1.0) * (1.0 - set / d) - 1.0;
         let power = if wanted > lossless { wanted } else { lossless };
-        Some(Unloading { set, deepest: d, top, power })
+        Some(Unloading { set, deepest: d, top, power, capped: false })
+    }
+
+    /// Where the loading curve stops cutting off an unloading branch, m: at the branch's set where it never does.
+    fn crossing(&self, u: &Unloading) -> f64 {
+        let line = u.top / (u.deepest - u.set);
+        if !u.capped || self.loading(u.deepest).1 <= line {
+            return u.deepest;
+        }
+        // the loading curve less the line is convex and falls from the set to the root: Newton from the left
+        let mut x = u.set;
+        if x <= 0.0 {
+            return 0.0;
+        }
+        for _ in 0..60 {
+            let (f, slope) = self.loading(x);
+            let step = (f - u.force(x)) / (line - slope);
+            x += step;
+            if step.abs() <= 1e-15 * u.deepest {
+                break;
+            }
+        }
+        x
     }
 
     /// Permanent set after a deepest penetration `d`, m.
@@ -129,6 +153,12 @@ impl Parameters {
                     return None;
                 }
                 let f = u.force(x);
+                if u.capped {
+                    let l = self.loading(x);
+                    if l.0 < f {
+                        return Some(l);
+                    }
+                }
                 return Some((f, u.power * f / (x - u.set)));
             }
         }
@@ -173,12 +203,18 @@ impl Parameters {
             }
             if self.viscous_damping > 0.0 {
                 let mut c = self.viscous_damping;
+                // c/(1 + |v|/v_t), and what it makes of v's derivative
+                let (mut thinned, mut steep) = (1.0, 1.0);
+                if self.viscous_thinning_speed > 0.0 {
+                    thinned = 1.0 / (1.0 + v.abs() / self.viscous_thinning_speed);
+                    steep = thinned * thinned;
+                }
                 if x < self.viscous_ramp {
                     c *= x / self.viscous_ramp;
-                    gx += self.viscous_damping / self.viscous_ramp * v;
+                    gx += self.viscous_damping / self.viscous_ramp * thinned * v;
                 }
-                g += c * v;
-                gv += c;
+                g += c * thinned * v;
+                gv += c * steep;
             }
         }
         if self.relaxation_stiffness > 0.0 {

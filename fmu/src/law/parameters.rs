@@ -17,6 +17,9 @@ pub struct Parameters {
     pub viscous_damping: f64,
     /// Depth over which the viscous damping ramps in, m, >= 0; 0: from first touch.
     pub viscous_ramp: f64,
+    /// Speed at which shear thinning has halved the viscous damping, m/s, >= 0: c/(1 + |v|/v_t) (Cross 1965);
+    /// 0: Newtonian.
+    pub viscous_thinning_speed: f64,
     /// Penetration y at first yield, m, >= 0.
     pub yield_penetration: f64,
     /// Permanent set per metre of deepest penetration beyond yield, 0 to below 1; 0: neutral
@@ -61,6 +64,7 @@ impl Default for Parameters {
             damping_exponent_offset: 0.0,
             viscous_damping: 0.0,
             viscous_ramp: 0.0,
+            viscous_thinning_speed: 0.0,
             yield_penetration: 0.0,
             plastic_ratio: 0.0,
             plastic_form: 0,
@@ -81,7 +85,7 @@ impl Default for Parameters {
 }
 
 /// How a contact that has yielded unloads. d is the deepest penetration, y the yield depth, r the plastic ratio,
-/// x_r the permanent set; below x_r nothing touches. Where the power of an unloading curve is so low that it would
+/// x_r the permanent set; below x_r nothing touches. Where the power of an unloading curve of `PermanentSet` is so low that it would
 /// give back more than loading took (just beyond yield), the power that gives back just that is taken:
 /// (p + 1)(1 - x_r/d) - 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,11 +93,12 @@ impl Default for Parameters {
 pub enum PlasticForm {
     /// x_r = r (d - y), F = F(d) ((x - x_r)/(d - x_r))^n (Lankarani and Nikravesh 1994; Oliver and Pharr 1992).
     PermanentSet = 0,
-    /// x_r = r (d - y), F = F(d) (x - x_r)/(d - x_r): the straight, stiffer unloading of Walton and Braun 1986.
-    /// At p = 1, y = 0: k2 = k1/(1 - r) and e = sqrt(k1/k2) = sqrt(1 - r) exactly.
+    /// x_r = r (d - y), F = F(d) (x - x_r)/(d - x_r), never above the loading curve: the straight, stiffer unloading
+    /// of Walton and Braun 1986. At p = 1, y = 0: k2 = k1/(1 - r) and e = sqrt(k1/k2) = sqrt(1 - r) exactly.
     WaltonBraun = 1,
-    /// Beyond y the loading goes on along its tangent at y; unloading is F = k (x - x_r)^p, shifted to meet the
-    /// deepest point (after Thornton 1997; the growth of the radius of curvature is left out). Neutral at p = 1.
+    /// Beyond y the loading goes on along its tangent at y; unloading is F = k_u (x - x_r)^p through the deepest
+    /// point, k_u = k sqrt(k d^p/F(d)): the radius of curvature has grown by what the load fell short of the elastic
+    /// one (Thornton 1997, eq. for R_p*, at p = 1.5). Neutral at p = 1.
     Thornton = 2,
 }
 
@@ -180,6 +185,7 @@ impl Parameters {
         check("damping_exponent_offset", o, o + self.exponent >= 0.0 && o <= 5.0, "-exponent to 5")?;
         at_least_zero("viscous_damping", self.viscous_damping)?;
         at_least_zero("viscous_ramp", self.viscous_ramp)?;
+        at_least_zero("viscous_thinning_speed", self.viscous_thinning_speed)?;
         at_least_zero("yield_penetration", self.yield_penetration)?;
         check("plastic_ratio", self.plastic_ratio, (0.0..1.0).contains(&self.plastic_ratio), "0 to below 1")?;
         let form = PlasticForm::from_i32(self.plastic_form);

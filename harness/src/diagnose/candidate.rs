@@ -30,7 +30,7 @@ impl Candidate {
     }
     /// Whether its last effect is a calibration beyond its tolerance.
     pub fn calibrates(&self) -> bool {
-        self.make_up.terms.last().is_some_and(|t| t.mechanism.is_calibration())
+        self.make_up.terms.last().is_some_and(|t| t.mechanism.is_calibration() && t.form.parameters.len() == 1)
     }
     pub fn parameters(&self) -> f64 {
         self.make_up.terms.iter().map(|t| t.form.parameters.len() as f64).sum()

@@ -3,6 +3,7 @@
 
 use super::physics::{LowPass, Physics};
 use super::simulate::Trace;
+use crate::record::Channel;
 
 /// One pole y' = w (u - y) with u linear between samples, exactly; in place.
 fn pole(u: &mut [f64], w: f64, dt: f64) {
@@ -120,6 +121,10 @@ pub fn readings(p: &Physics, trace: &Trace, time: &[f64]) -> [Vec<f64>; 3] {
         for x in &mut y[p.scale_channel.index()] {
             *x *= 1.0 + p.scale_bend * *x / p.scale_span;
         }
+    }
+    if p.gain_drift != 0.0 {
+        let g = 1.0 + p.gain_drift * (trace.order - 1.0);
+        y[Channel::Force.index()].iter_mut().for_each(|v| *v *= g);
     }
     for (c, u) in y.iter_mut().enumerate() {
         if p.gain[c] != 1.0 {

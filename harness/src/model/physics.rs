@@ -23,6 +23,9 @@ pub struct LowPass {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Physics {
     pub law: Parameters,
+    /// Impact speed at which the law's hysteresis damping is as given, m/s: it goes with 1/impact speed
+    /// (Lankarani and Nikravesh 1990, eq. for mu); infinite: the same at every speed. Drop tests only.
+    pub damping_speed: f64,
     /// Moving mass, kg.
     pub mass: f64,
     /// Gravity along +x, m/s^2.
@@ -57,9 +60,11 @@ pub struct Physics {
     pub loose_damping: f64,
     /// Whether the body bears the part's weight although the part flies free inside it.
     pub loose_borne: bool,
-    /// Return spring beyond the one the rig declares: preload at the nominal surface N, rate N/m, against +x.
+    /// Return spring beyond the one the rig declares: preload at the nominal surface N, rate N/m and its growth N/m^3,
+    /// against +x.
     pub spring_preload: f64,
     pub spring_rate: f64,
+    pub spring_cubic: f64,
     /// Residual magnetism: force N at closed gap and release, gap m over which and time s in which it fades, power of the gap law.
     pub magnet_force: f64,
     pub magnet_gap: f64,
@@ -88,8 +93,10 @@ pub struct Physics {
     pub ripple_force: f64,
     pub ripple_length: f64,
     pub ripple_phase: f64,
-    /// Measuring chain. Gains: reading over true.
+    /// Measuring chain. Gains: reading over true; the share by which that of the force grows from one recording to the
+    /// next.
     pub gain: [f64; 3],
+    pub gain_drift: f64,
     /// Curvature of a scale: reading = u (1 + b u / span).
     pub scale_bend: f64,
     pub scale_span: f64,
@@ -115,6 +122,7 @@ impl Default for Physics {
     fn default() -> Self {
         Physics {
             law: Parameters::default(),
+            damping_speed: f64::INFINITY,
             mass: 1.0,
             gravity: 0.0,
             friction: 0.0,
@@ -139,6 +147,7 @@ impl Default for Physics {
             loose_borne: false,
             spring_preload: 0.0,
             spring_rate: 0.0,
+            spring_cubic: 0.0,
             magnet_force: 0.0,
             magnet_gap: 1.0,
             magnet_time: f64::INFINITY,
@@ -160,6 +169,7 @@ impl Default for Physics {
             ripple_length: 1.0,
             ripple_phase: 0.0,
             gain: [1.0; 3],
+            gain_drift: 0.0,
             scale_bend: 0.0,
             scale_span: 1.0,
             scale_channel: Channel::Penetration,

@@ -318,7 +318,7 @@ impl<'a> Rig<'a> {
             f -= p.drag * v * if p.drag_power == 2.0 { v.abs() } else { v.abs().powf(p.drag_power - 1.0) };
         }
         f -= self.film_force(x, v);
-        f - p.spring_preload - p.spring_rate * x
+        f - p.spring_preload - (p.spring_rate + p.spring_cubic * x * x) * x
     }
 
     /// Force of the film between body and stop against the motion into it, N.

@@ -76,6 +76,8 @@ pub struct Trace {
     pub leave: f64,
     /// Speed at the first sample, m/s.
     pub first_speed: f64,
+    /// Place of the recording in the order they were taken, from 1.
+    pub order: f64,
     /// False when the integrator gave up.
     pub ok: bool,
 }
@@ -93,6 +95,9 @@ fn scaled(p: &Physics, order: f64, local: &Local) -> Physics {
     let mut q = *p;
     let (own, softened) = (local.stiffness.exp(), p.softening_factor(order));
     let f = own * softened;
+    if p.damping_speed.is_finite() && local.speed > 0.0 {
+        q.law.hysteresis_damping *= p.damping_speed / local.speed;
+    }
     q.law.stiffness *= f;
     q.law.hysteresis_damping *= if p.softening_spares_damping { own } else { f };
     q.law.secondary_stiffness *= f;
@@ -133,7 +138,7 @@ pub fn simulate_on(element: Box<dyn Element>, physics: &Physics, s: &Setup, loca
 
 fn indent(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>) -> Trace {
     let n = s.time.len();
-    let mut t = Trace { ok: true, first_speed: s.imposed_rate[0], ..Trace::default() };
+    let mut t = Trace { ok: true, first_speed: s.imposed_rate[0], order: s.order, ..Trace::default() };
     let mut m = Memory::default();
     let mut cracked = false;
     for i in 0..n {
@@ -189,6 +194,7 @@ fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>
         touch: f64::NAN,
         deepest: f64::NAN,
         leave: f64::NAN,
+        order: s.order,
         ..Trace::default()
     };
     let clock = local.start;

@@ -114,6 +114,8 @@ contact! {
     viscous_damping: f64,
     /// Depth over which c ramps in, m.
     viscous_ramp: f64,
+    /// Speed at which shear thinning has halved c, m/s.
+    viscous_thinning_speed: f64,
     /// Penetration at first yield, m.
     yield_penetration: f64,
     /// Permanent set per metre beyond yield.

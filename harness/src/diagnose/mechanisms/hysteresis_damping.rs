@@ -1,14 +1,16 @@
 //! hysteresis_damping: the contact loses energy in proportion to a power of depth times speed
 
 use crate::diagnose::mechanism::*;
+use crate::record::Kind;
 
-/// F = mu_d x^(p+o) v (Hunt and Crossley 1975; Lankarani and Nikravesh 1990; Kuwabara and Kono 1987 (o = -1)).
+/// F = mu_d x^(p+o) v (Hunt and Crossley 1975; Lankarani and Nikravesh 1990 (mu_d over the impact speed);
+/// Kuwabara and Kono 1987 (o = -1); Tsuji, Tanaka and Ishida 1992 (another power)).
 pub const MECHANISM: Mechanism = Mechanism {
     name: "hysteresis_damping",
     origin: Origin::Contact,
     named: true,
     equation: "F = mu_d x^(p+o) v",
-    source: "Hunt and Crossley 1975; Lankarani and Nikravesh 1990; Kuwabara and Kono 1987 (o = -1)",
+    source: "Hunt and Crossley 1975; Lankarani and Nikravesh 1990; Kuwabara and Kono 1987 (o = -1); Tsuji, Tanaka and Ishida 1992",
     sentence: "the contact loses energy in proportion to a power of depth times speed",
     cure: "The element now holds it: import the FMU written beside this report.",
     forms,
@@ -33,9 +35,26 @@ fn forms(c: &Context) -> Vec<Form> {
         apply,
         describe: |t, c| vec![("damping_ratio", t[0], "1"), ("reference_speed", c.scales.v_ref, "m/s")],
     };
-    vec![
+    let mut forms = vec![
         form("Hunt-Crossley", |t, c, p| damp(t[0], 0.0, c, p)),
         form("Kuwabara-Kono", |t, c, p| damp(t[0], -1.0, c, p)),
         form("half power", |t, c, p| damp(t[0], -0.5, c, p)),
-    ]
+        Form {
+            label: "power free",
+            parameters: vec![parameter("ratio", 0.0, 20.0, 1e-3), parameter("power", 0.25, 3.0, 1e-2)],
+            starts: grid(&[&[0.05], &[0.5, 1.25]]),
+            linear: true,
+            apply: |t, c, p| damp(t[0], t[1] - p.law.exponent, c, p),
+            describe: |t, c| {
+                vec![("damping_ratio", t[0], "1"), ("reference_speed", c.scales.v_ref, "m/s"), ("power", t[1], "1")]
+            },
+        },
+    ];
+    if c.kind == Kind::DropTest {
+        forms.push(form("Lankarani-Nikravesh", |t, c, p| {
+            damp(t[0], 0.0, c, p);
+            p.damping_speed = c.scales.v_ref;
+        }));
+    }
+    forms
 }

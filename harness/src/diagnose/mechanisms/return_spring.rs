@@ -3,13 +3,13 @@
 use crate::diagnose::mechanism::*;
 use crate::record::Kind;
 
-/// F = -(P + r x) (Hooke 1678).
+/// F = -(P + r x + g x^3) (Hooke 1678; Duffing 1918).
 pub const MECHANISM: Mechanism = Mechanism {
     name: "return_spring",
     origin: Origin::Motion,
     named: true,
-    equation: "F = -(P + r x)",
-    source: "Hooke 1678",
+    equation: "F = -(P + r x + g x^3)",
+    source: "Hooke 1678; Duffing 1918",
     sentence: "a spring acts on the body",
     cure: "The contact element is right; add this return spring to the rig's model.",
     forms,
@@ -42,6 +42,29 @@ fn forms(c: &Context) -> Vec<Form> {
                 vec![
                     ("spring_preload", t[0] * c.scales.force, "N"),
                     ("spring_rate", t[1] * c.scales.force / c.scales.depth, "N/m"),
+                ]
+            },
+        },
+        Form {
+            label: "progressive",
+            parameters: vec![
+                parameter("preload", -2.0, 2.0, 2e-4),
+                parameter("rate", 0.0, 1.0, 2e-4),
+                parameter("growth", 0.0, 1.0, 2e-4),
+            ],
+            starts: vec![vec![0.01, 0.003, 0.003], vec![-0.01, 0.003, 0.003]],
+            linear: false,
+            apply: |t, c, p| {
+                let rate = c.scales.force / c.scales.depth;
+                (p.spring_preload, p.spring_rate) = (t[0] * c.scales.force, t[1] * rate);
+                p.spring_cubic = t[2] * rate / c.scales.depth.powi(2);
+            },
+            describe: |t, c| {
+                let rate = c.scales.force / c.scales.depth;
+                vec![
+                    ("spring_preload", t[0] * c.scales.force, "N"),
+                    ("spring_rate", t[1] * rate, "N/m"),
+                    ("spring_growth", t[2] * rate / c.scales.depth.powi(2), "N/m^3"),
                 ]
             },
         },

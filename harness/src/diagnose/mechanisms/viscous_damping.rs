@@ -1,22 +1,23 @@
 //! viscous_damping: a damper that acts from the first touch, whatever the depth
 
 use crate::diagnose::mechanism::*;
+use crate::record::Kind;
 
-/// F = c v, ramped in over a depth (Kelvin-Voigt; Ahn and Ryu 2005, eq. 1).
+/// F = c v, ramped in over a depth, or thinned to c v/(1 + |v|/v_t) (Kelvin-Voigt; Ahn and Ryu 2005, eq. 1; Cross 1965).
 pub const MECHANISM: Mechanism = Mechanism {
     name: "viscous_damping",
     origin: Origin::Contact,
     named: true,
-    equation: "F = c v, ramped in over a depth",
-    source: "Kelvin-Voigt; Ahn and Ryu 2005, eq. 1",
+    equation: "F = c v/(1 + |v|/v_t), ramped in over a depth",
+    source: "Kelvin-Voigt; Ahn and Ryu 2005, eq. 1; Cross 1965",
     sentence: "a damper that acts from the first touch, whatever the depth",
     cure: "The element now holds it: import the FMU written beside this report.",
     forms,
     acts: Acts::Reading,
 };
 
-fn forms(_: &Context) -> Vec<Form> {
-    vec![
+fn forms(c: &Context) -> Vec<Form> {
+    let mut forms = vec![
         Form {
             label: "from first touch",
             parameters: vec![parameter("c", 0.0, 5.0, 1e-3)],
@@ -41,5 +42,24 @@ fn forms(_: &Context) -> Vec<Form> {
                 ]
             },
         },
-    ]
+    ];
+    if c.kind != Kind::Indentation {
+        forms.push(Form {
+            label: "shear-thinning",
+            parameters: vec![parameter("c", 0.0, 8.0, 1e-3), parameter("ln thinning speed", -2.3, 2.3, 2e-2)],
+            starts: grid(&[&[0.02], &[-0.7, 0.7]]),
+            linear: true,
+            apply: |t, c, p| {
+                p.law.viscous_damping += t[0] * c.scales.force / c.scales.speed;
+                p.law.viscous_thinning_speed = c.scales.speed * t[1].exp();
+            },
+            describe: |t, c| {
+                vec![
+                    ("viscous_damping", t[0] * c.scales.force / c.scales.speed, "N s/m"),
+                    ("viscous_thinning_speed", c.scales.speed * t[1].exp(), "m/s"),
+                ]
+            },
+        });
+    }
+    forms
 }
