@@ -116,10 +116,19 @@ def _(rng, rig):
     return chained(gain=lambda s: 1 / (1 + 0.3 * s))
 
 
-@form("force_gain", "warming", "chain", "dc", ["force", "acceleration|penetration"], strange=True)
+@form("force_gain", "warming", "chain", "dc", ["force", "acceleration|penetration"])
 def _(rng, rig):
     n, way = len(rig.recs), rng.choice([-1, 1])
 
     def apply(s, P, ch, r):                 # the amplifier warms up: the gain moves from recording to recording
         ch["gain"] = (1 + 0.3 * s * (0.6 + 0.8 * (r.order - 1) / (n - 1))) ** way
+    return apply
+
+
+@form("force_gain", "settling", "chain", "dc", ["force", "acceleration|penetration"], strange=True)
+def _(rng, rig):
+    orders, way = rng.uniform(0.7, 3.0), rng.choice([-1, 1])
+
+    def apply(s, P, ch, r):                 # a charge amplifier that settles after it was switched on
+        ch["gain"] = (1 + 0.3 * s * (1 - 0.7 * np.exp(-(r.order - 1) / orders))) ** way
     return apply

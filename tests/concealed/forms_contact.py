@@ -24,13 +24,19 @@ def _(rng, rig):
     return setter(CQ=lambda s: 0.5 * s * R["F"] / R["v"] / R["x"] ** 0.5, CQ_Q=0.5)
 
 
-@form("hysteresis_damping", "speed-scaled", "contact", "d", strange=True)
+@form("hysteresis_damping", "speed-scaled", "contact", "d")
 def _(rng, rig):
     k = rig.P[m.K]
 
     def apply(s, P, ch, r):                 # Lankarani-Nikravesh: mu = const k / impact speed
         P[m.MU] = s * k / r.speed
     return apply
+
+
+@form("hysteresis_damping", "thinning", "contact", "dc", strange=True)
+def _(rng, rig):
+    k = 1.4 * rig.P[m.K] / rig.ref["v"]
+    return setter(MU=lambda s: s * k, MU_THIN=rng.uniform(0.7, 2.0) * rig.ref["v"])
 
 
 @form("viscous_damping", "constant", "contact", DIC)
@@ -43,9 +49,14 @@ def _(rng, rig):
     return setter(CV=lambda s: 0.5 * s * rig.ref["F"] / rig.ref["v"], CV_RAMP=rng.uniform(0.03, 0.12) * rig.ref["x"])
 
 
-@form("viscous_damping", "thinning", "contact", "d", strange=True)
+@form("viscous_damping", "thinning", "contact", "d")
 def _(rng, rig):
     return setter(CV=lambda s: 0.6 * s * rig.ref["F"] / rig.ref["v"], CV_THIN=rng.uniform(0.7, 2.0) * rig.ref["v"])
+
+
+@form("viscous_damping", "power-law", "contact", "d", strange=True)
+def _(rng, rig):
+    return setter(CV=lambda s: 0.5 * s * rig.ref["F"] / rig.ref["v"], CV_THIN=rig.ref["v"], CV_POW=rng.uniform(0.45, 0.8))
 
 
 @form("plastic_indentation", "permanent-set", "contact", DIC)

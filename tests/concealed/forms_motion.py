@@ -139,12 +139,20 @@ def _(rng, rig):
     return setter(SP_PRE=lambda s: 6 * s * _weight(rig), SP_K=lambda s: 6 * s * 0.03 * _weight(rig) / way)
 
 
-@form("return_spring", "progressive", "motion", "d", strange=True)
+@form("return_spring", "progressive", "motion", "d")
 def _(rng, rig):
     rate, more = rng.uniform(0.05, 0.3), rng.uniform(0.5, 2.0)
     way = rig.recs[-1].speed * rig.recs[-1].before
     return setter(SP_PRE=lambda s: 6 * s * _weight(rig), SP_K=lambda s: 6 * s * rate * _weight(rig) / way,
                   SP_K3=lambda s: 6 * s * more * _weight(rig) / way ** 3)
+
+
+@form("return_spring", "two-stage", "motion", "d", strange=True)
+def _(rng, rig):
+    rate, more = rng.uniform(0.1, 0.4), rng.uniform(1.0, 3.0)
+    way = rig.recs[-1].speed * rig.recs[-1].before
+    return setter(SP_PRE=lambda s: 6 * s * _weight(rig), SP_K=lambda s: 6 * s * rate * _weight(rig) / way,
+                  SP_K2=lambda s: 6 * s * rate * more * _weight(rig) / way, SP_X2=-rng.uniform(0.2, 0.6) * way)
 
 
 @form("residual_magnetism", "gap-and-time", "motion", "c")

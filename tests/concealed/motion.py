@@ -36,7 +36,8 @@ VE_N, VE_KIND = 60, 61                           # Maxwell branches: how many, o
 VE_K, VE_T = 62, 70                              # eight stiffnesses, eight time constants
 ST_W, PL_M, SP_K3, MG_EDDY = 78, 79, 80, 81      # width of a layer's onset, power of a return, cubic spring, eddy fade
 VIB, VIB_W, VIB_PH = 82, 83, 84                  # unknown: the rig is shaken: force, angular frequency, phase
-NP = 85
+CV_POW, MU_THIN, SP_X2, SP_K2 = 85, 86, 87, 88   # power of speed in c v, speed that thins mu; second spring: from where, rate
+NP = 89
 NS = 15
 
 
@@ -124,7 +125,10 @@ def contact_force(x, v, touching, leaving, deepest, turn, cracked, y, P):
             s *= 1.0 + P[RATE] * math.log(1.0 + abs(v) / P[RATE_V])
         f = s
         if P[MU] != 0.0:
-            f += P[MU] * P[KFAC] * x ** P[PW] * v
+            mu = P[MU] * P[KFAC]
+            if P[MU_THIN] > 0.0:
+                mu /= 1.0 + abs(v) / P[MU_THIN]
+            f += mu * x ** P[PW] * v
         if P[CQ] != 0.0:
             f += P[CQ] * x ** P[CQ_Q] * v
         if P[CV] != 0.0:
@@ -132,7 +136,10 @@ def contact_force(x, v, touching, leaving, deepest, turn, cracked, y, P):
             if P[CV_RAMP] > 0.0:
                 q = min(1.0, x / P[CV_RAMP])
                 c *= q * q * (3.0 - 2.0 * q)
-            if P[CV_THIN] > 0.0:
+            if P[CV_THIN] > 0.0 and P[CV_POW] > 0.0:
+                # Ostwald and de Waele's power law, with a slope left at rest
+                c *= (0.02 + abs(v) / P[CV_THIN]) ** (P[CV_POW] - 1.0)
+            elif P[CV_THIN] > 0.0:
                 c /= 1.0 + abs(v) / P[CV_THIN]
             f += c * v
         if P[ST_K] != 0.0 and P[ST_W] > 0.0:
@@ -174,6 +181,8 @@ def others(t, x, v, z, P):
     """Every force on the body but contact and loose part [N], and the bristle's speed."""
     f = P[M] * P[G] + P[SP_PRE] - P[SP_K] * (x + P[TRAVEL])
     dz = 0.0
+    if P[SP_K2] != 0.0 and x > P[SP_X2]:
+        f -= P[SP_K2] * (x - P[SP_X2])
     if P[SP_K3] != 0.0:
         f -= P[SP_K3] * (x + P[TRAVEL]) ** 3
     if P[FR] != 0.0:
