@@ -42,7 +42,7 @@ pub fn alarm(search: &Search<'_>, base: &Candidate, chosen: &Candidate, gain: f6
     let problem = Problem::new(search.data, &model);
     let linear = problem.linearise(&base.fit.point)?;
     let left = search.model(&chosen.make_up, 1.0, 1.0, 0.0);
-    let left = Problem::new(search.data, &left).linearise(&chosen.fit.point)?;
+    let left = Problem::new(search.data, &left).residuals(&chosen.fit.point)?;
     // of each direction: the share of every block in its score of the left-over residual, over its length
     let parts: Vec<Vec<f64>> = search
         .candidates()
@@ -56,10 +56,8 @@ pub fn alarm(search: &Search<'_>, base: &Candidate, chosen: &Candidate, gain: f6
             if length.is_nan() || length <= 1e-8 * whole {
                 return None;
             }
-            let blocks = s.iter().zip(&left.blocks).flat_map(|(s, b)| {
-                s.chunks(BLOCK)
-                    .zip(b.residual.chunks(BLOCK))
-                    .map(|(s, r)| s.iter().zip(r).map(|(s, r)| s * r).sum::<f64>())
+            let blocks = s.iter().zip(&left).flat_map(|(s, (_, left))| {
+                s.chunks(BLOCK).zip(left.chunks(BLOCK)).map(|(s, r)| s.iter().zip(r).map(|(s, r)| s * r).sum::<f64>())
             });
             Some(blocks.map(|d| d / length.sqrt()).collect())
         })

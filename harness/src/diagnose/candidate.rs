@@ -69,12 +69,11 @@ fn block_wander(w: &[f64]) -> f64 {
 
 /// How much the whitened residual wanders over blocks, relative to white noise.
 pub fn wander(problem: &Problem<'_>, point: &Point) -> f64 {
-    let Some(l) = problem.linearise(point) else { return 1.0 };
+    let Some(left) = problem.residuals(point) else { return 1.0 };
     let over = |block: usize| {
         let (mut sum, mut n) = (0.0, 0.0);
-        for (r, b) in l.blocks.iter().enumerate() {
-            let len = problem.data.records[r].setup.time.len();
-            for ch in b.residual.chunks(len) {
+        for (record, (_, residual)) in problem.data.records.iter().zip(&left) {
+            for ch in residual.chunks(record.setup.time.len()) {
                 for w in ch.chunks_exact(block) {
                     sum += block_wander(w);
                     n += 1.0;
@@ -128,13 +127,12 @@ impl Search<'_> {
         }
         let model = self.model(&c.make_up, 1.0, 1.0, 0.0);
         let problem = Problem::new(self.data, &model);
-        let Some(l) = problem.linearise(&c.fit.point) else { return false };
+        let Some(left) = problem.residuals(&c.fit.point) else { return false };
         // by channel, in flight and in contact: sum over blocks, and their number
         let mut sums = [[(0.0, 0.0); 2]; 3];
-        for (r, block) in l.blocks.iter().enumerate() {
+        for (r, (trace, residual)) in left.iter().enumerate() {
             let n = self.data.records[r].setup.time.len();
-            let (trace, _) = problem.predict(&c.fit.point.theta, r, &c.fit.point.locals[r]);
-            for (channel, e) in self.data.compared(r).zip(block.residual.chunks(n)) {
+            for (channel, e) in self.data.compared(r).zip(residual.chunks(n)) {
                 for (w, f) in e.chunks_exact(BLOCK).zip(trace.force.chunks_exact(BLOCK)) {
                     let touching = usize::from(4 * f.iter().filter(|f| f.abs() > 0.0).count() > BLOCK);
                     let s = &mut sums[channel.index()][touching];

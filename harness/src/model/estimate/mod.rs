@@ -77,6 +77,20 @@ impl<'a> Problem<'a> {
         (t, y)
     }
 
+    /// The whitened residual of every recording at a point, channel after channel as [`Data::compared`] gives them, with
+    /// its trace. None where a simulation fails.
+    pub fn residuals(&self, point: &Point) -> Option<Vec<(Trace, Vec<f64>)>> {
+        (0..self.data.records.len())
+            .into_par_iter()
+            .map(|r| {
+                let (trace, y) = self.predict(&point.theta, r, &point.locals[r]);
+                let mut w = Vec::new();
+                self.whiten_into(r, &y, Some(&self.data.records[r].y), &mut w);
+                trace.ok.then_some((trace, w))
+            })
+            .collect()
+    }
+
     /// As [`Problem::predict`], with the contact of `element` where the law stands else; `element` is made for the
     /// law this recording has at that point.
     ///
