@@ -54,6 +54,7 @@ pub struct Physics {
     /// Whether the force channel reads that spring: the transducer is what the stop stands on.
     pub base_reads: bool,
     /// Part loose inside the body: mass kg (0: none; taken out of the moving mass), gap m, stiffness N/m, damping N s/m.
+    /// In a contactor it lies against a wall behind it, alike in stiffness and damping.
     pub loose_mass: f64,
     pub loose_gap: f64,
     pub loose_stiffness: f64,

@@ -367,6 +367,8 @@ impl<'a> Rig<'a> {
         }
     }
 
+    /// Force of the loose part on the body along +x, N: from the wall before it once the gap is closed; from the wall
+    /// behind it, alike in stiffness and damping, where the part is driven along.
     #[inline]
     fn loose_force(&self, y: &State) -> f64 {
         let z = y[self.loose] - y[0];
@@ -374,8 +376,28 @@ impl<'a> Rig<'a> {
         let (k, c) = (self.p.loose_stiffness, self.p.loose_damping);
         if z > self.p.loose_gap {
             (k * (z - self.p.loose_gap) + c * w).max(0.0)
+        } else if self.driven_along() && z < 0.0 {
+            (k * z + c * w).min(0.0)
         } else {
             0.0
+        }
+    }
+
+    /// Whether the loose part lies against a wall behind it: a body that a spring sets in motion from rest would leave
+    /// the part where it was; in free fall both move alike.
+    #[inline]
+    fn driven_along(&self) -> bool {
+        self.kind == Kind::ContactorOpening
+    }
+
+    /// Way that the loose part has to the nearest wall, m; negative in contact with it.
+    fn loose_play(&self, y: &State) -> f64 {
+        let z = y[self.loose] - y[0];
+        let before = self.p.loose_gap - z;
+        if self.driven_along() {
+            before.min(z)
+        } else {
+            before
         }
     }
 }
@@ -435,7 +457,7 @@ impl System for Rig<'_> {
         out[1] = v;
         let mut n = 2;
         if self.loose > 0 {
-            out[n] = y[self.loose] - y[0] - self.p.loose_gap;
+            out[n] = self.loose_play(y);
             n += 1;
         }
         if self.p.fracture_load.is_finite() && !self.cracked {
@@ -484,6 +506,7 @@ impl System for Rig<'_> {
 mod tests {
     use crate::model::physics::Physics;
     use crate::model::simulate::{simulate, Local, Setup};
+    use crate::record::Kind;
 
     fn rig() -> (Physics, Setup, Local) {
         let mut p = Physics { mass: 0.8, gravity: 9.81, ..Physics::default() };
@@ -567,6 +590,29 @@ mod tests {
         // at 0.6 m/s a lower power drags more
         p.drag_power = 1.6;
         assert!(simulate(&p, &setup, &local).first_speed > quadratic.first_speed);
+    }
+
+    #[test]
+    fn a_spring_drives_the_loose_part_along_until_the_stop_and_the_part_strikes() {
+        let (mut p, drop, mut local) = rig();
+        p.gravity = 0.0;
+        let setup = Setup { kind: Kind::ContactorOpening, travel: 2e-3, preload: 40.0, rate: 4e3, ..drop };
+        local.start = 0.0;
+        let whole = simulate(&p, &setup, &local);
+        (p.loose_mass, p.loose_gap, p.loose_stiffness, p.loose_damping) = (0.08, 2e-4, 4e7, 200.0);
+        let split = simulate(&p, &setup, &local);
+        assert!(whole.ok && split.ok && whole.touch < setup.time[890]);
+        // the whole mass is moved until the touch ...
+        assert!((split.touch / whole.touch - 1.0).abs() < 1e-5, "{} {}", split.touch, whole.touch);
+        // ... and the part gives its push late
+        let body = p.mass - p.loose_mass;
+        let force = |i: usize| {
+            let drive = setup.preload - setup.rate * (split.position[i] + setup.travel);
+            body * split.acceleration[i] + split.force[i] - drive
+        };
+        let strike = (0..900).max_by(|a, b| force(*a).total_cmp(&force(*b))).unwrap();
+        let flight = split.velocity.iter().fold(0.0f64, |m, v| m.max(*v));
+        assert!(setup.time[strike] > split.touch && force(strike) > 0.5 * flight * (4e7f64 * 0.08).sqrt());
     }
 
     #[test]

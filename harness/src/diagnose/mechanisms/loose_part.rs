@@ -23,13 +23,14 @@ fn forms(c: &Context) -> Vec<Form> {
     let form = |label, apply: Apply| Form {
         label,
         parameters: vec![
-            parameter("ln mass", -5.5, -0.7, 2e-2),
+            // down to a thousandth of the body: a stiff part that strikes at full speed is felt even so
+            parameter("ln mass", -7.0, -0.7, 2e-2),
             parameter("gap", 0.0, 6.0, 3e-3),
             // slower than the impact itself it would be no strike, but a second body on a spring
             parameter("ln frequency", 0.3, 4.0, 2e-2),
             parameter("ln damping", -6.0, 0.5, 5e-2),
         ],
-        starts: grid(&[&[-3.3, -1.8], &[0.02, 0.3, 0.8, 1.8], &[0.6, 1.2, 2.0], &[-2.0]]),
+        starts: grid(&[&[-5.0, -3.3, -1.8], &[0.02, 0.3, 0.8, 1.8], &[0.6, 1.2, 2.0], &[-2.0]]),
         linear: false,
         apply,
         describe: |t, c| {
