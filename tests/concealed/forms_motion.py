@@ -98,7 +98,13 @@ def _(rng, rig):
     return _base(rig, log_uniform(rng, 0.4, 3.0), rng.uniform(0.03, 0.15), rng.uniform(0.3, 1.0))
 
 
+RESTING = 1e-9       # m, play behind a part that lies against the wall there
+
+
 def _loose(rig, gap, stiff, damp, p, two):
+    if rig.kind == "contactor-opening":
+        two = RESTING    # a bar set in motion from rest would leave the part behind, and never be struck by it
+
     def apply(s, P, ch, r):
         ml = min(0.4 * s, 0.4) * P[m.M]
         P[m.LM], P[m.LGAP] = ml, gap

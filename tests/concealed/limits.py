@@ -61,6 +61,12 @@ def separability(rng, rig, base, mechanism, sims, fit):
             if c in chans:
                 cols_g.append([np.concatenate([_white(rig, ref[i][d] * (d == c), d) for d in chans]) for i in range(nr)])
                 prior_g.append(1 / std)
+        if rig.kind != "indentation":
+            heavier = P.copy()
+            heavier[m.M] *= 1 + 1e-4
+            s2 = vec(simulate(rig, heavier, (), off, speeds, zero, st))
+            cols_g.append([(a - b) / 1e-4 for a, b in zip(s2, y0)])
+            prior_g.append(1 / 0.002)
         k2 = vec(simulate(rig, P, (), off, speeds, zero, st, kfac=[1.0001] * nr))
         if drop:
             v2 = vec(simulate(rig, P, (), off, v * 1.0001, zero, st))

@@ -4,6 +4,7 @@ Run by tests/run.
 """
 import json
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -130,6 +131,20 @@ def test_loose_part_keeps_the_momentum():
     part = (1.0 - impulse - 0.8 * out[-1, 1]) / 0.2
     energy = 0.4 * out[-1, 1] ** 2 + 0.1 * part ** 2
     assert energy == pytest.approx(0.5, rel=3e-3)
+
+
+def test_a_contactor_drives_its_loose_part_along_and_is_struck_by_it():
+    free = body(M=0.4, K=1e7, PW=1.0, SP_PRE=60.0, SP_K=5e3, TRAVEL=3e-3)
+    P = free.copy()
+    FORMS["loose_part", "linear"][2](np.random.default_rng(1), SimpleNamespace(kind="contactor-opening", ref=dict(x=2e-4, T=5e-4)))(0.2, P, {}, None)
+    t = np.linspace(0, 0.012, 4000)
+    whole, split = np.zeros((4000, 7)), np.zeros((4000, 7))
+    touch, struck = (m.run(p, -3e-3, 0.0, t, 2e-4, 0.8, 1e-9, out) for p, out in ((free, whole), (P, split)))
+    # until the touch the whole mass moves as one
+    assert struck[0] == pytest.approx(touch[0], rel=1e-3)
+    # then the part pushes, harder than the spring that drives the body
+    own = (P[m.M] - P[m.LM]) * split[:, 2] + split[:, 3] + P[m.SP_K] * (split[:, 0] + P[m.TRAVEL]) - P[m.SP_PRE]
+    assert t[np.argmax(own)] > struck[0] and own.max() > P[m.SP_PRE]
 
 
 def test_maxwell_branch_relaxes_by_its_time_constant():
