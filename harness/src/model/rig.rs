@@ -63,6 +63,8 @@ pub(super) struct Rig<'a> {
     pub(super) contact: bool,
     latent: bool,
     body_mass: f64,
+    /// Whether the loose part is still carried along as one with the body, for as long as nothing slows that down.
+    carried: bool,
     /// Whether the swing may be left to its closed form.
     closed: bool,
     swing: Option<Swing>,
@@ -136,6 +138,7 @@ impl<'a> Rig<'a> {
             contact: true,
             latent: p.has_latent(),
             body_mass,
+            carried: loose > 0 && s.kind == Kind::ContactorOpening,
             closed: (base > 0) != (tip > 0)
                 && loose == 0
                 && p.law.adhesion_force == 0.0
@@ -338,13 +341,16 @@ impl<'a> Rig<'a> {
         let place = self.place(t, y);
         let ft = if self.tip > 0 { place.spring } else { self.contact_force(y) };
         let mut f = self.motion_force(t, place.x, place.v) - ft;
-        if self.loose > 0 {
+        let mut mass = self.body_mass;
+        if self.carried {
+            mass += p.loose_mass;
+        } else if self.loose > 0 {
             f += self.loose_force(y) + self.borne();
         }
         let ft = if p.base_reads { place.spring } else { ft };
         // the film lies between body and stop, and pushes on a transducer under the stop
         let film = if p.squeeze_reads { self.film_force(place.x, place.v) } else { 0.0 };
-        [ft + film, f / self.body_mass, place.x, place.v]
+        [ft + film, f / mass, place.x, place.v]
     }
 
     /// Weight of the loose part that the body bears, N.
@@ -435,6 +441,15 @@ impl System for Rig<'_> {
             dy[self.base] = y[self.base + 1];
             dy[self.base + 1] = (fc - self.base_spring(y)) / p.base_mass;
         }
+        if self.carried {
+            let mass = self.body_mass + p.loose_mass;
+            dy[1] = f / mass + p.gravity * p.loose_mass / mass;
+            (dy[self.loose], dy[self.loose + 1]) = (dy[0], dy[1]);
+            if self.relax > 0 {
+                dy[self.relax..self.relax + BRANCHES].fill(0.0);
+            }
+            return;
+        }
         if self.loose > 0 {
             let fl = self.loose_force(y);
             let borne = self.borne();
@@ -456,7 +471,7 @@ impl System for Rig<'_> {
         out[0] = x;
         out[1] = v;
         let mut n = 2;
-        if self.loose > 0 {
+        if self.loose > 0 && !self.carried {
             out[n] = self.loose_play(y);
             n += 1;
         }
@@ -472,6 +487,15 @@ impl System for Rig<'_> {
         if let Some(e) = self.element.filter(|_| self.contact) {
             e.borrow_mut().advance(t, x, v);
             changed = true;
+        }
+        if self.carried {
+            let driving = self.motion_force(t, y[0], y[1]);
+            if x >= 0.0 || driving <= 0.0 {
+                // pressed against the wall behind it as hard as it was carried
+                y[self.loose] -= self.p.loose_mass / self.p.mass * driving.max(0.0) / self.p.loose_stiffness;
+                self.carried = false;
+                changed = true;
+            }
         }
         if self.closed && self.contact {
             if self.swing.is_some() && x >= 0.0 {
