@@ -261,7 +261,8 @@ impl Search<'_> {
         scored.retain(|(t, s)| {
             // the score says little of what is not linear in its parameters
             let hard = HARD.contains(&t.mechanism.name) && starts > 1;
-            let small = t.form.linear && t.form.parameters.len() == 1 && top <= LITTLE;
+            let plain = t.form.linear && t.form.parameters.len() == 1;
+            let small = plain && top <= LITTLE;
             // what a tolerance holds back counts by its prior, however much others promise
             let held = t.mechanism.is_calibration() && score(s) >= HELD_BACK;
             let least = if t.form.linear { LINEAR_SHARE } else { OTHER_SHARE } * top;
@@ -269,7 +270,7 @@ impl Search<'_> {
             let rank = forms.iter().filter(|f| **f == t.mechanism.name).count();
             (hard && !s.is_empty())
                 || held
-                || ((rank <= FORMS_A_MECHANISM || small) && (score(s) >= least.max(1.0) || small || top <= 20.0))
+                || ((rank <= FORMS_A_MECHANISM || plain) && (score(s) >= least.max(1.0) || small || top <= 20.0))
         });
         let mut v: Vec<(Term, Fit)> = scored
             .into_par_iter()

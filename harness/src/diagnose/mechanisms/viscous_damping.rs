@@ -43,7 +43,8 @@ fn forms(c: &Context) -> Vec<Form> {
             },
         },
     ];
-    if c.kind != Kind::Indentation {
+    // what thins with speed shows over impact speeds: a contactor has few, an indentation none
+    if c.kind == Kind::DropTest {
         forms.push(Form {
             label: "shear-thinning",
             parameters: vec![parameter("c", 0.0, 8.0, 1e-3), parameter("ln thinning speed", -2.3, 2.3, 2e-2)],
