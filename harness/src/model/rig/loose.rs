@@ -1,0 +1,71 @@
+//! The part loose inside the body: carried along, let go, striking.
+
+use super::{Kind, Rig, State};
+
+impl Rig<'_> {
+    /// Weight of the loose part that the body bears, N.
+    #[inline]
+    pub(super) fn borne(&self) -> f64 {
+        if self.p.loose_borne {
+            self.p.loose_mass * self.p.gravity
+        } else {
+            0.0
+        }
+    }
+
+    /// Puts the loose part where a flight of `time` s inside the body has brought it: both leave the first sample
+    /// together, and the body, heavier than its inertia, falls faster.
+    pub(in crate::model) fn part_loose(&self, time: f64, y: &mut State) {
+        if self.loose > 0 && self.p.loose_borne {
+            let a = self.p.gravity * self.p.loose_mass / self.body_mass;
+            y[self.loose] -= 0.5 * a * time * time;
+            y[self.loose + 1] -= a * time;
+        }
+    }
+
+    /// Force of the loose part on the body along +x, N: from the wall before it once the gap is closed; from the wall
+    /// behind it, alike in stiffness and damping, where the part is driven along.
+    #[inline]
+    pub(super) fn loose_force(&self, y: &State) -> f64 {
+        let z = y[self.loose] - y[0];
+        let w = y[self.loose + 1] - y[1];
+        let (k, c) = (self.p.loose_stiffness, self.p.loose_damping);
+        if z > self.p.loose_gap {
+            (k * (z - self.p.loose_gap) + c * w).max(0.0)
+        } else if self.driven_along() && z < 0.0 {
+            (k * z + c * w).min(0.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// Whether the loose part lies against a wall behind it: a body that a spring sets in motion from rest would leave
+    /// the part where it was; in free fall both move alike.
+    #[inline]
+    pub(super) fn driven_along(&self) -> bool {
+        self.kind == Kind::ContactorOpening
+    }
+
+    /// Way that the loose part has to the nearest wall, m; negative in contact with it.
+    pub(super) fn loose_play(&self, y: &State) -> f64 {
+        let z = y[self.loose] - y[0];
+        let before = self.p.loose_gap - z;
+        if self.driven_along() {
+            before.min(z)
+        } else {
+            before
+        }
+    }
+
+    /// Lets the part go that has been carried along, where the stop (face at `x` m) or whatever else slows the body: it
+    /// is pressed against the wall behind it as hard as it was carried. Whether it did.
+    pub(super) fn let_loose(&mut self, t: f64, x: f64, y: &mut State) -> bool {
+        let driving = self.motion_force(t, y[0], y[1]);
+        if x < 0.0 && driving > 0.0 {
+            return false;
+        }
+        y[self.loose] -= self.p.loose_mass / self.p.mass * driving.max(0.0) / self.p.loose_stiffness;
+        self.carried = false;
+        true
+    }
+}
