@@ -67,6 +67,9 @@ const CALIBRATED: f64 = 1.01;
 /// Names at most.
 const MOST_NAMES: usize = 3;
 
+/// Fall of chi^2 from which the speeds are taken to have been measured elsewhere than the base fit had it.
+const ELSEWHERE: f64 = 10.0;
+
 /// Prepares a campaign and settles what the base fit has to know first: whether the speed was measured at touch or
 /// at the first sample, how far the scatter of an imposed penetration counts, and which samples are spikes.
 ///
@@ -113,6 +116,23 @@ fn settle(c: &Campaign, mut data: Data, guess: Guess) -> Result<(Data, Guess), I
     Ok((data, guess))
 }
 
+/// The data with the speeds meant at touch where they were meant at the first sample, and the other way round, if the
+/// decision's model fits that better: where the simulation as given lacks gravity, the base fit cannot tell.
+fn measured_elsewhere(c: &Campaign, search: &Search<'_>, d: &Decision) -> Option<Data> {
+    let told_at_touch = c.recordings.iter().all(|r| r.impact_speed.is_some());
+    if c.kind != Kind::DropTest || !told_at_touch || !d.detected {
+        return None;
+    }
+    let mut other = search.data.clone();
+    other.records.iter_mut().for_each(|r| r.at_first = !r.at_first);
+    let model = search.model(&d.chosen.make_up, 1.0, 1.0, 0.0);
+    let problem = Problem::new(&other, &model);
+    let from = &d.chosen.fit.point;
+    let fit = problem.fit(problem.evaluate(from.theta.clone(), from.locals.clone()), &Options::default());
+    let better = fit.point.chi2 < from.chi2 - ELSEWHERE;
+    better.then_some(other)
+}
+
 /// Diagnoses a campaign.
 ///
 /// # Errors
@@ -154,7 +174,7 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
         Ok(v) => v,
         Err(e) => return Ok(unjudged(c, data, e.0, None)),
     };
-    let search = Search::new(c, &data);
+    let mut search = Search::new(c, &data);
     let base = converged_base(&search, c, &guess);
     if !base.converged {
         let reason = format!(
@@ -167,6 +187,13 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     }
     stage("searching for what is missing")?;
     let mut decision = search.decide(base);
+    let elsewhere;
+    if let Some(other) = measured_elsewhere(c, &search, &decision) {
+        stage("searching once more, the speeds measured elsewhere")?;
+        elsewhere = other;
+        search = Search::new(c, &elsewhere);
+        decision = search.decide(converged_base(&search, c, &guess));
+    }
     stage("predicting levels not seen")?;
     let before = held_out(&search, &decision.base);
     let mut after = if decision.detected && !decision.chosen.make_up.terms.is_empty() {
@@ -198,7 +225,7 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
         findings.bootstrap = Some(b);
     }
     let model = search.model(&decision.chosen.make_up, 1.0, 1.0, 0.0);
-    let law = Problem::new(&data, &model).physics(&decision.chosen.fit.point.theta).law;
+    let law = Problem::new(search.data, &model).physics(&decision.chosen.fit.point.theta).law;
     drop(model);
     let element = if settings.element {
         stage("running the recordings through the element")?;
@@ -217,7 +244,7 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     let mut verdict = verdict::verdict(c, &search, &decision, &findings, &before, after.as_ref());
     verdict["element"] = verdict::element(&decision, element.as_ref().ok());
     let candidates = findings.rivals.iter().map(|r| (format!("{} ({})", r.name, r.form), r.gain)).collect();
-    Ok(Outcome { verdict, before, after, law, candidates, findings, element, invalid: None, data: data.clone() })
+    Ok(Outcome { verdict, before, after, law, candidates, findings, element, invalid: None, data: search.data.clone() })
 }
 
 /// Lets the levels not seen decide on a second name: one that predicts them worse than the first alone goes, one that
