@@ -17,6 +17,8 @@ pub struct Recipe {
     pub noise: [f64; 3],
     /// Seed of noise, offsets and speeds.
     pub seed: u64,
+    /// Whether the speeds told are those at touch, as the format has it; else those at the first sample.
+    pub speed_at_touch: bool,
 }
 
 impl Default for Recipe {
@@ -25,7 +27,7 @@ impl Default for Recipe {
         physics.law.stiffness = 2.0e7;
         physics.law.exponent = 1.5;
         physics.law.hysteresis_damping = 4.0e6;
-        Recipe { physics, noise: [1.0, 2.0, 2e-6], seed: 1 }
+        Recipe { physics, noise: [1.0, 2.0, 2e-6], seed: 1, speed_at_touch: false }
     }
 }
 
@@ -74,7 +76,7 @@ pub fn write_campaign(dir: &Path, recipe: &Recipe) -> std::io::Result<()> {
             files::write(&dir.join(&file), csv.as_bytes())?;
             toml += &format!(
                 "\n[[recording]]\nfile = \"{file}\"\norder = {order}\ndrop_height = {height}   # m\nimpact_speed = {:.6}   # m/s\nimpact_speed_std = {:.6}   # m/s\n",
-                trace.first_speed * (1.0 + 0.004 * normal(&mut rng)),
+                if recipe.speed_at_touch { speed } else { trace.first_speed } * (1.0 + 0.004 * normal(&mut rng)),
                 0.004 * nominal
             );
         }

@@ -63,6 +63,22 @@ fn hidden_friction_is_named_sized_and_improves_levels_not_seen() {
 }
 
 #[test]
+fn gravity_left_out_is_found_wherever_the_speeds_were_measured() {
+    for speed_at_touch in [false, true] {
+        let dir = tempfile::tempdir().unwrap();
+        write_campaign(dir.path(), &Recipe { speed_at_touch, ..Recipe::default() }).unwrap();
+        let head = dir.path().join("campaign.toml");
+        let text = std::fs::read_to_string(&head).unwrap();
+        std::fs::write(&head, text.replace("\"gravity\", ", "")).unwrap();
+        let o = diagnose(&record::load(dir.path()).unwrap()).unwrap();
+        assert_eq!(names(&o), ["gravity"], "at touch: {speed_at_touch}");
+        let p = &o.verdict["missing"][0]["parameters"]["gravity"];
+        let bounds = (p["ci95"][0].as_f64().unwrap(), p["ci95"][1].as_f64().unwrap());
+        assert!(bounds.0 < 9.81 && 9.81 < bounds.1, "at touch: {speed_at_touch}: {p}");
+    }
+}
+
+#[test]
 fn a_permanent_set_is_named_and_located_in_the_unloading() {
     let mut r = Recipe::default();
     r.physics.law.plastic_ratio = 0.15;
