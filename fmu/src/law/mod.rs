@@ -116,7 +116,7 @@ impl Parameters {
         Some(Unloading { set, deepest: d, top, power, capped: false })
     }
 
-    /// Where the loading curve stops cutting off an unloading branch, m: at the branch's set where it never does.
+    /// Depth from which on the loading curve cuts off an unloading branch, m: its deepest point where it never does.
     fn crossing(&self, u: &Unloading) -> f64 {
         let line = u.top / (u.deepest - u.set);
         if !u.capped || self.loading(u.deepest).1 <= line {

@@ -85,8 +85,8 @@ impl Default for Parameters {
 }
 
 /// How a contact that has yielded unloads. d is the deepest penetration, y the yield depth, r the plastic ratio,
-/// x_r the permanent set; below x_r nothing touches. Where the power of an unloading curve of `PermanentSet` is so low that it would
-/// give back more than loading took (just beyond yield), the power that gives back just that is taken:
+/// x_r the permanent set; below x_r nothing touches. Where the power of an unloading curve of `PermanentSet` is so low
+/// that it would give back more than loading took (just beyond yield), the power that gives back just that is taken:
 /// (p + 1)(1 - x_r/d) - 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]

@@ -80,13 +80,19 @@ pub fn ready(c: &Campaign) -> Result<(Data, Guess), Invalid> {
     settle(c, data, guess)
 }
 
+/// `data` with the speeds meant at the first sample where they were meant at touch, and the other way round.
+fn with_speeds_elsewhere(data: &Data) -> Data {
+    let mut other = data.clone();
+    other.records.iter_mut().for_each(|r| r.at_first = !r.at_first);
+    other
+}
+
 fn settle(c: &Campaign, mut data: Data, guess: Guess) -> Result<(Data, Guess), Invalid> {
     // A photo interrupter measures the speed a little before touch. Whether the recordings' first sample or
     // the touch itself is meant shows in the fit: free fall between the two is not free.
     if c.kind == Kind::DropTest && data.records.iter().all(|r| !r.at_first) {
         let at_touch = Search::new(c, &data).base(c, &guess).point.chi2;
-        let mut first = data.clone();
-        first.records.iter_mut().for_each(|r| r.at_first = true);
+        let first = with_speeds_elsewhere(&data);
         let at_first = Search::new(c, &first).base(c, &guess).point.chi2;
         if at_first < at_touch + 50.0 {
             data = first;
@@ -116,21 +122,19 @@ fn settle(c: &Campaign, mut data: Data, guess: Guess) -> Result<(Data, Guess), I
     Ok((data, guess))
 }
 
-/// The data with the speeds meant at touch where they were meant at the first sample, and the other way round, if the
-/// decision's model fits that better: where the simulation as given lacks gravity, the base fit cannot tell.
+/// The data with the speeds measured elsewhere, if the decision's model fits that better: where the simulation as given
+/// lacks gravity, the base fit cannot tell.
 fn measured_elsewhere(c: &Campaign, search: &Search<'_>, d: &Decision) -> Option<Data> {
     let told_at_touch = c.recordings.iter().all(|r| r.impact_speed.is_some());
     if c.kind != Kind::DropTest || !told_at_touch || !d.detected {
         return None;
     }
-    let mut other = search.data.clone();
-    other.records.iter_mut().for_each(|r| r.at_first = !r.at_first);
+    let other = with_speeds_elsewhere(search.data);
     let model = search.model(&d.chosen.make_up, 1.0, 1.0, 0.0);
     let problem = Problem::new(&other, &model);
     let from = &d.chosen.fit.point;
     let fit = problem.fit(problem.evaluate(from.theta.clone(), from.locals.clone()), &Options::default());
-    let better = fit.point.chi2 < from.chi2 - ELSEWHERE;
-    better.then_some(other)
+    (fit.point.chi2 < from.chi2 - ELSEWHERE).then_some(other)
 }
 
 /// Diagnoses a campaign.

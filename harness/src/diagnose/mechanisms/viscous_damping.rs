@@ -16,6 +16,11 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Reading,
 };
 
+/// The damper of a form's first parameter, N s/m.
+fn damping(t: &[f64], c: &Context) -> f64 {
+    t[0] * c.scales.force / c.scales.speed
+}
+
 fn forms(c: &Context) -> Vec<Form> {
     let mut forms = vec![
         Form {
@@ -23,8 +28,8 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![parameter("c", 0.0, 5.0, 1e-3)],
             starts: vec![vec![0.02]],
             linear: true,
-            apply: |t, c, p| p.law.viscous_damping += t[0] * c.scales.force / c.scales.speed,
-            describe: |t, c| vec![("viscous_damping", t[0] * c.scales.force / c.scales.speed, "N s/m")],
+            apply: |t, c, p| p.law.viscous_damping += damping(t, c),
+            describe: |t, c| vec![("viscous_damping", damping(t, c), "N s/m")],
         },
         Form {
             label: "ramped",
@@ -32,14 +37,11 @@ fn forms(c: &Context) -> Vec<Form> {
             starts: grid(&[&[0.02], &[-2.5, -1.0]]),
             linear: true,
             apply: |t, c, p| {
-                p.law.viscous_damping += t[0] * c.scales.force / c.scales.speed;
+                p.law.viscous_damping += damping(t, c);
                 p.law.viscous_ramp = c.scales.depth * t[1].exp();
             },
             describe: |t, c| {
-                vec![
-                    ("viscous_damping", t[0] * c.scales.force / c.scales.speed, "N s/m"),
-                    ("viscous_ramp", c.scales.depth * t[1].exp(), "m"),
-                ]
+                vec![("viscous_damping", damping(t, c), "N s/m"), ("viscous_ramp", c.scales.depth * t[1].exp(), "m")]
             },
         },
     ];
@@ -51,12 +53,12 @@ fn forms(c: &Context) -> Vec<Form> {
             starts: grid(&[&[0.02], &[-0.7, 0.7]]),
             linear: true,
             apply: |t, c, p| {
-                p.law.viscous_damping += t[0] * c.scales.force / c.scales.speed;
+                p.law.viscous_damping += damping(t, c);
                 p.law.viscous_thinning_speed = c.scales.speed * t[1].exp();
             },
             describe: |t, c| {
                 vec![
-                    ("viscous_damping", t[0] * c.scales.force / c.scales.speed, "N s/m"),
+                    ("viscous_damping", damping(t, c), "N s/m"),
                     ("viscous_thinning_speed", c.scales.speed * t[1].exp(), "m/s"),
                 ]
             },
