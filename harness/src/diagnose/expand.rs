@@ -11,6 +11,8 @@ const REFINED_SHARE: f64 = 0.25;
 /// Mechanisms fitted in every form, and the share of the best gain within which they have to lie.
 const FAMILIES: usize = 4;
 const FAMILY_SHARE: f64 = 0.25;
+/// Share of the best gain by which a form may lie above its mechanism's best after the first steps, to be taken on.
+const BEHIND: f64 = 0.1;
 /// Changes of the exponent from which the best candidates are fitted again.
 const SHAKES: [f64; 3] = [-0.3, 0.0, 0.3];
 
@@ -123,7 +125,8 @@ impl Search<'_> {
                 let mut next = from.make_up.clone();
                 next.terms.push(t);
                 let model = self.model(&next, 1.0, 1.0, 0.0);
-                let fit = Problem::new(self.data, &model).fit(start, options);
+                let ceiling = v[i].fit.point.chi2 + (BEHIND * gain).max(DETECT);
+                let fit = Problem::new(self.data, &model).fit(start, &Options { ceiling, ..*options });
                 Some((i, Candidate { make_up: next, fit }))
             })
             .collect();

@@ -100,10 +100,18 @@ impl Problem<'_> {
         let mut b = DVector::zeros(m);
         for i in 0..m {
             b[i] = dot(&part.columns[i], &part.residual);
-            for j in 0..=i {
-                let v = dot(&part.columns[i], &part.columns[j]);
+            let mut put = |j: usize, v: f64| {
                 a[(i, j)] = v;
                 a[(j, i)] = v;
+            };
+            let (fours, rest) = part.columns[..=i].as_chunks::<4>();
+            for (q, four) in fours.iter().enumerate() {
+                for (j, v) in dots(&part.columns[i], four).into_iter().enumerate() {
+                    put(4 * q + j, v);
+                }
+            }
+            for (j, column) in rest.iter().enumerate() {
+                put(4 * fours.len() + j, dot(&part.columns[i], column));
             }
         }
         for (i, n) in self.nuisances.iter().enumerate() {
@@ -338,6 +346,28 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     while i < n {
         t += a[i] * b[i];
         i += 1;
+    }
+    t
+}
+
+/// Scalar products with four columns at once, each summed as [`dot`] sums it: one product alone waits for its own sum.
+fn dots(a: &[f64], b: &[Vec<f64>; 4]) -> [f64; 4] {
+    let b = b.each_ref().map(|b| &b[..a.len()]);
+    let (whole, rest) = a.as_chunks::<4>();
+    let mut s = [[0.0; 4]; 4];
+    for (k, a) in whole.iter().enumerate() {
+        for (s, b) in s.iter_mut().zip(&b) {
+            let b = &b[4 * k..4 * k + 4];
+            for i in 0..4 {
+                s[i] += a[i] * b[i];
+            }
+        }
+    }
+    let mut t = s.map(|s| (s[0] + s[1]) + (s[2] + s[3]));
+    for (k, a) in rest.iter().enumerate() {
+        for (t, b) in t.iter_mut().zip(&b) {
+            *t += a * b[4 * whole.len() + k];
+        }
     }
     t
 }
