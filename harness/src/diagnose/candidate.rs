@@ -99,6 +99,8 @@ const RESTLESS_BLOCKS: f64 = 10.0;
 /// of freedom from which it is judged.
 const SWING: f64 = 12.0;
 const SWING_FREEDOM: f64 = 2.0;
+/// Share of that square which may stay where what the recordings differ by has been found.
+const SWING_LEFT: f64 = 0.2;
 
 impl Search<'_> {
     /// Root mean square by which ln stiffness differs between recordings of one level, where that is more than repeats
@@ -117,6 +119,12 @@ impl Search<'_> {
         });
         let beyond = freedom >= SWING_FREEDOM && sum / freedom > SWING * self.data.repeat_scatter.powi(2);
         beyond.then(|| (sum / freedom).sqrt())
+    }
+
+    /// The swing of `c` where it is still a good share of what it was in `from`: a course with order that is not quite
+    /// the one found leaves a little.
+    pub fn swing_left(&self, c: &Candidate, from: Option<f64>) -> Option<f64> {
+        self.swing(c).filter(|s| from.is_none_or(|f| s * s > SWING_LEFT * f * f))
     }
 
     /// Whether force or acceleration wander while the faces touch and not while they do not: noise knows nothing of the

@@ -145,7 +145,7 @@ impl Search<'_> {
                 chosen = first.clone();
             }
         }
-        let swing = self.swing(&chosen);
+        let swing = self.swing_left(&chosen, swing);
         if swing.is_some() && !unexplained {
             unexplained = true;
             chosen = first;
@@ -167,7 +167,8 @@ impl Search<'_> {
         }
     }
 
-    fn ties(&self, chosen: &Candidate, singles: &[Candidate], lambda: f64) -> Vec<Vec<&'static str>> {
+    /// Names that do as well as each of the chosen ones, where the residual wanders by `lambda`.
+    pub fn ties(&self, chosen: &Candidate, singles: &[Candidate], lambda: f64) -> Vec<Vec<&'static str>> {
         let known = [("lowpass_lag", "channel_skew"), ("gravity", "return_spring")];
         chosen
             .make_up

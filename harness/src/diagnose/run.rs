@@ -271,7 +271,7 @@ fn weigh_second(search: &Search<'_>, d: &mut Decision, after: Option<HeldOut>) -
                     _ => break,
                 }
             }
-            d.ties.resize(chosen.make_up.terms.len(), Vec::new());
+            d.ties = search.ties(&chosen, &d.singles, d.wander.1);
             d.chosen = chosen;
             return Some(best);
         }

@@ -71,11 +71,14 @@ impl Search<'_> {
             _ => None,
         };
         let Some(pair) = pair else { return first.clone() };
-        // the second may do without the first, from where the pair has led it
-        match self.without(&pair, 0, &SLOW) {
-            Some(alone) if !seen && !self.believed(&pair, &alone, &scale) => alone,
-            _ => pair,
+        // either may do without the other, from where the pair has led it
+        for i in if seen { vec![] } else { vec![0, pair.make_up.terms.len() - 1] } {
+            match self.without(&pair, i, &SLOW) {
+                Some(alone) if !self.believed(&pair, &alone, &scale) => return alone,
+                _ => {}
+            }
         }
+        pair
     }
 
     /// The first effect in the form of fewest parameters, where it has taken one of more: those may have made room for
@@ -96,12 +99,15 @@ impl Search<'_> {
         let wander = self.wander_of(pair);
         // what takes the residual back to noise is believed sooner than what merely shrinks it
         let white = wander < WHITE && wander < scale.wander - 0.01;
+        // what differs between recordings is held back by the scatter of repeats, and counts by that
+        let settles = || self.swing(first).is_some_and(|s| self.swing_left(pair, Some(s)).is_none());
         let share = match (pair.calibrates(), white) {
             (true, _) => 0.0,
             (_, true) => WHITENING * SECOND_SHARE,
             _ => SECOND_SHARE,
         };
-        pair.significance(first, wander) >= 1.0 && pair.gain(first) > share * scale.total
+        let gain = pair.gain(first);
+        pair.significance(first, wander) >= 1.0 && (gain > share * scale.total || settles())
     }
 
     /// Each effect of a pair exchanged for what does better beside the other, as long as that goes on.
