@@ -61,21 +61,30 @@ impl Candidate {
     }
 }
 
-/// Wander of one block of a whitened residual, 1 for white noise; a single wild block shall not decide.
-fn block_wander(w: &[f64]) -> f64 {
+/// Most that a single block of a residual counts for its wander: one wild block shall not decide.
+const WILDEST: f64 = 30.0;
+
+/// Wander of one block of a whitened residual, 1 for white noise, `most` at most.
+fn block_wander(w: &[f64], most: f64) -> f64 {
     let m: f64 = w.iter().sum();
-    (m * m / w.len() as f64).min(30.0)
+    (m * m / w.len() as f64).min(most)
 }
 
 /// How much the whitened residual wanders over blocks, relative to white noise.
 pub fn wander(problem: &Problem<'_>, point: &Point) -> f64 {
+    wander_up_to(problem, point, WILDEST)
+}
+
+/// The same where wild blocks count up to `most`: infinity tells how much wider the noise would have to be to hold
+/// what the model leaves.
+pub fn wander_up_to(problem: &Problem<'_>, point: &Point, most: f64) -> f64 {
     let Some(left) = problem.residuals(point) else { return 1.0 };
     let over = |block: usize| {
         let (mut sum, mut n) = (0.0, 0.0);
         for (record, (_, residual)) in problem.data.records.iter().zip(&left) {
             for ch in residual.chunks(record.setup.time.len()) {
                 for w in ch.chunks_exact(block) {
-                    sum += block_wander(w);
+                    sum += block_wander(w, most);
                     n += 1.0;
                 }
             }
@@ -144,7 +153,7 @@ impl Search<'_> {
                 for (w, f) in e.chunks_exact(BLOCK).zip(trace.force.chunks_exact(BLOCK)) {
                     let touching = usize::from(4 * f.iter().filter(|f| f.abs() > 0.0).count() > BLOCK);
                     let s = &mut sums[channel.index()][touching];
-                    s.0 += block_wander(w);
+                    s.0 += block_wander(w, WILDEST);
                     s.1 += 1.0;
                 }
             }

@@ -95,7 +95,7 @@ impl Search<'_> {
             }
         }
         // what can be seen without any fit comes first
-        let flat = self.flat_tops();
+        let flat = self.context.flat;
         if flat.is_some() {
             if let Some(c) = named.iter().find(|c| c.names() == ["clipping"]) {
                 first = (*c).clone();

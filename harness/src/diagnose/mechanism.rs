@@ -2,7 +2,7 @@
 
 use crate::model::estimate::{Parameter, Scales};
 use crate::model::physics::Physics;
-use crate::record::Kind;
+use crate::record::{Channel, Kind};
 
 /// The part of the system a mechanism sits in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,6 +34,8 @@ pub struct Context {
     pub terms: Vec<String>,
     /// Largest magnitude read on each channel, SI.
     pub top: [f64; 3],
+    /// The channel whose recordings of different levels end in one and the same reading.
+    pub flat: Option<Channel>,
     /// Strongest line of the force channel once the body has left, rad/s, where one stands out.
     pub ring: Option<f64>,
 }

@@ -55,6 +55,7 @@ impl<'a> Search<'a> {
             scales: data.scales,
             terms: Vec::new(),
             top,
+            flat: flat_top(data, top),
             ring: if data.kind == Kind::Indentation { None } else { super::ring::line(data, Channel::Force) },
         };
         let given = ALL
@@ -267,29 +268,6 @@ impl<'a> Search<'a> {
         model.parameters.len() - make_up.terms.iter().map(|t| t.form.parameters.len()).sum::<usize>()
     }
 
-    /// The channel whose recordings of different levels end in one and the same reading, several samples long: no
-    /// impact does that, a range does.
-    pub fn flat_tops(&self) -> Option<Channel> {
-        [Channel::Force, Channel::Acceleration].into_iter().find(|c| {
-            let i = c.index();
-            let top = self.context.top[i];
-            let mut levels: Vec<usize> = self
-                .data
-                .records
-                .iter()
-                .filter(|r| {
-                    r.y[i]
-                        .as_ref()
-                        .is_some_and(|y| y.windows(FLAT).any(|w| w.iter().all(|v| (v.abs() - top).abs() <= 1e-9 * top)))
-                })
-                .map(|r| r.level)
-                .collect();
-            levels.sort_unstable();
-            levels.dedup();
-            levels.len() > 1
-        })
-    }
-
     /// All terms that could be added.
     pub fn candidates(&self) -> Vec<Term> {
         let have: Vec<&str> = self.given.iter().map(|t| t.mechanism.name).collect();
@@ -298,4 +276,19 @@ impl<'a> Search<'a> {
             .flat_map(|m| (m.forms)(&self.context).into_iter().map(move |form| Term { mechanism: m, form }))
             .collect()
     }
+}
+
+/// The channel whose recordings of different levels end in one and the same reading, `top`, several samples long: no
+/// impact does that, a range does.
+fn flat_top(data: &Data, top: [f64; 3]) -> Option<Channel> {
+    [Channel::Force, Channel::Acceleration].into_iter().find(|c| {
+        let i = c.index();
+        let at_top = |v: &f64| (v.abs() - top[i]).abs() <= 1e-9 * top[i];
+        let flat = |y: &Vec<f64>| y.windows(FLAT).any(|w| w.iter().all(at_top));
+        let ends = data.records.iter().filter(|r| r.y[i].as_ref().is_some_and(flat));
+        let mut levels: Vec<usize> = ends.map(|r| r.level).collect();
+        levels.sort_unstable();
+        levels.dedup();
+        levels.len() > 1
+    })
 }

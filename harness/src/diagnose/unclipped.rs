@@ -1,10 +1,11 @@
 //! The peak before the clip: what a channel would have read without the limit of its chain.
 
-use super::candidate::Candidate;
+use super::candidate::{wander_up_to, Candidate, WHITE};
 use super::search::Search;
 use crate::model::chain::readings;
-use crate::model::estimate::{Nuisance, Problem};
+use crate::model::estimate::{Data, Model, Nuisance, Options, Problem};
 use crate::record::Channel;
+use nalgebra::DMatrix;
 
 /// One recording of the clipped channel.
 #[derive(Clone, Debug)]
@@ -20,16 +21,42 @@ pub struct Unclipped {
     pub curve: Vec<f64>,
 }
 
+/// The data with noise as wide as what `chosen` leaves, where that is more than noise.
+fn tolerant(search: &Search<'_>, model: &Model<'_>, chosen: &Candidate) -> Data {
+    let mut data = search.data.clone();
+    let left = wander_up_to(&Problem::new(search.data, model), &chosen.fit.point, f64::INFINITY);
+    if left > WHITE {
+        data.noise.iter_mut().for_each(|n| *n = n.widened(left));
+    }
+    data
+}
+
+/// A covariance with the parameters that lie at a bound held there.
+fn within_bounds(mut c: DMatrix<f64>, model: &Model<'_>, theta: &[f64]) -> DMatrix<f64> {
+    for (j, (p, t)) in model.parameters.iter().zip(theta).enumerate() {
+        let own = c[(j, j)];
+        if (*t <= p.lower || *t >= p.upper) && own > 0.0 {
+            let column = c.column(j).into_owned();
+            c -= &column * column.transpose() / own;
+        }
+    }
+    c
+}
+
 /// The channel that clips and its recordings; None where `chosen` holds no clip.
-pub fn unclipped(search: &Search<'_>, chosen: &Candidate, wander: f64) -> Option<(Channel, Vec<Unclipped>)> {
+pub fn unclipped(search: &Search<'_>, chosen: &Candidate) -> Option<(Channel, Vec<Unclipped>)> {
     if !chosen.names().contains(&"clipping") {
         return None;
     }
     let model = search.model(&chosen.make_up, 1.0, 1.0, 0.0);
-    let problem = Problem::new(search.data, &model);
-    let point = &chosen.fit.point;
+    // What stays unexplained must not bend the nuisances: with noise as wide as that, the speeds measured and the
+    // scatter of repeats hold the peak that nobody read.
+    let data = tolerant(search, &model, chosen);
+    let problem = Problem::new(&data, &model);
+    let start = problem.evaluate(chosen.fit.point.theta.clone(), chosen.fit.point.locals.clone());
+    let point = &problem.fit(start, &Options { iterations: 100, ..Options::default() }).point;
     let channel = problem.physics(&point.theta).clip_channel;
-    let covariance = problem.covariance(point);
+    let covariance = problem.covariance(point).map(|c| within_bounds(c, &model, &point.theta));
     let curve = |theta: &[f64], r: usize, keep: bool| -> Vec<f64> {
         let mut p = problem.physics(theta);
         let level = p.clip;
@@ -62,7 +89,7 @@ pub fn unclipped(search: &Search<'_>, chosen: &Candidate, wander: f64) -> Option
         let var: f64 = covariance
             .as_ref()
             .map_or(f64::NAN, |c| (0..g).map(|i| (0..g).map(|j| slope[i] * c[(i, j)] * slope[j]).sum::<f64>()).sum());
-        let sd = (var.max(0.0) * wander.max(1.0)).sqrt();
+        let sd = var.max(0.0).sqrt();
         out.push(Unclipped { file: rec.file.clone(), read: top(read), peak, sd, clipped, curve: free });
     }
     Some((channel, out))

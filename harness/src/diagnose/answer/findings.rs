@@ -66,7 +66,7 @@ pub fn gather(
         stage("finding intervals");
         f.intervals = intervals(search, &d.chosen, wander);
         f.bias = biases(search, &d.base, &d.chosen, wander);
-        f.unclipped = unclipped(search, &d.chosen, wander);
+        f.unclipped = unclipped(search, &d.chosen);
         if d.ties.iter().any(|t| !t.is_empty()) {
             stage("simulating experiments that part the ties");
             f.ties = ties(search, d);

@@ -34,17 +34,22 @@ fn forms(c: &Context) -> Vec<Form> {
     let mut v = Vec::new();
     if c.has[0] {
         v.push(hard("force, hard", |t, c, p| clip(t[0] * c.top[0], Channel::Force, false, p)));
-        v.push(hard("force, soft", |t, c, p| clip(1.1 * t[0] * c.top[0], Channel::Force, true, p)));
+        // a soft limit leaves no flat top
+        if c.flat != Some(Channel::Force) {
+            v.push(hard("force, soft", |t, c, p| clip(1.1 * t[0] * c.top[0], Channel::Force, true, p)));
+        }
     }
     if c.has[1] {
         v.push(Form {
             describe: |t, c| vec![("clip_level", t[0] * c.top[1], "m/s^2")],
             ..hard("acceleration, hard", |t, c, p| clip(t[0] * c.top[1], Channel::Acceleration, false, p))
         });
-        v.push(Form {
-            describe: |t, c| vec![("clip_level", 1.1 * t[0] * c.top[1], "m/s^2")],
-            ..hard("acceleration, soft", |t, c, p| clip(1.1 * t[0] * c.top[1], Channel::Acceleration, true, p))
-        });
+        if c.flat != Some(Channel::Acceleration) {
+            v.push(Form {
+                describe: |t, c| vec![("clip_level", 1.1 * t[0] * c.top[1], "m/s^2")],
+                ..hard("acceleration, soft", |t, c, p| clip(1.1 * t[0] * c.top[1], Channel::Acceleration, true, p))
+            });
+        }
     }
     v
 }
