@@ -1,7 +1,7 @@
 //! A second effect beside the first: tried beside the best few, believed where it carries its share, and swapped for
 //! what does better beside the other.
 
-use super::candidate::{Candidate, DETECT, PENALTY, WHITE};
+use super::candidate::{Candidate, PENALTY, WHITE};
 use super::search::Search;
 use crate::model::estimate::{Options, Problem};
 
@@ -22,7 +22,7 @@ const FIRSTS: usize = 2;
 const SECONDS: usize = 4;
 const SWAPS: usize = 2;
 /// Wander from which a pair's two effects are swapped for better ones.
-const RESTLESS: f64 = 1.15;
+const RESTLESS: f64 = 1.1;
 /// Wander from which swaps are tried although no pair is believed yet.
 const WILD: f64 = 2.0;
 
@@ -43,19 +43,24 @@ impl Search<'_> {
         if scale.wander <= SETTLED && scale.total >= FAINT {
             return first.clone();
         }
-        let plain =
-            if seen { None } else { self.plainer(base, first).filter(|c| c.gain(base) > PLAIN_SHARE * scale.total) };
-        let beam: Vec<&Candidate> = if seen {
+        let near: Vec<&Candidate> = if seen {
             vec![first]
         } else {
             let near = named.iter().take(FIRSTS).filter(|c| c.gain(base) > FIRST_SHARE * scale.total);
-            near.copied().chain(&plain).collect()
+            near.copied().collect()
         };
+        // of what is not the best, the plain form only where there is something left to find
+        let plain: Vec<Candidate> = near
+            .iter()
+            .filter(|c| !seen && (c.names() == first.names() || scale.wander > WHITE))
+            .filter_map(|c| self.plainer(base, c))
+            .filter(|c| c.gain(base) > PLAIN_SHARE * scale.total)
+            .collect();
         let mut pairs: Vec<(Candidate, &Candidate)> = Vec::new();
-        for c in beam {
+        for c in near.iter().copied().chain(&plain) {
             let (starts, keep) = if seen { (2, 6) } else { (1, 3) };
             // what stands beside the plainer form is weighed against that
-            let against = if plain.as_ref().is_some_and(|p| std::ptr::eq(p, c)) { c } else { first };
+            let against = if plain.iter().any(|p| std::ptr::eq(p, c)) { c } else { first };
             pairs.extend(self.beside(c, 9, starts, keep).into_iter().take(SECONDS).map(|p| (p, against)));
         }
         pairs.sort_by(|a, b| a.0.cost().total_cmp(&b.0.cost()));
@@ -121,7 +126,7 @@ impl Search<'_> {
                 .filter_map(|k| self.beside(&k, 9, 1, 3).into_iter().next())
                 .min_by(|a, b| a.cost().total_cmp(&b.cost()));
             match better {
-                Some(b) if b.cost() < pair.cost() - DETECT => pair = b,
+                Some(b) if b.cost() < pair.cost() - PENALTY => pair = b,
                 _ => break,
             }
         }
