@@ -2,7 +2,6 @@
 
 use super::candidate::Candidate;
 use super::decide::Decision;
-use super::map::whitened;
 use super::search::{MakeUp, Search, Term};
 use crate::model::chain::readings;
 use crate::model::estimate::{Data, Model, Nuisance, Options, Point, Problem};
@@ -150,7 +149,7 @@ fn likeness(search: &Search<'_>, rest: &Candidate, a: &Candidate, b: &Candidate)
                         .flat_map(|ch| {
                             let i = ch.index();
                             let e: Vec<f64> = y[i].iter().zip(&z[i]).map(|(a, b)| a - b).collect();
-                            whitened(search.data, r, ch, &e)
+                            search.data.whitened(r, ch, &e)
                         })
                         .collect()
                 })
@@ -386,7 +385,7 @@ fn hammer(search: &Search<'_>, a: &Candidate, b: &Candidate) -> f64 {
     let mut sum = 0.0;
     for c in data.compared(0).filter(|c| *c != Channel::Penetration) {
         let e: Vec<f64> = ya[c.index()].iter().zip(&yb[c.index()]).map(|(a, b)| a - b).collect();
-        sum += whitened(data, 0, c, &e).iter().map(|v| v * v).sum::<f64>();
+        sum += data.whitened(0, c, &e).iter().map(|v| v * v).sum::<f64>();
     }
     sum.sqrt()
 }

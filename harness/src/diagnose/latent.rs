@@ -9,7 +9,6 @@
 use super::acts::{phases, PHASES};
 use super::answer::figure;
 use super::candidate::Candidate;
-use super::map::{residuals, whitened};
 use super::search::Search;
 use crate::model::estimate::{Nuisance, Point, Problem};
 use crate::model::simulate::Trace;
@@ -208,7 +207,7 @@ fn estimate(problem: &Problem<'_>, point: &Point, r: usize, place: Place) -> Opt
     if let Place::Reading(c) = place {
         rec.y[c.index()].as_ref()?;
     }
-    let (trace, residual) = residuals(problem, point, r)?;
+    let (trace, residual) = problem.residual(point, r)?;
     let physics = problem.physics(&point.theta);
     let indentation = data.kind == Kind::Indentation;
     let tangent = if indentation { vec![(0.0, 0.0); n] } else { tangents(&physics.law, &trace, time) };
@@ -228,7 +227,7 @@ fn estimate(problem: &Problem<'_>, point: &Point, r: usize, place: Place) -> Opt
     };
     let s = data.scales;
     let whole =
-        |y: [Vec<f64>; 3]| -> Vec<f64> { data.compared(r).flat_map(|c| whitened(data, r, c, &y[c.index()])).collect() };
+        |y: [Vec<f64>; 3]| -> Vec<f64> { data.compared(r).flat_map(|c| data.whitened(r, c, &y[c.index()])).collect() };
     // columns: d on the knots, then what the fit of this recording was free to move
     let scale = match place {
         Place::Reading(c) => 1e-2 * data.range[c.index()],
@@ -284,7 +283,6 @@ fn estimate(problem: &Problem<'_>, point: &Point, r: usize, place: Place) -> Opt
         ridge.push((length / 100.0).max(1.0));
     }
     let m = columns.len();
-    let residual: Vec<f64> = data.compared(r).filter_map(|c| residual[c.index()].clone()).flatten().collect();
     let rows = residual.len();
     let design = DMatrix::from_fn(rows, m, |i, j| columns[j][i]);
     let target = DVector::from_vec(residual);

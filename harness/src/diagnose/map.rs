@@ -3,7 +3,7 @@
 use super::acts::phases;
 use super::candidate::Candidate;
 use super::search::Search;
-use crate::model::estimate::{Data, Point, Problem};
+use crate::model::estimate::Problem;
 use crate::model::simulate::Trace;
 use crate::record::Channel;
 
@@ -25,31 +25,6 @@ pub struct Cell {
     pub gain: f64,
     /// Samples in the cell.
     pub samples: usize,
-}
-
-/// The whitened residuals of one recording at a point, by channel; None for channels not compared.
-pub fn residuals(problem: &Problem<'_>, point: &Point, r: usize) -> Option<(Trace, [Option<Vec<f64>>; 3])> {
-    let (trace, y) = problem.predict(&point.theta, r, &point.locals[r]);
-    if !trace.ok {
-        return None;
-    }
-    let mut out = [None, None, None];
-    for c in problem.data.compared(r) {
-        let i = c.index();
-        let read = problem.data.records[r].y[i].as_ref()?;
-        let e: Vec<f64> = read.iter().zip(&y[i]).map(|(a, b)| a - b).collect();
-        out[i] = Some(whitened(problem.data, r, c, &e));
-    }
-    Some((trace, out))
-}
-
-/// `e` of a channel of recording `r`, weighted and whitened by its noise.
-pub fn whitened(data: &Data, r: usize, c: Channel, e: &[f64]) -> Vec<f64> {
-    let i = c.index();
-    let weighted: Vec<f64> = e.iter().zip(&data.records[r].weight[i]).map(|(e, w)| e * w).collect();
-    let mut out = vec![0.0; e.len()];
-    data.noise[i].whiten(&weighted, &mut out);
-    out
 }
 
 /// Sums over blocks of one cell: for each block length the sum of squared block sums over length, and the count.
@@ -88,12 +63,11 @@ pub fn map(search: &Search<'_>, base: &Candidate, chosen: &Candidate) -> Vec<Cel
         let mut cells = vec![Sums::default(); levels * 12];
         let mut traces = Vec::new();
         for (r, rec) in data.records.iter().enumerate() {
-            let (trace, w) = residuals(&problem, &c.fit.point, r)?;
+            let (trace, w) = problem.residual(&c.fit.point, r)?;
             // one set of phases for both, so that cells hold the same samples
             let frame = frame.map_or(&trace, |f| &f[r]);
             let phases = phases(frame);
-            for (ch, w) in w.iter().enumerate() {
-                let Some(w) = w else { continue };
+            for (ch, w) in data.compared(r).map(Channel::index).zip(w.chunks(phases.len())) {
                 for p in 0..4 {
                     let own: Vec<f64> = w.iter().zip(&phases).filter(|(_, q)| **q == p).map(|(w, _)| *w).collect();
                     cells[(rec.level * 4 + p) * 3 + ch].add(&own);

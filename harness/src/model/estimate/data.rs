@@ -164,6 +164,15 @@ impl Data {
         d
     }
 
+    /// `e` of a channel of recording `r`, weighted and whitened by its noise.
+    pub fn whitened(&self, r: usize, c: Channel, e: &[f64]) -> Vec<f64> {
+        let i = c.index();
+        let weighted: Vec<f64> = e.iter().zip(&self.records[r].weight[i]).map(|(e, w)| e * w).collect();
+        let mut out = vec![0.0; e.len()];
+        self.noise[i].whiten(&weighted, &mut out);
+        out
+    }
+
     /// Samples compared in all.
     pub fn samples(&self) -> usize {
         (0..self.records.len()).map(|r| self.compared(r).map(|_| self.records[r].setup.time.len()).sum::<usize>()).sum()

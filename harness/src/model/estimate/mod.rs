@@ -77,18 +77,18 @@ impl<'a> Problem<'a> {
         (t, y)
     }
 
-    /// The whitened residual of every recording at a point, channel after channel as [`Data::compared`] gives them, with
-    /// its trace. None where a simulation fails.
+    /// The whitened residual of recording `r` at a point, channel after channel as [`Data::compared`] gives them, with
+    /// its trace. None where the simulation fails.
+    pub fn residual(&self, point: &Point, r: usize) -> Option<(Trace, Vec<f64>)> {
+        let (trace, y) = self.predict(&point.theta, r, &point.locals[r]);
+        let mut w = Vec::new();
+        self.whiten_into(r, &y, Some(&self.data.records[r].y), &mut w);
+        trace.ok.then_some((trace, w))
+    }
+
+    /// [`Problem::residual`] of every recording.
     pub fn residuals(&self, point: &Point) -> Option<Vec<(Trace, Vec<f64>)>> {
-        (0..self.data.records.len())
-            .into_par_iter()
-            .map(|r| {
-                let (trace, y) = self.predict(&point.theta, r, &point.locals[r]);
-                let mut w = Vec::new();
-                self.whiten_into(r, &y, Some(&self.data.records[r].y), &mut w);
-                trace.ok.then_some((trace, w))
-            })
-            .collect()
+        (0..self.data.records.len()).into_par_iter().map(|r| self.residual(point, r)).collect()
     }
 
     /// As [`Problem::predict`], with the contact of `element` where the law stands else; `element` is made for the
