@@ -126,7 +126,9 @@ impl Search<'_> {
             let mean = l.iter().sum::<f64>() / l.len() as f64;
             (sum + l.iter().map(|s| (s - mean).powi(2)).sum::<f64>(), freedom + l.len() as f64 - 1.0)
         });
-        let beyond = freedom >= SWING_FREEDOM && sum / freedom > SWING * self.data.repeat_scatter.powi(2);
+        // noise that wanders moves what each recording is fitted to, too
+        let scatter = self.data.repeat_scatter.powi(2) * wander(&problem, &c.fit.point).max(1.0);
+        let beyond = freedom >= SWING_FREEDOM && sum / freedom > SWING * scatter;
         beyond.then(|| (sum / freedom).sqrt())
     }
 
