@@ -24,6 +24,8 @@ const FARTHEST: f64 = 10.0;
 const MOST_GIVEN: f64 = 0.8;
 /// Share of a gain found with coarse integration that may be lost by fine, before a candidate is fitted again.
 const SHIFTED: f64 = 0.1;
+/// chi^2 a sample from which a fit is far from noise.
+const FAR: f64 = 5.0;
 /// Forms of one mechanism that are sifted by fitting.
 const FORMS_A_MECHANISM: usize = 2;
 const SOFTENING: &str = "cyclic_softening";
@@ -265,12 +267,14 @@ impl Search<'_> {
             let small = plain && top <= LITTLE;
             // what a tolerance holds back counts by its prior, however much others promise
             let held = t.mechanism.is_calibration() && score(s) >= HELD_BACK;
+            // nor of anything where two effects have not come near noise
+            let far = make_up.terms.len() > 1 && from.point.chi2 > FAR * self.data.samples() as f64;
             let least = if t.form.linear { LINEAR_SHARE } else { OTHER_SHARE } * top;
             forms.push(t.mechanism.name);
             let rank = forms.iter().filter(|f| **f == t.mechanism.name).count();
             (hard && !s.is_empty())
                 || held
-                || ((rank <= FORMS_A_MECHANISM || plain) && (score(s) >= least.max(1.0) || small || top <= 20.0))
+                || ((rank <= FORMS_A_MECHANISM || plain) && (score(s) >= least.max(1.0) || small || far || top <= 20.0))
         });
         let mut v: Vec<(Term, Fit)> = scored
             .into_par_iter()
