@@ -126,10 +126,12 @@ impl Search<'_> {
             let mean = l.iter().sum::<f64>() / l.len() as f64;
             (sum + l.iter().map(|s| (s - mean).powi(2)).sum::<f64>(), freedom + l.len() as f64 - 1.0)
         });
-        // noise that wanders moves what each recording is fitted to, too
-        let scatter = self.data.repeat_scatter.powi(2) * wander(&problem, &c.fit.point).max(1.0);
-        let beyond = freedom >= SWING_FREEDOM && sum / freedom > SWING * scatter;
-        beyond.then(|| (sum / freedom).sqrt())
+        let (square, most) = (sum / freedom, SWING * self.data.repeat_scatter.powi(2));
+        let beyond = freedom >= SWING_FREEDOM
+            && square > most
+            // noise that wanders moves what each recording is fitted to, too
+            && square > most * wander(&problem, &c.fit.point);
+        beyond.then(|| square.sqrt())
     }
 
     /// The swing of `c` where it is still a good share of what it was in `from`: a course with order that is not quite

@@ -186,6 +186,7 @@ impl Search<'_> {
     /// The best few named candidates with one more effect than `from`.
     pub fn further(&self, from: &Candidate, most: usize) -> Vec<Candidate> {
         let mut v = self.beside(from, 12, 2, 6);
+        v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         v.truncate(most);
         v
     }

@@ -76,8 +76,11 @@ impl Search<'_> {
             _ => None,
         };
         let Some(pair) = pair else { return first.clone() };
+        if seen {
+            return pair;
+        }
         // either may do without the other, from where the pair has led it
-        for i in if seen { vec![] } else { vec![0, pair.make_up.terms.len() - 1] } {
+        for i in [0, pair.make_up.terms.len() - 1] {
             match self.without(&pair, i, &SLOW) {
                 Some(alone) if !self.believed(&pair, &alone, &scale) => return alone,
                 _ => {}

@@ -259,6 +259,8 @@ impl Search<'_> {
         let top = scored.iter().map(|(_, s)| score(s)).fold(0.0, f64::max).min(most);
         let options = Options { hopeless: options.hopeless.max(0.003 * top), ceiling: coarse_base + most, ..*options };
         scored.sort_by(|a, b| score(&b.1).total_cmp(&score(&a.1)));
+        // a score says little where two effects have not come near noise
+        let far = make_up.terms.len() > 1 && from.point.chi2 > FAR * self.data.samples() as f64;
         let mut forms: Vec<&str> = Vec::new();
         scored.retain(|(t, s)| {
             // the score says little of what is not linear in its parameters
@@ -267,8 +269,6 @@ impl Search<'_> {
             let small = plain && top <= LITTLE;
             // what a tolerance holds back counts by its prior, however much others promise
             let held = t.mechanism.is_calibration() && score(s) >= HELD_BACK;
-            // nor of anything where two effects have not come near noise
-            let far = make_up.terms.len() > 1 && from.point.chi2 > FAR * self.data.samples() as f64;
             let least = if t.form.linear { LINEAR_SHARE } else { OTHER_SHARE } * top;
             forms.push(t.mechanism.name);
             let rank = forms.iter().filter(|f| **f == t.mechanism.name).count();
