@@ -28,6 +28,10 @@ impl Candidate {
     pub fn names(&self) -> Vec<&'static str> {
         self.make_up.terms.iter().map(|t| t.mechanism.name).collect()
     }
+    /// Names and forms in the make-up.
+    pub fn forms(&self) -> Vec<(&'static str, &'static str)> {
+        self.make_up.terms.iter().map(|t| (t.mechanism.name, t.form.label)).collect()
+    }
     /// Whether its last effect is a calibration beyond its tolerance.
     pub fn calibrates(&self) -> bool {
         self.make_up.terms.last().is_some_and(|t| t.mechanism.is_calibration() && t.form.parameters.len() == 1)

@@ -3,7 +3,7 @@
 use super::mechanism::{Context, Form, Mechanism};
 use super::mechanisms::ALL;
 use super::prepare::Guess;
-use crate::model::estimate::{Data, Fit, Model, Options, Parameter, Point, Problem};
+use crate::model::estimate::{Data, Fit, Model, Options, Parameter, Point, Problem, STIFFNESS_SCALE};
 use crate::model::physics::{Physics, GRAVITY};
 use crate::record::{Campaign, Channel, Kind};
 use rayon::prelude::*;
@@ -36,7 +36,6 @@ pub struct Search<'a> {
     pub given: Vec<Term>,
 }
 
-/// Number of law parameters of the base: ln F_ref, p, damping ratio where it has one.
 impl<'a> Search<'a> {
     /// Of a campaign and its prepared data.
     pub fn new(campaign: &Campaign, data: &'a Data) -> Search<'a> {
@@ -91,7 +90,7 @@ impl<'a> Search<'a> {
             dynamic: true,
         };
         let mut ps =
-            vec![base("ln F_ref", (k * s.x_ref.powf(p)).ln(), -60.0, 60.0, 2e-3), base("p", p, 0.8, 4.5, 1e-3)];
+            vec![base(STIFFNESS_SCALE, (k * s.x_ref.powf(p)).ln(), -60.0, 60.0, 2e-3), base("p", p, 0.8, 4.5, 1e-3)];
         let hysteresis = self.hysteresis;
         if hysteresis {
             ps.push(base("damping ratio", mu * s.v_ref / k, 0.0, 20.0, 1e-3));

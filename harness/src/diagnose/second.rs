@@ -29,6 +29,26 @@ const WILD: f64 = 2.0;
 /// How what is left of a pair is fitted.
 const SLOW: Options = Options { iterations: 60, tolerance: 1e-5, hopeless: 0.0, ceiling: f64::INFINITY };
 
+/// chi^2 within which two fits of one make-up are the same fit.
+const SAME: f64 = 2.0;
+
+/// What was found beside a candidate, kept: swaps come back to the singles that pairs were first sought beside.
+#[derive(Default)]
+struct Beside(Vec<(Candidate, Vec<Candidate>)>);
+
+impl Beside {
+    /// What stands beside `c`, best first.
+    fn of(&mut self, search: &Search<'_>, c: &Candidate, starts: usize, keep: usize) -> Vec<Candidate> {
+        let same = |d: &Candidate| d.forms() == c.forms() && (d.fit.point.chi2 - c.fit.point.chi2).abs() < SAME;
+        if let Some((_, found)) = self.0.iter().find(|(d, _)| same(d)) {
+            return found.clone();
+        }
+        let found = search.beside(c, 9, starts, keep);
+        self.0.push((c.clone(), found.clone()));
+        found
+    }
+}
+
 /// What a second effect is weighed against.
 struct Scale {
     total: f64,
@@ -56,12 +76,13 @@ impl Search<'_> {
             .filter_map(|c| self.plainer(base, c))
             .filter(|c| c.gain(base) > PLAIN_SHARE * scale.total)
             .collect();
+        let mut found = Beside::default();
         let mut pairs: Vec<(Candidate, &Candidate)> = Vec::new();
         for c in near.iter().copied().chain(&plain) {
             let (starts, keep) = if seen { (2, 6) } else { (1, 3) };
             // what stands beside the plainer form is weighed against that
             let against = if plain.iter().any(|p| std::ptr::eq(p, c)) { c } else { first };
-            pairs.extend(self.beside(c, 9, starts, keep).into_iter().take(SECONDS).map(|p| (p, against)));
+            pairs.extend(found.of(self, c, starts, keep).into_iter().take(SECONDS).map(|p| (p, against)));
         }
         pairs.sort_by(|a, b| a.0.cost().total_cmp(&b.0.cost()));
         let believed = pairs
@@ -69,9 +90,9 @@ impl Search<'_> {
             .find(|(p, against)| self.believed(p, against, &scale) && p.cost() < first.cost() - 2.0 * PENALTY);
         let pair = match (believed, pairs.first()) {
             (Some((p, _)), _) if seen => Some(p.clone()),
-            (Some((p, _)), _) => Some(self.swapped(p.clone())),
+            (Some((p, _)), _) => Some(self.swapped(p.clone(), &mut found)),
             (None, Some((p, against))) if scale.wander > WILD && !seen => {
-                Some(self.swapped(p.clone())).filter(|p| self.believed(p, against, &scale))
+                Some(self.swapped(p.clone(), &mut found)).filter(|p| self.believed(p, against, &scale))
             }
             _ => None,
         };
@@ -119,14 +140,14 @@ impl Search<'_> {
     }
 
     /// Each effect of a pair exchanged for what does better beside the other, as long as that goes on.
-    fn swapped(&self, mut pair: Candidate) -> Candidate {
+    fn swapped(&self, mut pair: Candidate, found: &mut Beside) -> Candidate {
         for _ in 0..SWAPS {
             if self.wander_of(&pair) < RESTLESS {
                 break;
             }
             let kept = (0..pair.make_up.terms.len()).filter_map(|i| self.without(&pair, i, &SLOW));
             let better = kept
-                .filter_map(|k| self.beside(&k, 9, 1, 3).into_iter().next())
+                .filter_map(|k| found.of(self, &k, 1, 3).into_iter().next())
                 .min_by(|a, b| a.cost().total_cmp(&b.cost()));
             match better {
                 Some(b) if b.cost() < pair.cost() - PENALTY => pair = b,

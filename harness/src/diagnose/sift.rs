@@ -26,6 +26,10 @@ const MOST_GIVEN: f64 = 0.8;
 const SHIFTED: f64 = 0.1;
 /// chi^2 a sample from which a fit is far from noise.
 const FAR: f64 = 5.0;
+/// Forms fitted first, and the share of their best gain that the others have to have come to when a fit looks whether to
+/// give up.
+const LEADERS: usize = 6;
+const PACE: f64 = 0.1;
 /// Forms of one mechanism that are sifted by fitting.
 const FORMS_A_MECHANISM: usize = 2;
 const SOFTENING: &str = "cyclic_softening";
@@ -276,25 +280,29 @@ impl Search<'_> {
                 || held
                 || ((rank <= FORMS_A_MECHANISM || plain) && (score(s) >= least.max(1.0) || small || far || top <= 20.0))
         });
-        let mut v: Vec<(Term, Fit)> = scored
-            .into_par_iter()
-            .filter_map(|(t, mut s)| {
-                s.truncate(if t.form.linear { 1 } else { starts });
-                let mut fit = sift.fit_from(make_up, &from.point, drifted.as_ref(), t, &s, &options)?;
-                let mut next = make_up.clone();
-                next.terms.push(t.clone());
-                let model = self.model(&next, 1.0, 1.0, 0.0);
-                let fine = Problem::new(self.data, &model);
-                let promised = coarse_base - fit.point.chi2;
-                fit.point = fine.evaluate(fit.point.theta, fit.point.locals);
-                let kept = from.point.chi2 - fit.point.chi2;
-                // what coarse integration shifts can hide a gain, until the rest has followed
-                if promised > options.hopeless && kept < promised - options.hopeless.max(SHIFTED * promised) {
-                    fit = fine.fit(fit.point, &Options { iterations: 3, hopeless: 0.0, ..options });
-                }
-                Some((t.clone(), fit))
-            })
-            .collect();
+        let fitted = |(t, s): &(&Term, Starts), options: &Options| -> Option<(f64, (Term, Fit))> {
+            let s = &s[..s.len().min(if t.form.linear { 1 } else { starts })];
+            let mut fit = sift.fit_from(make_up, &from.point, drifted.as_ref(), t, s, options)?;
+            let mut next = make_up.clone();
+            next.terms.push((*t).clone());
+            let model = self.model(&next, 1.0, 1.0, 0.0);
+            let fine = Problem::new(self.data, &model);
+            let promised = coarse_base - fit.point.chi2;
+            fit.point = fine.evaluate(fit.point.theta, fit.point.locals);
+            let kept = from.point.chi2 - fit.point.chi2;
+            // what coarse integration shifts can hide a gain, until the rest has followed
+            if promised > options.hopeless && kept < promised - options.hopeless.max(SHIFTED * promised) {
+                fit = fine.fit(fit.point, &Options { iterations: 3, hopeless: 0.0, ..*options });
+            }
+            Some((promised, ((*t).clone(), fit)))
+        };
+        // those that promise most set the pace for the rest
+        let (leaders, rest) = scored.split_at(scored.len().min(LEADERS));
+        let leaders: Vec<_> = leaders.par_iter().filter_map(|t| fitted(t, &options)).collect();
+        let pace = leaders.iter().map(|l| l.0).fold(0.0, f64::max);
+        let rest_options = Options { ceiling: options.ceiling.min(coarse_base - PACE * pace), ..options };
+        let rest: Vec<_> = rest.par_iter().filter_map(|t| fitted(t, &rest_options)).collect();
+        let mut v: Vec<(Term, Fit)> = leaders.into_iter().chain(rest).map(|(_, fit)| fit).collect();
         v.sort_by(|a, b| a.1.point.chi2.total_cmp(&b.1.point.chi2));
         v
     }

@@ -6,6 +6,7 @@
 pub mod chain;
 pub mod estimate;
 pub mod integrate;
+mod kernels;
 pub mod noise;
 pub mod physics;
 mod rig;

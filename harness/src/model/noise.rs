@@ -1,5 +1,7 @@
 //! Noise of a channel: standard deviation and autoregression, pooled over recordings.
 
+use super::kernels::innovations;
+
 /// Highest order of the autoregression; shorter where there are few samples to learn it from.
 pub const ORDER: usize = 16;
 
@@ -51,32 +53,10 @@ impl Noise {
             out[i] = v / self.sigma[i];
         }
         let a = &self.a[ORDER];
-        let s = 1.0 / self.sigma[ORDER];
         let last = (0..ORDER).rev().find(|k| a[*k] != 0.0).map_or(0, |k| k + 1);
-        // several samples at once, so that the sums do not wait for each other
-        const LANES: usize = 8;
-        let mut i = ORDER;
-        while i + LANES <= n {
-            let mut v = [0.0; LANES];
-            v.copy_from_slice(&e[i..i + LANES]);
-            for (k, a) in a.iter().enumerate().take(last) {
-                let w = &e[i - 1 - k..i - 1 - k + LANES];
-                for j in 0..LANES {
-                    v[j] -= a * w[j];
-                }
-            }
-            for j in 0..LANES {
-                out[i + j] = v[j] * s;
-            }
-            i += LANES;
-        }
-        while i < n {
-            let mut v = e[i];
-            for k in 0..last {
-                v -= a[k] * e[i - 1 - k];
-            }
-            out[i] = v * s;
-            i += 1;
+        if n > ORDER {
+            let from = ORDER - last;
+            innovations(&e[from..], &a[..last], 1.0 / self.sigma[ORDER], &mut out[from..]);
         }
     }
 

@@ -55,6 +55,9 @@ pub struct Scales {
     pub peak: f64,
 }
 
+/// Name of the parameter ln F_ref, the force at the reference depth: what scales every recording's stiffness.
+pub const STIFFNESS_SCALE: &str = "ln F_ref";
+
 /// A campaign-wide parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {

@@ -1,8 +1,8 @@
 //! Levenberg (1944) and Marquardt (1963), the recordings' nuisances eliminated; sensitivities renewed by differences
 //! only where Broyden's (1965) update of them no longer foretells the fall of chi^2.
 
-use super::linear::dot;
 use super::{Nuisance, Point, Problem};
+use crate::model::kernels::{add_scaled, dot};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -57,13 +57,10 @@ impl Part {
     /// Takes the sensitivities to where step `d` has led, by what the residual did on the way (Broyden 1965), and
     /// returns the squared residual they had foretold. `weight`: scale of each parameter in the step's length.
     fn follow(&mut self, d: &[f64], weight: &[f64], residual: Vec<f64>, first_speed: f64) -> f64 {
-        let n = residual.len();
         let mut expected = self.residual.clone();
         for (c, d) in self.columns.iter().zip(d) {
             if *d != 0.0 {
-                for k in 0..n {
-                    expected[k] -= d * c[k];
-                }
+                add_scaled(&mut expected, -d, c);
             }
         }
         let foretold = dot(&expected, &expected);
@@ -78,9 +75,7 @@ impl Part {
             for (j, c) in self.columns.iter_mut().enumerate() {
                 let share = d[j] * weight[j] / length;
                 if share != 0.0 {
-                    for k in 0..n {
-                        c[k] += share * expected[k];
-                    }
+                    add_scaled(c, share, &expected);
                     self.first[j] += share * first_more;
                 }
             }

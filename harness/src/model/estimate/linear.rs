@@ -1,8 +1,9 @@
 //! A fit linearised: sensitivities, covariance, and scores of what the fit does not hold.
 
 use super::fit::Part;
-use super::{Nuisance, Point, Problem};
+use super::{Nuisance, Point, Problem, STIFFNESS_SCALE};
 use crate::model::chain::readings;
+use crate::model::kernels::{add_scaled, dot, dots};
 use crate::model::physics::Physics;
 use crate::model::simulate::{simulate, Local};
 use nalgebra::{DMatrix, DVector};
@@ -81,6 +82,10 @@ impl Problem<'_> {
             first[j] = difference(&p2, &lo, local, ps[j].dynamic, h, &mut columns[j])?;
         }
         for (i, n) in self.nuisances.iter().enumerate() {
+            if let Some(j) = self.twin(&point.theta, *n).filter(|j| active[*j]) {
+                (columns[g + i], first[g + i]) = (columns[j].clone(), first[j]);
+                continue;
+            }
             let h = data.local_step(*n);
             let mut v = local.clone();
             v[i] += h;
@@ -89,6 +94,27 @@ impl Problem<'_> {
             first[g + i] = difference(&phys, &lo2, &v, again, h, &mut columns[g + i])?;
         }
         Some(Part { residual, columns, first, first_speed: trace.first_speed, bare })
+    }
+
+    /// The parameter that does to every recording what nuisance `n` does to its own: the scale of the stiffness, where
+    /// nothing but the hysteresis damping follows it.
+    fn twin(&self, theta: &[f64], n: Nuisance) -> Option<usize> {
+        if n != Nuisance::Stiffness {
+            return None;
+        }
+        let j = self.model.parameters.iter().position(|p| p.name == STIFFNESS_SCALE)?;
+        let before = self.physics(theta);
+        let mut theta = theta.to_vec();
+        theta[j] += self.model.parameters[j].step;
+        let after = self.physics(&theta);
+        let mut scaled = before;
+        scaled.law.stiffness = after.law.stiffness;
+        scaled.law.hysteresis_damping = after.law.hysteresis_damping;
+        let (from, to) = (before.law, after.law);
+        let ratio = from.hysteresis_damping * to.stiffness - to.hysteresis_damping * from.stiffness;
+        let alike = ratio.abs() <= 1e-9 * from.hysteresis_damping * to.stiffness;
+        let others = from.secondary_stiffness != 0.0 || from.relaxation_stiffness != 0.0;
+        (scaled == after && alike && !others).then_some(j)
     }
 
     /// Normal matrix and gradient of a part, priors of the recording included.
@@ -306,7 +332,6 @@ impl Linear {
             })
             .collect();
         let global = self.reduced.as_ref().map_or_else(|| DVector::zeros(g), |ch| ch.solve(&b));
-        let take = |out: &mut [f64], x: f64, column: &[f64]| out.iter_mut().zip(column).for_each(|(o, c)| *o -= x * c);
         self.blocks
             .iter()
             .zip(s)
@@ -314,60 +339,16 @@ impl Linear {
             .map(|((bl, s), local)| {
                 let mut out = s.clone();
                 for j in 0..g {
-                    take(&mut out, global[j], &bl.columns[j]);
+                    add_scaled(&mut out, -global[j], &bl.columns[j]);
                 }
                 if let Some(ch) = &bl.local {
                     let x = ch.solve(&(local - &bl.cross * &global));
                     for (i, x) in x.iter().enumerate() {
-                        take(&mut out, *x, &bl.columns[g + i]);
+                        add_scaled(&mut out, -x, &bl.columns[g + i]);
                     }
                 }
                 out
             })
             .collect()
     }
-}
-
-/// Scalar product.
-#[inline]
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut s = [0.0; 4];
-    let n = a.len().min(b.len());
-    let m = n / 4 * 4;
-    let mut i = 0;
-    while i < m {
-        s[0] += a[i] * b[i];
-        s[1] += a[i + 1] * b[i + 1];
-        s[2] += a[i + 2] * b[i + 2];
-        s[3] += a[i + 3] * b[i + 3];
-        i += 4;
-    }
-    let mut t = (s[0] + s[1]) + (s[2] + s[3]);
-    while i < n {
-        t += a[i] * b[i];
-        i += 1;
-    }
-    t
-}
-
-/// Scalar products with four columns at once, each summed as [`dot`] sums it: one product alone waits for its own sum.
-fn dots(a: &[f64], b: &[Vec<f64>; 4]) -> [f64; 4] {
-    let b = b.each_ref().map(|b| &b[..a.len()]);
-    let (whole, rest) = a.as_chunks::<4>();
-    let mut s = [[0.0; 4]; 4];
-    for (k, a) in whole.iter().enumerate() {
-        for (s, b) in s.iter_mut().zip(&b) {
-            let b = &b[4 * k..4 * k + 4];
-            for i in 0..4 {
-                s[i] += a[i] * b[i];
-            }
-        }
-    }
-    let mut t = s.map(|s| (s[0] + s[1]) + (s[2] + s[3]));
-    for (k, a) in rest.iter().enumerate() {
-        for (t, b) in t.iter_mut().zip(&b) {
-            *t += a * b[4 * whole.len() + k];
-        }
-    }
-    t
 }

@@ -15,7 +15,7 @@ use data::local_of;
 use hysteresis_contact::law::Parameters as Law;
 use rayon::prelude::*;
 
-pub use data::{Data, Nuisance, Parameter, Record, Scales};
+pub use data::{Data, Nuisance, Parameter, Record, Scales, STIFFNESS_SCALE};
 pub use fit::{Fit, Options};
 pub use linear::{Block, Linear};
 
@@ -130,26 +130,22 @@ impl<'a> Problem<'a> {
         out.clear();
         let rec = &self.data.records[r];
         let n = rec.setup.time.len();
-        let mut tmp = vec![0.0; n];
+        let mut weighted = vec![0.0; n];
         for c in self.data.compared(r) {
             let i = c.index();
-            let w = &rec.weight[i];
+            let at = out.len();
+            out.resize(at + n, 0.0);
+            let samples = weighted.iter_mut().zip(&e[i]).zip(&rec.weight[i]);
             match negate_from {
                 Some(y) => {
                     let y = y[i].as_ref().expect("compared channels are there");
-                    for k in 0..n {
-                        tmp[k] = (y[k] - e[i][k]) * w[k];
-                    }
+                    samples.zip(y).for_each(|(((t, e), w), y)| *t = (y - e) * w);
                 }
-                None => {
-                    for k in 0..n {
-                        tmp[k] = e[i][k] * w[k];
-                    }
-                }
+                // what leaves a channel alone leaves nothing of it
+                None if e[i].iter().all(|v| *v == 0.0) => continue,
+                None => samples.for_each(|((t, e), w)| *t = e * w),
             }
-            let at = out.len();
-            out.resize(at + n, 0.0);
-            self.data.noise[i].whiten(&tmp, &mut out[at..]);
+            self.data.noise[i].whiten(&weighted, &mut out[at..]);
         }
     }
 
