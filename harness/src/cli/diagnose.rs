@@ -57,7 +57,13 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let mut failed = false;
     for (i, c) in campaigns.iter().enumerate() {
         let stage = |text: &str| progress.stage(&format!("{}: {text}", c.folder));
-        let settings = Settings { bootstrap: a.bootstrap, element: true, stage: &stage, stopped: &interrupted };
+        let settings = Settings {
+            bootstrap: a.bootstrap,
+            element: true,
+            others: &campaigns,
+            stage: &stage,
+            stopped: &interrupted,
+        };
         match diagnosis::diagnose_with(c, &settings) {
             Ok(o) => {
                 let dir = a.out.join(&c.folder);

@@ -23,6 +23,7 @@ pub mod rivals;
 pub mod run;
 pub mod search;
 pub mod second;
+pub mod sensors;
 pub mod sift;
 pub mod unclipped;
 

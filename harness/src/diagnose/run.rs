@@ -9,6 +9,7 @@ use super::heldout::{held_out, HeldOut};
 use super::mechanism::Origin;
 use super::prepare::{prepare, renewed_noise, Guess, Invalid};
 use super::search::{MakeUp, Search, Term};
+use super::sensors::against;
 use crate::model::estimate::{Data, Fit, Options, Problem};
 use crate::record::{Campaign, Kind};
 use rayon::prelude::*;
@@ -37,6 +38,8 @@ pub struct Settings<'a> {
     pub bootstrap: usize,
     /// Whether to pack the element and predict the recordings through it.
     pub element: bool,
+    /// Campaigns of the same run: where one read the same impacts, the two sensors are held against each other.
+    pub others: &'a [Campaign],
     /// Told of every stage as it begins.
     pub stage: &'a (dyn Fn(&str) + Sync),
     /// Asked between stages; true ends the diagnosis.
@@ -45,7 +48,7 @@ pub struct Settings<'a> {
 
 impl Default for Settings<'_> {
     fn default() -> Self {
-        Settings { bootstrap: 0, element: true, stage: &|_| {}, stopped: &|| false }
+        Settings { bootstrap: 0, element: true, others: &[], stage: &|_| {}, stopped: &|| false }
     }
 }
 
@@ -236,6 +239,7 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     }
     stage("working out the answer")?;
     let mut findings = gather(c, &search, &decision, &before, after.as_ref(), settings.stage);
+    findings.sensors = against(c, settings.others);
     if settings.bootstrap > 0 {
         let n = settings.bootstrap;
         let each = |i: usize| {

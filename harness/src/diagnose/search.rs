@@ -277,14 +277,17 @@ impl<'a> Search<'a> {
     }
 }
 
+/// Whether readings stay at `top`, the largest of their campaign, several samples long.
+pub fn flat(y: &[f64], top: f64) -> bool {
+    y.windows(FLAT).any(|w| w.iter().all(|v| (v.abs() - top).abs() <= 1e-9 * top))
+}
+
 /// The channel whose recordings of different levels end in one and the same reading, `top`, several samples long: no
 /// impact does that, a range does.
 fn flat_top(data: &Data, top: [f64; 3]) -> Option<Channel> {
     [Channel::Force, Channel::Acceleration].into_iter().find(|c| {
         let i = c.index();
-        let at_top = |v: &f64| (v.abs() - top[i]).abs() <= 1e-9 * top[i];
-        let flat = |y: &Vec<f64>| y.windows(FLAT).any(|w| w.iter().all(at_top));
-        let ends = data.records.iter().filter(|r| r.y[i].as_ref().is_some_and(flat));
+        let ends = data.records.iter().filter(|r| r.y[i].as_ref().is_some_and(|y| flat(y, top[i])));
         let mut levels: Vec<usize> = ends.map(|r| r.level).collect();
         levels.sort_unstable();
         levels.dedup();

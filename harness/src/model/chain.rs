@@ -5,8 +5,8 @@ use super::physics::{LowPass, Physics};
 use super::simulate::Trace;
 use crate::record::Channel;
 
-/// One pole y' = w (u - y) with u linear between samples, exactly; in place.
-fn pole(u: &mut [f64], w: f64, dt: f64) {
+/// One pole y' = w (u - y) with u linear between samples, exactly; in place. `w` in rad/s, `dt` in s.
+pub fn pole(u: &mut [f64], w: f64, dt: f64) {
     let a = (-w * dt).exp();
     let q = w * dt;
     // response to a ramp over one step: y1 = a y0 + b0 u0 + b1 u1
@@ -75,18 +75,22 @@ fn low_pass(u: &mut [f64], l: &LowPass, dt: f64) {
     }
 }
 
+/// The even samples `u` at `place` (0: the first of them), by the cubic of Catmull and Rom 1974; beyond the ends they
+/// stay as they are.
+pub fn between(u: &[f64], place: f64) -> f64 {
+    let k = place.floor();
+    let w = place - k;
+    let k = if k.abs() < 1e9 { k as isize } else { 0 };
+    let at = |i: isize| u[i.clamp(0, u.len() as isize - 1) as usize];
+    let (a, b, c, d) = (at(k - 1), at(k), at(k + 1), at(k + 2));
+    b + 0.5 * w * (c - a + w * (2.0 * a - 5.0 * b + 4.0 * c - d + w * (3.0 * (b - c) + d - a)))
+}
+
 /// u <- u(t - late) by cubic interpolation on the grid.
 fn shift(u: &mut [f64], late: f64, dt: f64) {
-    let n = u.len() as isize;
     let src = u.to_vec();
-    let at = |i: isize| src[i.clamp(0, n - 1) as usize];
     for (i, v) in u.iter_mut().enumerate() {
-        let s = i as f64 - late / dt;
-        let k = s.floor();
-        let w = s - k;
-        let k = if k.abs() < 1e9 { k as isize } else { 0 };
-        let (a, b, c, d) = (at(k - 1), at(k), at(k + 1), at(k + 2));
-        *v = b + 0.5 * w * (c - a + w * (2.0 * a - 5.0 * b + 4.0 * c - d + w * (3.0 * (b - c) + d - a)));
+        *v = between(&src, i as f64 - late / dt);
     }
 }
 

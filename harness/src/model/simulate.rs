@@ -86,8 +86,6 @@ pub struct Trace {
 pub const TOLERANCE: f64 = 1e-7;
 /// The same where candidates are sifted.
 pub const COARSE: f64 = 3e-6;
-/// Steps a contact gets at least where an element takes the law's place.
-const ELEMENT_STEPS: f64 = 400.0;
 /// Steps after which a recording is given up.
 const MOST_STEPS: usize = 20_000;
 
@@ -119,16 +117,23 @@ pub fn law_of(physics: &Physics, s: &Setup, local: &Local) -> Parameters {
     scaled(physics, s.order, local).law
 }
 
-/// As [`simulate`], with `element` in the law's place. Its memory moves at accepted steps only, so steps are short.
+/// An element and the steps that a contact gets with it at least: its memory moves at accepted steps only, so what it
+/// remembers is right to first order in their length.
+pub struct Stepped {
+    pub element: Box<dyn Element>,
+    pub steps: f64,
+}
+
+/// As [`simulate`], with an element in the law's place.
 ///
 /// # Errors
 /// The first thing the element refuses.
-pub fn simulate_on(element: Box<dyn Element>, physics: &Physics, s: &Setup, local: &Local) -> anyhow::Result<Trace> {
+pub fn simulate_on(on: Stepped, physics: &Physics, s: &Setup, local: &Local) -> anyhow::Result<Trace> {
     let p = scaled(physics, s.order, local);
-    let driven = RefCell::new(Driven { element, at: (0.0, 0.0, 0.0), failed: None });
+    let driven = RefCell::new(Driven { element: on.element, at: (0.0, 0.0, 0.0), failed: None });
     let trace = match s.kind {
         Kind::Indentation => indent(&p, s, local, Some(&driven)),
-        _ => free(&p, s, local, Some(&driven)),
+        _ => free(&p, s, local, Some((&driven, on.steps))),
     };
     match driven.into_inner().failed {
         Some(e) => Err(e),
@@ -184,7 +189,7 @@ pub fn force_on_body(p: &Physics, s: &Setup, t: f64, x: f64, v: f64) -> f64 {
     Rig::new(p, s, None).motion_force(t, x, v) + p.mass * p.gravity
 }
 
-fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>) -> Trace {
+fn free(p: &Physics, s: &Setup, local: &Local, on: Option<(&RefCell<Driven>, f64)>) -> Trace {
     let n = s.time.len();
     let mut out = Trace {
         force: vec![0.0; n],
@@ -200,11 +205,12 @@ fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>
     let clock = local.start;
     let mut y;
     let forward_from;
+    let element = on.map(|(e, _)| e);
     let mut rig = Rig::new(p, s, element);
     let dt = s.time[1] - s.time[0];
-    let (largest, most) = match element {
+    let (largest, most) = match on {
         None => ((s.duration * 2.0).max(dt * 4.0), MOST_STEPS),
-        Some(_) => (s.duration / ELEMENT_STEPS, 100 * MOST_STEPS),
+        Some((_, steps)) => (s.duration / steps, 100 * MOST_STEPS),
     };
     if s.kind == Kind::DropTest {
         y = rig.along(0.0, local.speed);

@@ -12,6 +12,7 @@ use crate::diagnose::latent::{latent, Latent};
 use crate::diagnose::map::{map, Cell};
 use crate::diagnose::rivals::{rivals, Rival};
 use crate::diagnose::search::{MakeUp, Search};
+use crate::diagnose::sensors::Against;
 use crate::diagnose::unclipped::{unclipped, Unclipped};
 use crate::model::estimate::{Options, Problem};
 use crate::record::{Campaign, Channel};
@@ -36,6 +37,8 @@ pub struct Findings {
     /// The clipped channel and its recordings without the clip.
     pub unclipped: Option<(Channel, Vec<Unclipped>)>,
     pub bootstrap: Option<Bootstrap>,
+    /// This campaign's sensor against others that read the same impacts.
+    pub sensors: Vec<Against>,
     /// What a reader has to know before believing the rest.
     pub caveats: Vec<String>,
 }

@@ -1,7 +1,7 @@
 //! report.html: what a test engineer reads in a minute, the sentence on top.
 
 use super::verdict::unit;
-use super::words::{advice, bias, figure, parameters, sentence, share, through};
+use super::words::{advice, bias, figure, parameters, sensors, sentence, share, through};
 use crate::diagnose::acts::PHASES;
 use crate::diagnose::run::Outcome;
 use crate::record::{Campaign, Channel, Kind};
@@ -22,6 +22,7 @@ pub fn html(c: &Campaign, o: &Outcome) -> String {
             page = mechanism(page, m);
         }
         page = clipping(page, c, o);
+        page = other_sensors(page, o);
         page = experiments(page, o);
         page = latent(page, o);
         page = bias_table(page, o);
@@ -229,6 +230,40 @@ fn clipping(page: Page, c: &Campaign, o: &Outcome) -> Page {
     page.section("The peak before the clip")
         .table(&["recording", "level", "largest reading", "peak without clipping", "95 % interval"], &rows)
         .paragraph("The green curves show the channel without clipping; they are written to without_clipping/.")
+}
+
+fn other_sensors(mut page: Page, o: &Outcome) -> Page {
+    for (a, words) in o.findings.sensors.iter().zip(sensors(o)) {
+        let rows: Vec<Vec<String>> = a
+            .readings
+            .iter()
+            .map(|r| {
+                let (q, percent) = (unit(a.channel), |v: f64| format!("{:.2} %", 100.0 * v));
+                vec![
+                    r.file.clone(),
+                    format!("{} ms", figure(1e3 * r.lag, "")),
+                    figure(r.gain, ""),
+                    percent(r.before),
+                    percent(r.after),
+                    figure(r.read, q),
+                    figure(r.expected, q),
+                ]
+            })
+            .collect();
+        page = page.section(&format!("Beside the sensor of {}", a.other)).paragraph(&words).table(
+            &[
+                "recording",
+                "lag",
+                "gain",
+                "misfit of range without a lag",
+                "with it",
+                "largest reading",
+                "by the other sensor, without a limit",
+            ],
+            &rows,
+        );
+    }
+    page
 }
 
 fn experiments(mut page: Page, o: &Outcome) -> Page {

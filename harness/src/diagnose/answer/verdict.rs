@@ -8,6 +8,7 @@ use crate::diagnose::heldout::HeldOut;
 use crate::diagnose::map::Cell;
 use crate::diagnose::mechanism::Origin;
 use crate::diagnose::search::Search;
+use crate::diagnose::sensors::{Against, Mean};
 use crate::model::estimate::Problem;
 use crate::record::{Campaign, Channel};
 use serde_json::{json, Map, Value};
@@ -93,11 +94,31 @@ pub fn verdict(
             })
             .collect();
     }
+    if !f.sensors.is_empty() {
+        v["other_sensors"] = f.sensors.iter().map(other_sensor).collect();
+    }
     if let Some(l) = &f.latent {
         v["latent_force"] = json!({"origin": l.place.origin(), "phase": PHASES[l.phase], "unit": l.place.unit(),
             "places": l.scores.iter().map(|(p, g)| json!({"what": p.words(), "chi2_gain": g})).collect::<Vec<_>>()});
     }
     v
+}
+
+/// The campaign's sensor against one that read the same impacts.
+fn other_sensor(a: &Against) -> Value {
+    let mean = |m: &Mean, unit: &str| json!({"value": m.value, "unit": unit, "ci95": [m.low, m.high]});
+    let (before, after) = a.misfit();
+    json!({
+        "campaign": a.other,
+        "channel": a.channel.name(),
+        "mechanism": a.lags().then_some("lowpass_lag"),
+        "lag": mean(&a.lag, "s"),
+        "gain": mean(&a.gain, "1"),
+        "nrmse": {"before": before, "after": after},
+        "recordings": a.readings.iter().map(|r| json!({"recording": r.file, "lag": r.lag, "gain": r.gain,
+            "nrmse": {"before": r.before, "after": r.after}, "unit": unit(a.channel), "read": r.read,
+            "without_limit": r.expected, "limited": r.limited})).collect::<Vec<_>>(),
+    })
 }
 
 /// What became of the contact element: whether it is right as it is, and the FMU's start values.

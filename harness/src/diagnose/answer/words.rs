@@ -1,8 +1,10 @@
 //! The answer in words: one sentence, and a short text for the terminal.
 
+use super::verdict::unit;
 use crate::diagnose::bias::Bias;
 use crate::diagnose::element::Packed;
 use crate::diagnose::run::Outcome;
+use crate::diagnose::sensors::{Against, Reading};
 use serde_json::Value;
 
 /// A number with as many digits as a reader wants, and its unit.
@@ -153,6 +155,42 @@ pub fn through(o: &Outcome, p: &Packed) -> String {
     }
 }
 
+/// What other sensors on the same impacts say of this campaign's, one text each.
+pub fn sensors(o: &Outcome) -> Vec<String> {
+    let of = |a: &Against| {
+        let (before, after) = a.misfit();
+        let ms = |s: f64| figure(1e3 * s, "");
+        let lag = if a.lags() {
+            format!(
+                "lags behind by {} ms (95 %: {} to {}; a first-order low-pass, lowpass_lag: the misfit between the two goes \
+                 from {:.2} % to {:.2} % of range)",
+                ms(a.lag.value),
+                ms(a.lag.low),
+                ms(a.lag.high),
+                100.0 * before,
+                100.0 * after
+            )
+        } else {
+            format!("lags behind by nothing that shows (95 %: {} to {} ms)", ms(a.lag.low), ms(a.lag.high))
+        };
+        let unit = unit(a.channel);
+        let beyond = |r: &Reading| format!("{} {}", r.file, figure(r.expected, unit));
+        let limited: Vec<String> = a.readings.iter().filter(|r| r.limited).map(beyond).collect();
+        let limit = if limited.is_empty() {
+            String::new()
+        } else {
+            format!(" Without its limit it would have read, by the other sensor: {}.", limited.join(", "))
+        };
+        format!(
+            "Beside {}, which read the same impacts, the {} {lag}; its gain is {} of the other's.{limit}",
+            a.other,
+            a.channel.name(),
+            figure(a.gain.value, "")
+        )
+    };
+    o.findings.sensors.iter().map(of).collect()
+}
+
 /// A few lines for the terminal: the sentence first.
 pub fn summary(o: &Outcome) -> String {
     let v = &o.verdict;
@@ -191,6 +229,9 @@ pub fn summary(o: &Outcome) -> String {
             figure(number(&u["ci95"][0]), ""),
             figure(number(&u["ci95"][1]), text(&u["unit"]))
         );
+    }
+    for t in sensors(o) {
+        s += &format!("  {t}\n");
     }
     if let Ok(p) = &o.element {
         s += &format!("  HysteresisContact.fmu: {}\n", through(o, p));

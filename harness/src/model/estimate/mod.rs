@@ -9,7 +9,7 @@ mod linear;
 
 use super::chain::readings;
 use super::physics::Physics;
-use super::simulate::{law_of, simulate, simulate_on, Local, Trace};
+use super::simulate::{law_of, simulate, simulate_on, Local, Stepped, Trace};
 use crate::host::element::Element;
 use data::local_of;
 use hysteresis_contact::law::Parameters as Law;
@@ -91,8 +91,8 @@ impl<'a> Problem<'a> {
         (0..self.data.records.len()).into_par_iter().map(|r| self.residual(point, r)).collect()
     }
 
-    /// As [`Problem::predict`], with the contact of `element` where the law stands else; `element` is made for the
-    /// law this recording has at that point.
+    /// As [`Problem::predict`], with the contact of `element` where the law stands else, at least `steps` of them a
+    /// contact; `element` is made for the law this recording has at that point.
     ///
     /// # Errors
     /// What `element` and the element it makes refuse.
@@ -102,11 +102,13 @@ impl<'a> Problem<'a> {
         r: usize,
         local: &[f64],
         element: &dyn Fn(&Law) -> anyhow::Result<Box<dyn Element>>,
+        steps: f64,
     ) -> anyhow::Result<(Trace, [Vec<f64>; 3])> {
         let p = self.physics(theta);
         let rec = &self.data.records[r];
         let l = self.local(local);
-        let t = simulate_on(element(&law_of(&p, &rec.setup, &l))?, &p, &rec.setup, &l)?;
+        let on = Stepped { element: element(&law_of(&p, &rec.setup, &l))?, steps };
+        let t = simulate_on(on, &p, &rec.setup, &l)?;
         let mut y = readings(&p, &t, &rec.setup.time);
         self.add_zeros(&mut y, local);
         Ok((t, y))
