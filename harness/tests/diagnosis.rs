@@ -1,7 +1,8 @@
 //! The diagnosis on campaigns made by the harness itself: silent when nothing is missing, the right name when something is.
 
 use touchdown::demo::{write_campaign, Recipe};
-use touchdown::diagnose::run::{diagnose, Outcome};
+use touchdown::diagnose::answer::summary;
+use touchdown::diagnose::run::{diagnose, diagnose_with, Outcome, Settings};
 use touchdown::record;
 
 fn outcome(recipe: &Recipe) -> Outcome {
@@ -103,11 +104,25 @@ fn a_low_pass_filter_in_the_chain_leaves_the_element_right() {
     use touchdown::record::Channel;
     let mut r = Recipe::default();
     r.physics.low_pass = Some(LowPass { corner: 2.0e4, form: 1, damping: 1.0, channel: Channel::Force });
-    let o = outcome(&r);
+    // the same impacts, seen by sensors without the filter and with hardly any of this noise
+    let dir = tempfile::tempdir().unwrap();
+    let quiet = Recipe { noise: [0.1, 0.2, 2e-7], ..Recipe::default() };
+    let [slow, quick] = [("slow", r), ("quick", quiet)].map(|(name, recipe)| {
+        write_campaign(&dir.path().join(name), &recipe).unwrap();
+        record::load(&dir.path().join(name)).unwrap()
+    });
+    let o = diagnose_with(&slow, &Settings { others: &[quick], ..Settings::default() }).unwrap();
     let n = names(&o);
     assert!(n == ["lowpass_lag"] || n == ["channel_skew"], "{n:?}");
     assert_eq!(o.verdict["mismatch"]["where"][0]["origin"], "chain");
     assert_eq!(o.verdict["element"]["right"], true);
+    let beside = o.verdict["other_sensors"].as_array().unwrap();
+    let of = |channel: &str| beside.iter().find(|b| b["channel"] == channel).unwrap();
+    let (force, acceleration) = (of("force"), of("acceleration"));
+    assert_eq!((&force["campaign"], &force["mechanism"]), (&"quick".into(), &"lowpass_lag".into()));
+    assert!((force["lag"]["value"].as_f64().unwrap() - 5e-5).abs() < 5e-6, "{force}");
+    assert!(acceleration["mechanism"].is_null(), "{acceleration}");
+    assert!(summary(&o).contains("lags behind by 0.0"), "{}", summary(&o));
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Two sensors on the same impacts: where a run diagnoses both their campaigns, each is held against the other. A lag
 //! that bends a pulse too little to show beside an unknown law shows at once beside a second reading of that pulse.
 
+use super::candidate::DETECT;
 use super::search::flat;
 use crate::fit::simplex::{minimise, Options};
 use crate::model::chain::{between, pole};
@@ -25,6 +26,8 @@ pub struct Reading {
     /// Root mean square misfit over the recording's range, without the lag and with it.
     pub before: f64,
     pub after: f64,
+    /// Fall of chi^2 by the lag, the noise taken from what is left with it.
+    pub fall: f64,
     /// Largest magnitude read, and what the other sensor says it would have been without a limit, SI.
     pub read: f64,
     pub expected: f64,
@@ -51,8 +54,10 @@ const GAIN: f64 = 1.25;
 const SPEEDS: f64 = 3.0;
 /// Share of the samples that both windows have to hold.
 const OVERLAP: f64 = 0.5;
-/// Fall of the misfit from which a lag is believed.
-const FALL: f64 = 0.8;
+/// Median of the magnitude of normal noise to its standard deviation; places between two samples over which what an
+/// interpolation keeps of noise is averaged.
+const MEDIAN_TO_SIGMA: f64 = 1.4826;
+const PLACES: usize = 8;
 /// Share of the largest reading from which a channel that ends flat is taken to be at its limit.
 const NEAR_LIMIT: f64 = 0.995;
 
@@ -65,8 +70,7 @@ impl Against {
 
     /// Whether this sensor lags behind the other: beyond what recordings scatter by, and with a better fit to show for it.
     pub fn lags(&self) -> bool {
-        let (before, after) = self.misfit();
-        self.lag.low > 0.0 && after < FALL * before
+        self.lag.low > 0.0 && self.readings.iter().map(|r| r.fall).sum::<f64>() > DETECT
     }
 }
 
@@ -100,11 +104,35 @@ impl<'a> Window<'a> {
     }
 }
 
+/// Standard deviation of the noise from one sample to the next, from third differences (of white noise they have 20 times
+/// its variance) by their median, which a pulse's edges do not move.
+fn sample_noise(y: &[f64]) -> f64 {
+    let mut d: Vec<f64> = y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
+    d.sort_by(f64::total_cmp);
+    d.get(d.len() / 2).map_or(0.0, |m| MEDIAN_TO_SIGMA * m / 20f64.sqrt())
+}
+
+/// Mean square that unit white noise of the samples of a window keeps behind a lag of `tau` samples, read between them:
+/// a lag smooths the other sensor's noise, and must not be believed for that.
+fn kept_noise(tau: f64) -> f64 {
+    let before = 4;
+    let mut impulse = vec![0.0; 2 * before + (20.0 * tau.abs()).min(4000.0) as usize];
+    impulse[before] = 1.0;
+    let time: Vec<f64> = (0..impulse.len()).map(|i| i as f64).collect();
+    let y = Window { time: &time, y: &impulse, dt: 1.0 }.lagged(tau);
+    let squares = (0..PLACES).flat_map(|f| {
+        let y = &y;
+        (0..y.len()).map(move |i| between(y, i as f64 + f as f64 / PLACES as f64).powi(2))
+    });
+    squares.sum::<f64>() / PLACES as f64
+}
+
 /// How far `from`, behind a lag and a delay, scaled and shifted, accounts for `to`.
 struct Match {
     gain: f64,
     zero: f64,
-    /// Mean square left, and the share of the variance that is.
+    /// Samples compared, mean square left, and the share of the variance that is.
+    samples: f64,
     left: f64,
     share: f64,
 }
@@ -133,7 +161,7 @@ fn matched(from: &Window<'_>, y: &[f64], to: &Window<'_>, weight: &[bool], delay
     let gain = c / vu;
     let left = ((vv - gain * c) / n).max(0.0);
     let whole = vv / n;
-    (vu > 0.0 && whole > 0.0).then(|| Match { gain, zero: (sv - gain * su) / n, left, share: left / whole })
+    (vu > 0.0 && whole > 0.0).then(|| Match { gain, zero: (sv - gain * su) / n, samples: n, left, share: left / whole })
 }
 
 /// One recording of `c` against the same impact's recording by the other sensor; None where they are not alike.
@@ -141,16 +169,19 @@ fn reading(from: &Recording, to: &Recording, channel: Channel, top: f64, limited
     let (a, b) = (Window::of(from, channel)?, Window::of(to, channel)?);
     let weight: Vec<bool> = b.y.iter().map(|v| !limited || v.abs() < NEAR_LIMIT * top).collect();
     let worst = f64::INFINITY;
-    let share = |tau: f64, delay: f64| {
-        let y = a.lagged(tau);
-        matched(&a, &y, &b, &weight, delay).map_or(worst, |m| if m.gain > 0.0 { m.share } else { worst })
+    let noise = sample_noise(a.y).powi(2);
+    let share_of = |y: &[f64], kept: f64, delay: f64| match matched(&a, y, &b, &weight, delay) {
+        Some(m) if m.gain > 0.0 => m.share * (1.0 - m.gain * m.gain * noise * kept / m.left.max(1e-300)),
+        _ => worst,
     };
+    let share = |tau: f64, delay: f64| share_of(&a.lagged(tau), kept_noise(tau / a.dt), delay);
     // every delay that leaves enough of both windows
     let step = 0.5 * a.dt.min(b.dt);
     let most = 0.5 * (b.time[b.time.len() - 1] - b.time[0]);
     let count = (2.0 * most / step) as usize;
     let at = |i: usize| i as f64 * step - most;
-    let delay = (0..=count).map(at).min_by(|x, y| share(0.0, *x).total_cmp(&share(0.0, *y)))?;
+    let plainly = |delay: f64| share_of(a.y, 1.0, delay);
+    let delay = (0..=count).map(at).min_by(|x, y| plainly(*x).total_cmp(&plainly(*y)))?;
     let options = Options { iterations: 400, spread: 1e-12, size: 1e-4 };
     let plain = minimise(&mut |x| share(0.0, x[0]), &[delay], &[step], &options, &mut |_, _| false);
     let start = [0.5 * b.dt, plain.x[0] - 0.5 * b.dt];
@@ -171,6 +202,7 @@ fn reading(from: &Recording, to: &Recording, channel: Channel, top: f64, limited
         gain: m.gain,
         before: without.left.sqrt() / (high - low),
         after: m.left.sqrt() / (high - low),
+        fall: m.samples * (without.left / m.left.max(1e-300)).ln().min(1e3),
         read,
         expected: largest(&mut y.iter().map(|v| m.gain * v + m.zero)),
         limited: limited && read >= NEAR_LIMIT * top,
@@ -306,6 +338,24 @@ mod tests {
             let found: Vec<Against> = both.iter().flat_map(|c| against(c, &both)).collect();
             assert!(found.len() == 2 && found.iter().all(|f| !f.lags()), "{dt}: {found:?}");
         }
+    }
+
+    #[test]
+    fn noise_of_the_other_sensor_is_not_taken_for_a_lag() {
+        let noisy = |folder: &str, tau: f64, seed: f64| {
+            let mut c = campaign(folder, 4e-3, tau, 1e-4, NONE);
+            for (r, k) in c.recordings.iter_mut().zip([1.0, 2.0, 3.0]) {
+                let y = r.channels[1].as_mut().unwrap();
+                // sines of phases far apart: as good as white
+                y.iter_mut().enumerate().for_each(|(i, v)| *v += 3.0 * (seed * (i * i) as f64 + k).sin());
+            }
+            c
+        };
+        let plain = noisy("plain", 0.0, 0.7);
+        let alike = against(&noisy("alike", 0.0, 1.9), std::slice::from_ref(&plain));
+        assert!(alike.len() == 1 && !alike[0].lags() && alike[0].lag.low < 0.0, "{alike:?}");
+        let slow = against(&noisy("slow", 3e-4, 1.9), std::slice::from_ref(&plain));
+        assert!(slow[0].lags() && (slow[0].lag.value - 3e-4).abs() < 5e-5, "{slow:?}");
     }
 
     #[test]
