@@ -8,6 +8,7 @@ use crate::host::element::Element;
 use crate::host::{Fmu, FmuElement, Names};
 use crate::model::estimate::Problem;
 use crate::pack;
+use crate::record::range;
 use anyhow::{ensure, Context, Result};
 use hysteresis_contact::law::Parameters;
 use hysteresis_contact::variables::{Settings, PARAMETER_TABLE};
@@ -90,9 +91,9 @@ fn through(search: &Search<'_>, c: &Candidate, h: &HeldOut, fmu: &[u8]) -> Resul
             ensure!(trace.ok, "{file}: the motion on the FMU does not reach the recording's end");
             for ((own, of_fmu), read) in h.readings[r].iter().zip(&y).zip(&data.records[r].y) {
                 let Some(read) = read else { continue };
-                let (lo, hi) = read.iter().fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(*v), b.max(*v)));
+                let range = range(read).max(1e-300);
                 for (a, b) in own.iter().zip(of_fmu) {
-                    difference = difference.max((a - b).abs() / (hi - lo).max(1e-300));
+                    difference = difference.max((a - b).abs() / range);
                 }
             }
             readings.push(y);

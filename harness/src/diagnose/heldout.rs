@@ -2,6 +2,7 @@
 
 use super::candidate::Candidate;
 use super::search::Search;
+use crate::fit::levels::nrmse;
 use crate::model::estimate::{Data, Nuisance, Options, Point, Problem};
 use rayon::prelude::*;
 
@@ -93,10 +94,8 @@ pub fn misfit(data: &Data, readings: &[[Vec<f64>; 3]]) -> f64 {
     for (rec, p) in data.records.iter().zip(readings) {
         for (y, p) in rec.y.iter().zip(p) {
             let Some(y) = y else { continue };
-            let (lo, hi) = y.iter().fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(*v), b.max(*v)));
-            if hi > lo {
-                let ss: f64 = y.iter().zip(p).map(|(a, b)| (a - b) * (a - b)).sum();
-                sum += (ss / y.len() as f64).sqrt() / (hi - lo);
+            if let Some(e) = nrmse(y, p) {
+                sum += e;
                 n += 1.0;
             }
         }

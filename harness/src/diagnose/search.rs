@@ -5,7 +5,7 @@ use super::mechanisms::ALL;
 use super::prepare::Guess;
 use crate::model::estimate::{Data, Fit, Model, Options, Parameter, Point, Problem, STIFFNESS_SCALE};
 use crate::model::physics::{Physics, GRAVITY};
-use crate::record::{Campaign, Channel, Kind};
+use crate::record::{largest, Campaign, Channel, Kind};
 use rayon::prelude::*;
 
 /// A mechanism in one of its forms.
@@ -44,7 +44,7 @@ impl<'a> Search<'a> {
         for r in &data.records {
             for (t, y) in top.iter_mut().zip(&r.y) {
                 if let Some(y) = y {
-                    *t = y.iter().fold(*t, |m, v| m.max(v.abs()));
+                    *t = t.max(largest(y));
                 }
             }
         }

@@ -5,7 +5,7 @@ use super::candidate::DETECT;
 use super::search::flat;
 use crate::fit::simplex::{minimise, Options};
 use crate::model::chain::{between, pole};
-use crate::record::{Campaign, Channel, Recording};
+use crate::record::{largest, range, Campaign, Channel, Recording};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// A mean over recordings with its 95 % interval (Student 1908).
@@ -175,15 +175,16 @@ fn reading(from: &Recording, to: &Recording, channel: Channel, top: f64, limited
         _ => worst,
     };
     let share = |tau: f64, delay: f64| share_of(&a.lagged(tau), kept_noise(tau / a.dt), delay);
+    let kept = kept_noise(0.0);
+    let plainly = |delay: f64| share_of(a.y, kept, delay);
     // every delay that leaves enough of both windows
     let step = 0.5 * a.dt.min(b.dt);
     let most = 0.5 * (b.time[b.time.len() - 1] - b.time[0]);
     let count = (2.0 * most / step) as usize;
     let at = |i: usize| i as f64 * step - most;
-    let plainly = |delay: f64| share_of(a.y, 1.0, delay);
     let delay = (0..=count).map(at).min_by(|x, y| plainly(*x).total_cmp(&plainly(*y)))?;
     let options = Options { iterations: 400, spread: 1e-12, size: 1e-4 };
-    let plain = minimise(&mut |x| share(0.0, x[0]), &[delay], &[step], &options, &mut |_, _| false);
+    let plain = minimise(&mut |x| plainly(x[0]), &[delay], &[step], &options, &mut |_, _| false);
     let start = [0.5 * b.dt, plain.x[0] - 0.5 * b.dt];
     let bent = minimise(&mut |x| share(x[0], x[1]), &start, &[0.25 * b.dt, 0.25 * b.dt], &options, &mut |_, _| false);
     let (tau, delay) = if bent.value < plain.value { (bent.x[0], bent.x[1]) } else { (0.0, plain.x[0]) };
@@ -193,18 +194,17 @@ fn reading(from: &Recording, to: &Recording, channel: Channel, top: f64, limited
     if m.share > 1.0 - ALIKE || !(1.0 / GAIN..=GAIN).contains(&m.gain) {
         return None;
     }
-    let (low, high) = b.y.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
-    let largest = |y: &mut dyn Iterator<Item = f64>| y.fold(0.0f64, |m, v| m.max(v.abs()));
-    let read = largest(&mut b.y.iter().copied());
+    let (range, read) = (range(b.y), largest(b.y));
+    let scaled: Vec<f64> = y.iter().map(|v| m.gain * v + m.zero).collect();
     Some(Reading {
         file: to.file.clone(),
         lag: tau,
         gain: m.gain,
-        before: without.left.sqrt() / (high - low),
-        after: m.left.sqrt() / (high - low),
+        before: without.left.sqrt() / range,
+        after: m.left.sqrt() / range,
         fall: m.samples * (without.left / m.left.max(1e-300)).ln().min(1e3),
         read,
-        expected: largest(&mut y.iter().map(|v| m.gain * v + m.zero)),
+        expected: largest(&scaled),
         limited: limited && read >= NEAR_LIMIT * top,
     })
 }
@@ -245,9 +245,9 @@ pub fn against(c: &Campaign, others: &[Campaign]) -> Vec<Against> {
             continue;
         }
         for channel in [Channel::Force, Channel::Acceleration] {
-            let reads = |r: &Recording| r.channels[channel.index()].clone();
-            let own: Vec<Vec<f64>> = c.recordings.iter().filter_map(reads).collect();
-            let top = own.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
+            let own: Vec<&Vec<f64>> =
+                c.recordings.iter().filter_map(|r| r.channels[channel.index()].as_ref()).collect();
+            let top = own.iter().map(|y| largest(y)).fold(0.0, f64::max);
             let limited = own.iter().any(|y| flat(y, top));
             let readings: Option<Vec<Reading>> =
                 pairs.iter().map(|(a, b)| reading(a, b, channel, top, limited)).collect();
@@ -325,8 +325,8 @@ mod tests {
         assert!((a.gain.value - 1.0).abs() < 1e-3, "{a:?}");
         assert_eq!(a.readings.iter().map(|r| r.limited).collect::<Vec<_>>(), [false, true, true]);
         let free = campaign("free", 4e-3, 3e-4, 1e-4, NONE);
-        for (r, truth) in a.readings.iter().zip(&free.recordings) {
-            let peak = truth.channels[1].as_ref().unwrap().iter().cloned().fold(0.0, f64::max);
+        for (r, unlimited) in a.readings.iter().zip(&free.recordings) {
+            let peak = unlimited.channels[1].as_ref().unwrap().iter().cloned().fold(0.0, f64::max);
             assert!((r.expected / peak - 1.0).abs() < 2e-3, "{r:?} {peak}");
         }
     }

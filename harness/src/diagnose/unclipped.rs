@@ -4,7 +4,7 @@ use super::candidate::{wander_up_to, Candidate, WHITE};
 use super::search::Search;
 use crate::model::chain::readings;
 use crate::model::estimate::{Data, Model, Nuisance, Options, Problem};
-use crate::record::Channel;
+use crate::record::{largest, Channel};
 use nalgebra::DMatrix;
 
 /// One recording of the clipped channel.
@@ -70,27 +70,26 @@ pub fn unclipped(search: &Search<'_>, chosen: &Candidate) -> Option<(Channel, Ve
         }
         y
     };
-    let top = |y: &[f64]| y.iter().fold(0.0f64, |m, v| m.max(v.abs()));
     let mut out = Vec::new();
     for (r, rec) in search.data.records.iter().enumerate() {
         let Some(read) = &rec.y[channel.index()] else { continue };
         let free = curve(&point.theta, r, false);
-        let peak = top(&free);
-        let clipped = peak > 1.002 * top(&curve(&point.theta, r, true));
+        let peak = largest(&free);
+        let clipped = peak > 1.002 * largest(&curve(&point.theta, r, true));
         let g = point.theta.len();
         let slope: Vec<f64> = (0..g)
             .map(|j| {
                 let h = model.parameters[j].step;
                 let mut t = point.theta.clone();
                 t[j] += h;
-                (top(&curve(&t, r, false)) - peak) / h
+                (largest(&curve(&t, r, false)) - peak) / h
             })
             .collect();
         let var: f64 = covariance
             .as_ref()
             .map_or(f64::NAN, |c| (0..g).map(|i| (0..g).map(|j| slope[i] * c[(i, j)] * slope[j]).sum::<f64>()).sum());
         let sd = var.max(0.0).sqrt();
-        out.push(Unclipped { file: rec.file.clone(), read: top(read), peak, sd, clipped, curve: free });
+        out.push(Unclipped { file: rec.file.clone(), read: largest(read), peak, sd, clipped, curve: free });
     }
     Some((channel, out))
 }

@@ -4,7 +4,7 @@ use super::descent::descend;
 use super::estimate::{Case, Estimate};
 use super::Watch;
 use crate::model::estimate::{Point, Problem};
-use crate::record::{Campaign, Channel};
+use crate::record::{range, Campaign, Channel};
 use rayon::prelude::*;
 
 /// Readings of every recording by channel at a point; empty where the simulation fails.
@@ -45,8 +45,8 @@ pub fn readings(case: &Case<'_>, point: &Point) -> Readings {
 
 /// rms of the difference over the range of the measured, where both are there.
 pub fn nrmse(measured: &[f64], simulated: &[f64]) -> Option<f64> {
-    let (lo, hi) = measured.iter().fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(*v), b.max(*v)));
-    (simulated.len() == measured.len() && hi > lo).then(|| rms(measured, simulated) / (hi - lo))
+    let range = range(measured);
+    (simulated.len() == measured.len() && range > 0.0).then(|| rms(measured, simulated) / range)
 }
 
 /// A level as the campaign writes it; small numbers with an exponent.

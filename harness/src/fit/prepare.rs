@@ -3,7 +3,7 @@
 use crate::model::estimate::{Data, Record, Scales};
 use crate::model::noise::Noise;
 use crate::model::simulate::Setup;
-use crate::record::{Campaign, Channel, Kind, Recording};
+use crate::record::{self, Campaign, Channel, Kind, Recording};
 
 /// Why a campaign cannot be judged.
 #[derive(Debug, thiserror::Error)]
@@ -144,8 +144,7 @@ pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
     for r in &c.recordings {
         for (k, ch) in r.channels.iter().enumerate() {
             if let Some(y) = ch {
-                let (lo, hi) = y.iter().fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(*v), b.max(*v)));
-                range[k] = range[k].max(hi - lo);
+                range[k] = range[k].max(record::range(y));
             }
         }
         let push = push_of(r, mass)?;

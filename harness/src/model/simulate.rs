@@ -117,23 +117,22 @@ pub fn law_of(physics: &Physics, s: &Setup, local: &Local) -> Parameters {
     scaled(physics, s.order, local).law
 }
 
-/// An element and the steps that a contact gets with it at least: its memory moves at accepted steps only, so what it
-/// remembers is right to first order in their length.
-pub struct Stepped {
-    pub element: Box<dyn Element>,
-    pub steps: f64,
-}
-
-/// As [`simulate`], with an element in the law's place.
+/// As [`simulate`], with `element` in the law's place and at least `steps` steps a contact.
 ///
 /// # Errors
 /// The first thing the element refuses.
-pub fn simulate_on(on: Stepped, physics: &Physics, s: &Setup, local: &Local) -> anyhow::Result<Trace> {
+pub fn simulate_on(
+    element: Box<dyn Element>,
+    steps: f64,
+    physics: &Physics,
+    s: &Setup,
+    local: &Local,
+) -> anyhow::Result<Trace> {
     let p = scaled(physics, s.order, local);
-    let driven = RefCell::new(Driven { element: on.element, at: (0.0, 0.0, 0.0), failed: None });
+    let driven = RefCell::new(Driven { element, steps, at: (0.0, 0.0, 0.0), failed: None });
     let trace = match s.kind {
         Kind::Indentation => indent(&p, s, local, Some(&driven)),
-        _ => free(&p, s, local, Some((&driven, on.steps))),
+        _ => free(&p, s, local, Some(&driven)),
     };
     match driven.into_inner().failed {
         Some(e) => Err(e),
@@ -189,7 +188,7 @@ pub fn force_on_body(p: &Physics, s: &Setup, t: f64, x: f64, v: f64) -> f64 {
     Rig::new(p, s, None).motion_force(t, x, v) + p.mass * p.gravity
 }
 
-fn free(p: &Physics, s: &Setup, local: &Local, on: Option<(&RefCell<Driven>, f64)>) -> Trace {
+fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>) -> Trace {
     let n = s.time.len();
     let mut out = Trace {
         force: vec![0.0; n],
@@ -205,12 +204,11 @@ fn free(p: &Physics, s: &Setup, local: &Local, on: Option<(&RefCell<Driven>, f64
     let clock = local.start;
     let mut y;
     let forward_from;
-    let element = on.map(|(e, _)| e);
     let mut rig = Rig::new(p, s, element);
     let dt = s.time[1] - s.time[0];
-    let (largest, most) = match on {
+    let (largest, most) = match element {
         None => ((s.duration * 2.0).max(dt * 4.0), MOST_STEPS),
-        Some((_, steps)) => (s.duration / steps, 100 * MOST_STEPS),
+        Some(e) => (s.duration / e.borrow().steps, 100 * MOST_STEPS),
     };
     if s.kind == Kind::DropTest {
         y = rig.along(0.0, local.speed);

@@ -91,3 +91,14 @@ pub struct Campaign {
     /// What a reader should know about the folder that is no error: files it holds and does not list.
     pub warnings: Vec<String>,
 }
+
+/// Largest reading less the least, in the readings' unit; below zero where there are none.
+pub fn range(y: &[f64]) -> f64 {
+    let (low, high) = y.iter().fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(*v), b.max(*v)));
+    high - low
+}
+
+/// Largest magnitude, in the readings' unit; zero where there are none.
+pub fn largest(y: &[f64]) -> f64 {
+    y.iter().fold(0.0, |m, v| v.abs().max(m))
+}

@@ -4,6 +4,7 @@ use super::verdict::unit;
 use super::words::{advice, bias, figure, parameters, sensors, sentence, share, through};
 use crate::diagnose::acts::PHASES;
 use crate::diagnose::run::Outcome;
+use crate::fit::levels::nrmse;
 use crate::record::{Campaign, Channel, Kind};
 use crate::report::{Chart, Heat, Page, Style};
 
@@ -120,17 +121,7 @@ fn remainder(c: &Campaign, o: &Outcome, i: usize, ch: Channel) -> String {
 fn telling(c: &Campaign, o: &Outcome) -> usize {
     let score = |i: usize| -> f64 {
         let of = |p: &[Vec<f64>; 3]| -> f64 {
-            c.recordings[i]
-                .channels
-                .iter()
-                .zip(p)
-                .filter_map(|(y, p)| {
-                    let y = y.as_ref()?;
-                    let (lo, hi) = y.iter().fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(*v), b.max(*v)));
-                    let ss: f64 = y.iter().zip(p).map(|(a, b)| (a - b) * (a - b)).sum();
-                    (hi > lo).then(|| (ss / y.len() as f64).sqrt() / (hi - lo))
-                })
-                .sum()
+            c.recordings[i].channels.iter().zip(p).filter_map(|(y, p)| nrmse(y.as_ref()?, p)).sum()
         };
         of(&o.before.readings[i]) - o.after.as_ref().map_or(0.0, |a| of(&a.readings[i]))
     };

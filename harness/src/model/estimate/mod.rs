@@ -9,7 +9,7 @@ mod linear;
 
 use super::chain::readings;
 use super::physics::Physics;
-use super::simulate::{law_of, simulate, simulate_on, Local, Stepped, Trace};
+use super::simulate::{law_of, simulate, simulate_on, Local, Trace};
 use crate::host::element::Element;
 use data::local_of;
 use hysteresis_contact::law::Parameters as Law;
@@ -107,8 +107,7 @@ impl<'a> Problem<'a> {
         let p = self.physics(theta);
         let rec = &self.data.records[r];
         let l = self.local(local);
-        let on = Stepped { element: element(&law_of(&p, &rec.setup, &l))?, steps };
-        let t = simulate_on(on, &p, &rec.setup, &l)?;
+        let t = simulate_on(element(&law_of(&p, &rec.setup, &l))?, steps, &p, &rec.setup, &l)?;
         let mut y = readings(&p, &t, &rec.setup.time);
         self.add_zeros(&mut y, local);
         Ok((t, y))

@@ -19,6 +19,9 @@ use std::cell::RefCell;
 /// A contact element that takes the law's place in a simulation.
 pub(super) struct Driven {
     pub element: Box<dyn Element>,
+    /// Steps a contact gets at least: the memory moves at accepted steps only, so what the element remembers is right
+    /// to first order in their length.
+    pub steps: f64,
     /// Time, penetration and velocity up to which its memory has moved.
     pub at: (f64, f64, f64),
     /// The first thing it refused.
