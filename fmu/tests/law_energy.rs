@@ -38,7 +38,8 @@ fn any_law(r: &mut Random) -> Parameters {
         plastic_damping_form: (2.0 * r.next()) as i32,
         adhesion_force: r.on(20.0),
         adhesion_range: 2e-4,
-        adhesion_form: (3.0 * r.next()) as i32,
+        adhesion_form: (5.0 * r.next()) as i32,
+        adhesion_depth: 0.0,
         relaxation_stiffness: r.on(0.5 * k),
         relaxation_time: 0.03,
         relaxation_spread: r.on(1.0),
@@ -48,6 +49,8 @@ fn any_law(r: &mut Random) -> Parameters {
         secondary_exponent: 1.5,
         viscous_thinning_speed: 0.0,
     };
+    // near the surface where it is full at once
+    let q = Parameters { adhesion_depth: if q.adhesion_form == 3 { 3e-4 } else { 0.0 }, ..q };
     // thinned where the damping ramps in
     let q = Parameters { viscous_thinning_speed: if q.viscous_ramp > 0.0 { 0.2 } else { 0.0 }, ..q };
     q.validate().unwrap();
@@ -149,7 +152,8 @@ fn heat_never_comes_back() {
         // two clamps can make a Maxwell branch do work on the rest; it has its own test
         let p = Parameters { relaxation_stiffness: 0.0, ..any_law(&mut r) };
         // at a turn x is straight while v changes sign within one step: hence the allowance; the neck is lossy over a cycle only
-        let p = Parameters { adhesion_form: if p.adhesion_form == 1 { 0 } else { p.adhesion_form }, ..p };
+        let reversible = [0, 2].contains(&p.adhesion_form);
+        let p = Parameters { adhesion_form: if reversible { p.adhesion_form } else { 0 }, ..p };
         let w = [6.0 + 20.0 * r.next(), 30.0 + 50.0 * r.next(), 6.0 * r.next()];
         let mut a = path(0.0, w);
         let mut m = Memory::default();
@@ -314,6 +318,19 @@ fn forms_of_adhesion_pull_where_they_say() {
     assert!((p(1).force(&after, 9e-4, -1.0) + 5.0 * (1.0 - (-1f64).exp())).abs() < 1e-9);
     assert!((p(1).force(&after, -5e-5, -1.0) + 2.5).abs() < 1e-3);
     assert_eq!(p(1).force(&after, -1.1e-4, -1.0), 0.0);
+    // near the surface only
+    let near = Parameters { adhesion_depth: 2e-4, ..p(3) };
+    assert!((near.force(&after, 2e-4, -1.0) + 5.0 * (-1f64).exp()).abs() < 1e-9);
+    assert!((near.force(&after, -5e-5, -1.0) + 2.5).abs() < 1e-9);
+    // growing with the contact going in, by the exponent's half; leaving, the neck reaches R at the surface
+    let grows = p(4);
+    assert!((grows.force(&virgin, 2e-4, 1.0) + 5.0 * 2f64.powf(0.75)).abs() < 1e-9);
+    assert!((grows.force(&after, 1e-3, -1.0) - grows.force(&virgin, 1e-3, -1.0)).abs() < 1e-9);
+    assert!((grows.force(&after, 5e-4, -1.0) + 5.0 * 5.5f64.powf(0.75)).abs() < 1e-9);
+    assert!((grows.force(&after, 0.0, -1.0) + 5.0).abs() < 1e-9);
+    assert!((grows.force(&after, -5e-5, -1.0) + 5.0 * 0.5f64.powf(0.75)).abs() < 1e-9);
+    assert_eq!(grows.force(&after, -1.1e-4, -1.0), 0.0);
+    assert_eq!(grows.force(&virgin, -5e-5, 1.0), 0.0);
     // once broken, the neck is not there on the way back
     let broken = p(1).advance(&after, 0.0, -1.0, -2e-4, -1.0, 2e-4);
     assert_eq!(p(1).force(&broken, -5e-5, 1.0), 0.0);

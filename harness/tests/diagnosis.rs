@@ -103,7 +103,7 @@ fn a_low_pass_filter_in_the_chain_leaves_the_element_right() {
     use touchdown::model::physics::LowPass;
     use touchdown::record::Channel;
     let mut r = Recipe::default();
-    r.physics.low_pass = Some(LowPass { corner: 2.0e4, form: 1, damping: 1.0, channel: Channel::Force });
+    r.physics.low_pass = Some(LowPass::new(2.0e4, 1, Channel::Force));
     // the same impacts, seen by sensors without the filter and with hardly any of this noise
     let dir = tempfile::tempdir().unwrap();
     let quiet = Recipe { noise: [0.1, 0.2, 2e-7], ..Recipe::default() };

@@ -53,9 +53,16 @@ def played(y, width):
 
 def clipped(y, limit, soft, dt=1.0):
     """Clipping at +-limit; soft: True for a knee that starts at 85 % of the limit and saturates at it, or the time [s]
-    an overloaded amplifier takes to let go."""
+    an overloaded amplifier takes to let go, or (share, time [s]) by which the limit gives way under overload."""
     if soft is False:
         return np.clip(y, -limit, limit)
+    if isinstance(soft, tuple):
+        (share, time), out, since = soft, np.array(y, dtype=float), 0.0
+        for i, v in enumerate(y):
+            since = since + dt if abs(v) > limit else 0.0
+            if since:
+                out[i] = np.sign(v) * limit * (1.0 - share * (1.0 - np.exp(-since / time)))
+        return out
     if soft is not True:
         out = np.clip(y, -limit, limit)
         n = max(int(round(soft / dt)), 1)
@@ -75,16 +82,19 @@ def through(sig, dt, chain):
         b, a = _resonant(float(2 * np.pi * f * dt), zeta)
         u = out["force"]
         out["force"] = signal.lfilter(b, a, u)
-        if "second_mode" in chain:
-            apart, share = chain["second_mode"]
+        modes = chain.get("modes", ())
+        out["force"] = (1 - sum(share for _, share in modes)) * out["force"]
+        for apart, share in modes:
             b, a = _resonant(float(2 * np.pi * f * apart * dt), zeta)
-            out["force"] = (1 - share) * out["force"] + share * signal.lfilter(b, a, u)
+            out["force"] = out["force"] + share * signal.lfilter(b, a, u)
     if "gain" in chain:
         out["force"] = out["force"] * chain["gain"]
     if "droop" in chain:
         ch, order, tau = chain["droop"]
         share = chain.get("droop_share", 1.0)
         out[ch] = share * filtered(out[ch], dt, "droop", order, 1.0 / tau) + (1 - share) * out[ch]
+        if "second_droop" in chain:
+            out[ch] = filtered(out[ch], dt, "droop", order, 1.0 / (chain["second_droop"] * tau))
     if "lowpass" in chain:
         ch, kind, order, corner = chain["lowpass"]
         out[ch] = filtered(out[ch], dt, kind, order, corner)

@@ -23,10 +23,17 @@ def _(rng, rig):
     return apply
 
 
-@form("sensor_resonance", "two-modes", "chain", "dc", ["force"], strange=True)
+@form("sensor_resonance", "two-modes", "chain", "dc", ["force"])
 def _(rng, rig):
     z, apart, share = rng.uniform(0.01, 0.06), rng.uniform(1.5, 2.6), rng.uniform(0.2, 0.45)
-    return chained(resonance=lambda s: (0.9 / (max(s, 0.02) * rig.ref["T"]), z), second_mode=(apart, share))
+    return chained(resonance=lambda s: (0.9 / (max(s, 0.02) * rig.ref["T"]), z), modes=((apart, share),))
+
+
+@form("sensor_resonance", "three-modes", "chain", "dc", ["force"], strange=True)
+def _(rng, rig):
+    z, first, second = rng.uniform(0.01, 0.06), rng.uniform(1.4, 2.0), rng.uniform(2.4, 3.4)
+    modes = ((first, rng.uniform(0.15, 0.35)), (second, rng.uniform(0.1, 0.3)))
+    return chained(resonance=lambda s: (0.9 / (max(s, 0.02) * rig.ref["T"]), z), modes=modes)
 
 
 def _channel(rng, rig, accel=0.25):
@@ -48,10 +55,16 @@ def _(rng, rig):
     return chained(droop=lambda s: (c, 2, 2 * rig.ref["T"] / max(s, 1e-6)))
 
 
-@form("charge_droop", "shelf", "chain", "dc", ["force"], strange=True)
+@form("charge_droop", "shelf", "chain", "dc", ["force"])
 def _(rng, rig):
     c, share = _channel(rng, rig), rng.uniform(0.3, 0.7)      # only a share of the charge leaks away
     return chained(droop=lambda s: (c, 1, share * rig.ref["T"] / max(s, 1e-6)), droop_share=share)
+
+
+@form("charge_droop", "two-corners", "chain", "dc", ["force"], strange=True)
+def _(rng, rig):
+    c, apart = _channel(rng, rig), rng.uniform(3.0, 12.0)     # amplifier and logger each AC-coupled, not alike
+    return chained(droop=lambda s: (c, 1, rig.ref["T"] / max(s, 1e-6)), second_droop=apart)
 
 
 def _lag(kind, order):
@@ -100,10 +113,17 @@ def _(rng, rig):
     return chained(clip=lambda s: (c, 1.05 - min(s, 0.6), True))
 
 
-@form("clipping", "slow-recovery", "chain", "dc", ["force|acceleration"], strange=True)
+@form("clipping", "slow-recovery", "chain", "dc", ["force|acceleration"])
 def _(rng, rig):
     c, dwell = _channel(rng, rig), rng.uniform(0.03, 0.1) * rig.ref["T"]    # an amplifier that stays overloaded for a while
     return chained(clip=lambda s: (c, 1 - min(s, 0.6), dwell))
+
+
+@form("clipping", "sagging", "chain", "dc", ["force|acceleration"], strange=True)
+def _(rng, rig):
+    # a supply that gives way while the amplifier is overloaded
+    c, share, time = _channel(rng, rig), rng.uniform(0.03, 0.12), rng.uniform(0.05, 0.3) * rig.ref["T"]
+    return chained(clip=lambda s: (c, 1 - min(s, 0.6), (share, time)))
 
 
 @form("force_gain", "high", "chain", "dc", ["force", "acceleration|penetration"])

@@ -87,7 +87,7 @@ def _(rng, rig):
     return setter(AD=1.0, AD_F=lambda s: 0.3 * s * rig.ref["F"], AD_R=rng.uniform(0.02, 0.2) * rig.ref["x"])
 
 
-@form("adhesion", "jkr", "contact", DIC, strange=True)
+@form("adhesion", "jkr", "contact", DIC)
 def _(rng, rig):
     r = rng.uniform(0.02, 0.12) * rig.ref["x"]
     return setter(AD=2.0, AD_F=lambda s: 0.3 * s * rig.ref["F"] * (r / rig.ref["x"]) ** (rig.ref["p"] / 2), AD_R=r)
@@ -96,6 +96,11 @@ def _(rng, rig):
 @form("adhesion", "reversible", "contact", "di")
 def _(rng, rig):
     return setter(AD=3.0, AD_F=lambda s: 0.3 * s * rig.ref["F"], AD_R=rng.uniform(0.08, 0.3) * rig.ref["x"])
+
+
+@form("adhesion", "meniscus", "contact", DIC, strange=True)
+def _(rng, rig):
+    return setter(AD=4.0, AD_F=lambda s: 0.3 * s * rig.ref["F"], AD_R=rng.uniform(0.06, 0.4) * rig.ref["x"])
 
 
 def _maxwell(rig, taus, weights, kind, scale):

@@ -51,14 +51,21 @@ def _(rng, rig):
     return setter(DRAG=lambda s: 3 * s * _weight(rig) / rig.ref["v"] ** 2, DRAG_N=2.0, DRAG_BACK=1.0)
 
 
-@form("fluid_drag", "wake", "motion", "d", strange=True)
+@form("fluid_drag", "wake", "motion", "d")
 def _(rng, rig):
     return setter(DRAG=lambda s: 3 * s * _weight(rig) / rig.ref["v"] ** 2, DRAG_N=2.0, DRAG_BACK=rng.uniform(0.6, 1.5))
 
 
-@form("fluid_drag", "power-1.8", "motion", "dc", strange=True)
+@form("fluid_drag", "power-1.8", "motion", "dc")
 def _(rng, rig):
     return setter(DRAG=lambda s: 3 * s * _weight(rig) / rig.ref["v"] ** 1.8, DRAG_N=1.8, DRAG_BACK=1.0)
+
+
+@form("fluid_drag", "crisis", "motion", "dc", strange=True)
+def _(rng, rig):
+    # beyond a speed the boundary layer turns turbulent and the drag is half of what the square says
+    return setter(DRAG=lambda s: 4 * s * _weight(rig) / rig.ref["v"] ** 2, DRAG_N=2.0, DRAG_BACK=1.0,
+                  DRAG_CR=rng.uniform(0.7, 1.4) * rig.ref["v"])
 
 
 @form("squeeze_film", "inverse", "motion", "dc")
@@ -93,9 +100,14 @@ def _(rng, rig):
     return _base(rig, log_uniform(rng, 0.1, 0.5), rng.uniform(0.3, 0.9), 0.0)
 
 
-@form("base_compliance", "hardening", "motion", "d", strange=True)
+@form("base_compliance", "hardening", "motion", "d")
 def _(rng, rig):
     return _base(rig, log_uniform(rng, 0.4, 3.0), rng.uniform(0.03, 0.15), rng.uniform(0.3, 1.0))
+
+
+@form("base_compliance", "softening", "motion", "d", strange=True)
+def _(rng, rig):
+    return _base(rig, log_uniform(rng, 0.4, 3.0), rng.uniform(0.03, 0.15), -rng.uniform(0.03, 0.12))
 
 
 RESTING = 1e-9       # m, play behind a part that lies against the wall there
@@ -126,10 +138,16 @@ def _(rng, rig):
     return _loose(rig, rng.uniform(0.15, 0.8) * rig.ref["x"], rng.uniform(1, 3), rng.uniform(0.03, 0.3), 1.5, 0.0)
 
 
-@form("loose_part", "rattle", "motion", "d", strange=True)
+@form("loose_part", "rattle", "motion", "d")
 def _(rng, rig):
     g = rng.uniform(0.15, 0.6) * rig.ref["x"]
     return _loose(rig, g, rng.uniform(1, 3), rng.uniform(0.03, 0.3), 1.0, g)
+
+
+@form("loose_part", "rattle-hertzian", "motion", "d", strange=True)
+def _(rng, rig):
+    g, behind = rng.uniform(0.15, 0.6) * rig.ref["x"], rng.uniform(0.1, 0.8) * rig.ref["x"]
+    return _loose(rig, g, rng.uniform(1, 3), rng.uniform(0.03, 0.3), 1.5, behind)
 
 
 @form("return_spring", "preloaded", "motion", "d")

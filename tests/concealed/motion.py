@@ -37,7 +37,8 @@ VE_K, VE_T = 62, 70                              # eight stiffnesses, eight time
 ST_W, PL_M, SP_K3, MG_EDDY = 78, 79, 80, 81      # width of a layer's onset, power of a return, cubic spring, eddy fade
 VIB, VIB_W, VIB_PH = 82, 83, 84                  # unknown: the rig is shaken: force, angular frequency, phase
 CV_POW, MU_THIN, SP_X2, SP_K2 = 85, 86, 87, 88   # power of speed in c v, speed that thins mu; second spring: from where, rate
-NP = 89
+DRAG_CR = 89                                     # speed of the drag crisis (0: none)
+NP = 90
 NS = 15
 
 
@@ -91,7 +92,8 @@ def pull(x, leaving, turn, P):
     """Adhesive pull [N, positive away from the stop's surface inwards]; may act out to x = -range.
 
     1 neck: only while leaving, full at the surface. 2 JKR-like: c x^(p/2), the neck holds to -range while leaving.
-    3 reversible: full in contact, falls to zero over the range, both ways.
+    3 reversible: full in contact, falls to zero over the range, both ways. 4 a meniscus: only while leaving, near the
+    surface, outside falling with the square of the distance until it tears at -range.
     """
     f, r = P[AD_F], P[AD_R]
     if P[AD] == 1.0:
@@ -112,6 +114,9 @@ def pull(x, leaving, turn, P):
             return f
         if x > -r:
             return f * (1.0 + x / r) ** 2
+    if P[AD] == 4.0 and leaving == 1 and turn > 0.0 and x > -r:
+        grow = min(1.0, max(0.0, (turn - x) / (0.2 * turn)))
+        return f * (grow * math.exp(-(x / (1.3 * r)) ** 2) if x > 0.0 else 1.0 / (1.0 - 3.0 * x / r) ** 2)
     return 0.0
 
 
@@ -192,6 +197,8 @@ def others(t, x, v, z, P):
         c = P[DRAG]
         if v < 0.0:
             c *= P[DRAG_BACK]
+        if P[DRAG_CR] > 0.0:
+            c *= 1.0 - 0.5 / (1.0 + math.exp(-10.0 * (abs(v) / P[DRAG_CR] - 1.0)))
         f -= c * abs(v) ** (P[DRAG_N] - 1.0) * v
     if P[SQ] != 0.0:
         gap = max(-x, 0.0)

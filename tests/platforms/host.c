@@ -28,6 +28,8 @@ static const Case cases[] = {
     {"plastic, shifted", 3e8, 1.7, 0, 0, 0.2, 0, 0, 0, 2, 0, 0.5, 0.5, 1e-6},
     {"adhesion in contact", 1e8, 1.5, 1e7, 0, 0, 3.0, 0, 0, 0, 0, 0.2, 0.3, 1e-6},
     {"adhesion, a neck", 1e8, 1.3, 1e7, 0, 0, 3.0, 0, 0, 0, 1, 0.2, 0.3, 1e-6},
+    {"adhesion, a neck near the surface", 1e8, 1.3, 1e7, 0, 0, 3.0, 0, 0, 0, 3, 0.2, 0.3, 1e-6},
+    {"adhesion, growing", 1e8, 1.5, 1e7, 0, 0, 3.0, 0, 0, 0, 4, 0.2, 0.3, 1e-6},
     {"relaxation", 5e7, 1.4, 0, 0, 0, 0, 4e7, 0, 0, 0, 0.3, 0.3, 1e-6},
     {"a second layer and dashpot", 1e8, 2.2, 0, 30.0, 0, 0, 0, 1e11, 0, 0, 0.5, 0.5, 2e-6},
     {"all of it", 8e7, 1.62, 2e7, 10.0, 0.2, 2.0, 1e7, 1e10, 0, 1, 0.5, 0.5, 1e-6},
@@ -44,6 +46,7 @@ static Component start(const Case *a, const char *name) {
             set(c, "viscous_damping", a->viscous) | set(c, "yield_penetration", 2e-5) |
             set(c, "plastic_ratio", a->plastic) | set_integer(c, "plastic_form", a->plastic_form) |
             set(c, "adhesion_force", a->adhesion) | set_integer(c, "adhesion_form", a->adhesion_form) |
+            set(c, "adhesion_depth", a->adhesion_form == 3 ? 3e-5 : 0) |
             set(c, "relaxation_stiffness", a->relaxation) | set(c, "relaxation_time", 2e-4) |
             set(c, "relaxation_spread", a->relaxation > 0 ? 0.5 : 0) | set(c, "secondary_stiffness", a->second) |
             set(c, "secondary_depth", 1e-5) | set(c, "effective_mass", a->mass);

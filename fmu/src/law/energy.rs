@@ -61,9 +61,29 @@ impl Parameters {
             } else {
                 -0.5 * fa * (x + r) * (x + r) / r
             }
+        } else if self.adhesion_form == AdhesionForm::Growing as i32 && x > 0.0 {
+            // of the pull going in; what the neck adds while leaving has none
+            let q = 0.5 * self.exponent;
+            -fa * pow(x / r, q) * x / (q + 1.0)
         } else {
             0.0
         }
+    }
+
+    /// Work against the pull of [`AdhesionForm::Growing`] from `a` to `b`, no kink between, J.
+    fn growing_work(&self, m: &Memory, a: f64, b: f64) -> f64 {
+        let (middle, slope) = self.nearness(m, 0.5 * (a + b));
+        if middle <= 0.0 {
+            return 0.0;
+        }
+        let (q, change) = (0.5 * self.exponent, 0.5 * slope * (b - a));
+        let mean = if change.abs() < 1e-6 * middle {
+            pow(middle, q)
+        } else {
+            let end = |z: f64| if z > 0.0 { pow(z, q + 1.0) } else { 0.0 };
+            (end(middle + change) - end(middle - change)) / (2.0 * change * (q + 1.0))
+        };
+        -self.adhesion_force * mean * (b - a)
     }
 
     /// Work of the branch and the second layer from `x0` to `x1` with deepest `d` >= `x0` before, J.
@@ -158,10 +178,19 @@ impl Parameters {
             return 0.0;
         }
         let d = if x0 > m.deepest { x0 } else { m.deepest };
-        let mut w = self.push_work(x0, x1, d) + self.pull_energy(x1) - self.pull_energy(x0);
-        let neck = self.adhesion_force > 0.0
-            && (self.adhesion_form == AdhesionForm::Neck as i32 || self.adhesion_form == AdhesionForm::Leaving as i32);
-        if !(neck || self.hysteresis_damping > 0.0 || self.viscous_damping > 0.0 || self.relaxation_stiffness > 0.0) {
+        let mut w = self.push_work(x0, x1, d);
+        let pulls = |form: AdhesionForm| self.adhesion_force > 0.0 && self.adhesion_form == form as i32;
+        let growing = pulls(AdhesionForm::Growing);
+        let neck = pulls(AdhesionForm::Neck) || pulls(AdhesionForm::Leaving);
+        if !growing {
+            w += self.pull_energy(x1) - self.pull_energy(x0);
+        }
+        if !(neck
+            || growing
+            || self.hysteresis_damping > 0.0
+            || self.viscous_damping > 0.0
+            || self.relaxation_stiffness > 0.0)
+        {
             return w;
         }
         // where the rest has kinks along the step, in order
@@ -174,8 +203,8 @@ impl Parameters {
             unloading.map_or(0.0, |u| u.set),
             unloading.map_or(0.0, |u| self.crossing(&u)),
             d,
-            if neck { m.deepest - m.released } else { 0.0 },
-            if neck { -self.adhesion_range } else { 0.0 },
+            if neck || growing { m.deepest - m.released } else { 0.0 },
+            if neck || growing { -self.adhesion_range } else { 0.0 },
         ];
         let turn = if self.viscous_thinning_speed > 0.0 && v0 != v1 { v0 / (v0 - v1) } else { 0.0 };
         let mut n = 1;
@@ -204,6 +233,9 @@ impl Parameters {
         let may_clamp = v0 < 0.0 || v1 < 0.0 || self.relaxation_stiffness > 0.0;
         for i in 0..n {
             let (a, b) = (cuts[i], cuts[i + 1]);
+            if growing {
+                w += self.growing_work(m, x0 + a * (x1 - x0), x0 + b * (x1 - x0));
+            }
             let mut split = b;
             if may_clamp {
                 let eps = 1e-12 * (b - a);

@@ -225,6 +225,19 @@ impl Parameters {
         ((b + s, bx + sx), (g, gx, gv))
     }
 
+    /// (x + e)/R of [`AdhesionForm::Growing`], below zero where no neck holds, and its d/dx, 1/m.
+    #[inline]
+    fn nearness(&self, m: &Memory, x: f64) -> (f64, f64) {
+        let (anchor, r) = (m.deepest - m.released, self.adhesion_range);
+        if x >= anchor || anchor <= 0.0 {
+            (x / r, 1.0 / r)
+        } else if x >= 0.0 {
+            (x / r + 1.0 - x / anchor, 1.0 / r - 1.0 / anchor)
+        } else {
+            (x / r + 1.0, 1.0 / r)
+        }
+    }
+
     /// (pull >= 0, its d/dx) of adhesion.
     #[inline]
     fn pull(&self, m: &Memory, x: f64) -> (f64, f64) {
@@ -239,11 +252,23 @@ impl Parameters {
             let e = exp(-(anchor - x) / build_up);
             let (f, fx) = (fa * (1.0 - e), -fa * e / build_up);
             if x >= 0.0 {
-                (f, fx)
+                if self.adhesion_depth > 0.0 {
+                    let w = exp(-x / self.adhesion_depth);
+                    (f * w, (fx - f / self.adhesion_depth) * w)
+                } else {
+                    (f, fx)
+                }
             } else {
                 let w = 1.0 + x / r;
                 (f * w, fx * w + f / r)
             }
+        } else if self.adhesion_form == AdhesionForm::Growing as i32 {
+            let (near, slope) = self.nearness(m, x);
+            if near <= 0.0 {
+                return (0.0, 0.0);
+            }
+            let f = fa * pow(near, 0.5 * self.exponent);
+            (f, 0.5 * self.exponent * f / near * slope)
         } else if self.adhesion_form == AdhesionForm::Reach as i32 {
             if x >= 0.0 {
                 (fa, 0.0)

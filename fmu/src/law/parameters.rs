@@ -39,6 +39,8 @@ pub struct Parameters {
     pub adhesion_range: f64,
     /// Number of an [`AdhesionForm`].
     pub adhesion_form: i32,
+    /// Depth below the surface over which the pull of `Neck` and `Leaving` fades, m, >= 0; 0: it does not.
+    pub adhesion_depth: f64,
     /// Stiffness of the Maxwell branches together, N/m^q, >= 0 (Maxwell 1867; Wiechert 1893).
     pub relaxation_stiffness: f64,
     /// Middle relaxation time, s, > 0.
@@ -73,6 +75,7 @@ impl Default for Parameters {
             adhesion_force: 0.0,
             adhesion_range: 1e-5,
             adhesion_form: 0,
+            adhesion_depth: 0.0,
             relaxation_stiffness: 0.0,
             relaxation_time: 1e-3,
             relaxation_spread: 0.0,
@@ -129,6 +132,10 @@ pub enum AdhesionForm {
     /// As `Neck`, but the pull is there as soon as the contact leaves its deepest point (built up over R/20), and
     /// R is how far it reaches out.
     Leaving = 3,
+    /// Fa ((x + e)/R)^(p/2): the pull grows with the contact; e is how far the neck draws the faces together, none
+    /// where x is at its deepest since the last separation, rising evenly to R at the surface; it breaks at x = -R
+    /// (after Johnson, Kendall and Roberts 1971, whose pull goes with the contact radius to 3/2).
+    Growing = 4,
 }
 
 impl AdhesionForm {
@@ -139,6 +146,7 @@ impl AdhesionForm {
             1 => Some(AdhesionForm::Neck),
             3 => Some(AdhesionForm::Leaving),
             2 => Some(AdhesionForm::Reach),
+            4 => Some(AdhesionForm::Growing),
             _ => None,
         }
     }
@@ -202,7 +210,8 @@ impl Parameters {
         at_least_zero("adhesion_force", self.adhesion_force)?;
         above_zero("adhesion_range", self.adhesion_range)?;
         let form = AdhesionForm::from_i32(self.adhesion_form);
-        check("adhesion_form", f64::from(self.adhesion_form), form.is_some(), "0, 1, 2 or 3")?;
+        check("adhesion_form", f64::from(self.adhesion_form), form.is_some(), "0, 1, 2, 3 or 4")?;
+        at_least_zero("adhesion_depth", self.adhesion_depth)?;
         at_least_zero("relaxation_stiffness", self.relaxation_stiffness)?;
         above_zero("relaxation_time", self.relaxation_time)?;
         check("relaxation_spread", self.relaxation_spread, (0.0..=6.0).contains(&self.relaxation_spread), "0 to 6")?;

@@ -28,8 +28,8 @@ fn the_power_law_and_its_damping_are_exact() {
 
 #[test]
 fn derivatives_agree_with_differences_of_the_force() {
-    for form in 0..2 {
-        let p = Parameters { adhesion_form: form, ..all() };
+    for (form, depth) in [(0, 0.0), (1, 0.0), (2, 0.0), (3, 0.0), (4, 0.0), (1, 2e-4), (3, 2e-4)] {
+        let p = Parameters { adhesion_form: form, adhesion_depth: depth, ..all() };
         let m = Memory { deepest: 9e-4, relaxation: [1.0, 2.0, 0.5], ..Memory::default() };
         for x in [5e-5, 2.5e-4, 6e-4, 8.9e-4] {
             for v in [-0.3, 0.4] {

@@ -51,12 +51,24 @@ pub type Describe = fn(&[f64], &Context) -> Vec<(&'static str, f64, &'static str
 pub struct Form {
     pub label: &'static str,
     pub parameters: Vec<Parameter>,
-    /// Where a search starts; several where the effect is not convex.
+    /// Where a search starts; several where the effect is not convex. Of a form that extends another: the further
+    /// parameters alone.
     pub starts: Vec<Vec<f64>>,
     /// Whether the first parameter is an amplitude in which the effect is linear while small.
     pub linear: bool,
+    /// Label of the form whose parameters come first in this one's, and have the same meaning: it is tried only from that
+    /// form's fit, and only where that leaves more than noise.
+    pub extends: Option<&'static str>,
     pub apply: Apply,
     pub describe: Describe,
+}
+
+impl Form {
+    /// This form with `further` parameters, which start from each of `starts`.
+    pub fn extended(&self, label: &'static str, further: Vec<Parameter>, starts: Vec<Vec<f64>>) -> Form {
+        let parameters = [self.parameters.clone(), further].concat();
+        Form { label, parameters, starts, extends: Some(self.label), ..self.clone() }
+    }
 }
 
 /// A mechanism.

@@ -126,7 +126,9 @@ impl<'a> Search<'a> {
             spans.push(ps.len());
             for (i, q) in t.form.parameters.iter().enumerate() {
                 let mut q = q.clone();
-                q.start = t.form.starts[0][i];
+                // of a form that extends another, the starts are those of the further parameters
+                let lead = t.form.parameters.len() - t.form.starts[0].len();
+                q.start = if i >= lead { t.form.starts[0][i - lead] } else { q.start };
                 q.name = format!("{}: {}", t.mechanism.name, q.name);
                 ps.push(q);
             }
@@ -267,8 +269,17 @@ impl<'a> Search<'a> {
         model.parameters.len() - make_up.terms.iter().map(|t| t.form.parameters.len()).sum::<usize>()
     }
 
-    /// All terms that could be added.
+    /// All terms that could be added, in forms that stand for themselves.
     pub fn candidates(&self) -> Vec<Term> {
+        self.terms().into_iter().filter(|t| t.form.extends.is_none()).collect()
+    }
+
+    /// The forms that extend one of `name`'s.
+    pub fn extensions(&self, name: &str) -> Vec<Term> {
+        self.terms().into_iter().filter(|t| t.mechanism.name == name && t.form.extends.is_some()).collect()
+    }
+
+    fn terms(&self) -> Vec<Term> {
         let have: Vec<&str> = self.given.iter().map(|t| t.mechanism.name).collect();
         ALL.iter()
             .filter(|m| !have.contains(&m.name))

@@ -66,6 +66,14 @@ fn low_pass(u: &mut [f64], l: &LowPass, dt: f64) {
             pole(u, l.corner, dt);
             pole(u, l.corner, dt);
         }
+        5 if l.second_share > 0.0 => {
+            let mut second = u.to_vec();
+            pole_pair(&mut second, l.second_ratio * l.corner, l.damping, dt);
+            pole_pair(u, l.corner, l.damping, dt);
+            for (a, b) in u.iter_mut().zip(second) {
+                *a += l.second_share * (b - *a);
+            }
+        }
         5 => pole_pair(u, l.corner, l.damping, dt),
         // Bessel of fourth order, corner of -3 dB (Thomson 1949)
         _ => {
@@ -94,6 +102,35 @@ fn shift(u: &mut [f64], late: f64, dt: f64) {
     }
 }
 
+/// Readings no larger than the level, soft or hard; hard ones stay there for the time of recovery.
+fn clip(y: &mut [f64], p: &Physics, dt: f64) {
+    let c = p.clip;
+    if p.clip_soft {
+        // linear to 0.8 c, then bent smoothly towards c
+        let k = 0.8 * c;
+        for v in y {
+            let a = v.abs();
+            if a > k {
+                *v = v.signum() * (k + (c - k) * ((a - k) / (c - k)).tanh());
+            }
+        }
+        return;
+    }
+    // samples that an overload still holds at the level, the last of them in part
+    let held = p.clip_recovery / dt;
+    let (mut left, mut level) = (0.0, c);
+    for v in y {
+        if v.abs() > c {
+            level = c.copysign(*v);
+            *v = level;
+            left = held;
+        } else if left > 0.0 {
+            *v += left.min(1.0) * (level - *v);
+            left -= 1.0;
+        }
+    }
+}
+
 /// The readings a chain gives of a trace: force, acceleration, penetration, without zeros' offsets.
 pub fn readings(p: &Physics, trace: &Trace, time: &[f64]) -> [Vec<f64>; 3] {
     let dt = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
@@ -114,7 +151,7 @@ pub fn readings(p: &Physics, trace: &Trace, time: &[f64]) -> [Vec<f64>; 3] {
             pole(&mut l2, p.droop, dt);
             u[0] = first;
             for (a, b) in u.iter_mut().zip(&l2) {
-                *a -= b;
+                *a -= p.droop_share * b;
             }
         }
     }
@@ -136,19 +173,7 @@ pub fn readings(p: &Physics, trace: &Trace, time: &[f64]) -> [Vec<f64>; 3] {
         }
     }
     if p.clip.is_finite() {
-        let c = p.clip;
-        for v in &mut y[p.clip_channel.index()] {
-            if p.clip_soft {
-                // linear to 0.8 c, then bent smoothly towards c
-                let a = v.abs();
-                let k = 0.8 * c;
-                if a > k {
-                    *v = v.signum() * (k + (c - k) * ((a - k) / (c - k)).tanh());
-                }
-            } else {
-                *v = v.clamp(-c, c);
-            }
-        }
+        clip(&mut y[p.clip_channel.index()], p, dt);
     }
     y
 }
@@ -197,6 +222,32 @@ mod tests {
                 assert!((u[i] - y).abs() < 1e-8, "{zeta} {i} {} {y}", u[i]);
             }
         }
+    }
+
+    #[test]
+    fn two_modes_share_what_one_reads_and_settle_where_it_does() {
+        let one = LowPass { damping: 0.05, ..LowPass::new(300.0, 5, Channel::Force) };
+        let two = LowPass { second_ratio: 2.0, second_share: 0.3, ..one };
+        let step = |l: &LowPass| {
+            let mut u = vec![1.0; 4000];
+            u[0] = 0.0;
+            low_pass(&mut u, l, 1e-4);
+            u
+        };
+        let (both, other) = (step(&two), step(&LowPass { corner: 600.0, ..one }));
+        let one = step(&one);
+        for ((b, o), t) in both.iter().zip(&one).zip(&other) {
+            assert!((b - 0.7 * o - 0.3 * t).abs() < 1e-12);
+        }
+        assert!((both[3999] - 1.0).abs() < 3e-3);
+    }
+
+    #[test]
+    fn an_overload_holds_its_level_for_the_time_it_takes_to_recover() {
+        let p = Physics { clip: 2.0, clip_recovery: 2.5e-3, ..Physics::default() };
+        let mut y = vec![1.0, 3.0, -1.0, 1.0, 1.0, 1.0, -4.0, 0.0, 0.0, 0.0, 0.0];
+        clip(&mut y, &p, 1e-3);
+        assert_eq!(y, [1.0, 2.0, 2.0, 2.0, 1.5, 1.0, -2.0, -2.0, -2.0, -1.0, 0.0]);
     }
 
     #[test]

@@ -15,7 +15,17 @@ pub struct LowPass {
     pub form: u8,
     /// Damping ratio of form 5.
     pub damping: f64,
+    /// Second mode of form 5: its frequency over the first's, and its share of what is read at rest; 0: none.
+    pub second_ratio: f64,
+    pub second_share: f64,
     pub channel: Channel,
+}
+
+impl LowPass {
+    /// One of form 1 to 4, or a resonance of form 5 damped critically.
+    pub fn new(corner: f64, form: u8, channel: Channel) -> LowPass {
+        LowPass { corner, form, damping: 1.0, second_ratio: 1.0, second_share: 0.0, channel }
+    }
 }
 
 /// The whole forward model of one recording, plain SI; `Physics::default()` is a body of one kilogram
@@ -40,6 +50,8 @@ pub struct Physics {
     /// Drag, N at 1 m/s, and its power of the speed.
     pub drag: f64,
     pub drag_power: f64,
+    /// Drag on the way back over that on the way in: the body flies through its own wake.
+    pub drag_back: f64,
     /// Squeeze film: c v (g/(gap+g))^n; N s/m, m, 1.
     pub squeeze: f64,
     pub squeeze_gap: f64,
@@ -54,11 +66,14 @@ pub struct Physics {
     /// Whether the force channel reads that spring: the transducer is what the stop stands on.
     pub base_reads: bool,
     /// Part loose inside the body: mass kg (0: none; taken out of the moving mass), gap m, stiffness N/m, damping N s/m.
-    /// In a contactor it lies against a wall behind it, alike in stiffness and damping.
+    /// A wall behind it, alike in stiffness and damping, is `loose_back` m away; infinite: none.
     pub loose_mass: f64,
     pub loose_gap: f64,
+    pub loose_back: f64,
     pub loose_stiffness: f64,
     pub loose_damping: f64,
+    /// Way over which that damping comes in, m; 0: at once.
+    pub loose_ramp: f64,
     /// Whether the body bears the part's weight although the part flies free inside it.
     pub loose_borne: bool,
     /// Return spring beyond the one the rig declares: preload at the nominal surface N, rate N/m and its growth N/m^3,
@@ -106,6 +121,8 @@ pub struct Physics {
     /// AC coupling of the force channel, 1/s; second-order when `droop_double`.
     pub droop: f64,
     pub droop_double: bool,
+    /// Share of the charge that leaks away.
+    pub droop_share: f64,
     pub droop_channel: Channel,
     /// Time by which the channel's samples come late, s.
     pub skew: f64,
@@ -113,6 +130,8 @@ pub struct Physics {
     /// Level beyond which a channel reads no more (N or m/s^2, of magnitude); `clip_soft` saturates as tanh-like.
     pub clip: f64,
     pub clip_soft: bool,
+    /// Time for which an overloaded amplifier goes on reading the level, s.
+    pub clip_recovery: f64,
     pub clip_channel: Channel,
 }
 
@@ -132,6 +151,7 @@ impl Default for Physics {
             friction_viscous: 0.0,
             drag: 0.0,
             drag_power: 2.0,
+            drag_back: 1.0,
             squeeze: 0.0,
             squeeze_gap: 1.0,
             squeeze_power: 1.0,
@@ -143,8 +163,10 @@ impl Default for Physics {
             base_reads: false,
             loose_mass: 0.0,
             loose_gap: 0.0,
+            loose_back: f64::INFINITY,
             loose_stiffness: 0.0,
             loose_damping: 0.0,
+            loose_ramp: 0.0,
             loose_borne: false,
             spring_preload: 0.0,
             spring_rate: 0.0,
@@ -177,11 +199,13 @@ impl Default for Physics {
             low_pass: None,
             droop: 0.0,
             droop_double: false,
+            droop_share: 1.0,
             droop_channel: Channel::Force,
             skew: 0.0,
             skew_channel: Channel::Force,
             clip: f64::INFINITY,
             clip_soft: false,
+            clip_recovery: 0.0,
             clip_channel: Channel::Force,
         }
     }

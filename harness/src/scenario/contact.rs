@@ -130,8 +130,10 @@ contact! {
     adhesion_force: f64,
     /// Range of the pull, m.
     adhesion_range: f64,
-    /// 0 contact, 1 neck, 2 reach, 3 leaving.
+    /// 0 contact, 1 neck, 2 reach, 3 leaving, 4 growing.
     adhesion_form: i32,
+    /// Depth over which the pull of forms 1 and 3 fades, m.
+    adhesion_depth: f64,
     /// Stiffness of the Maxwell branches, N/m^q.
     relaxation_stiffness: f64,
     /// Middle relaxation time, s.

@@ -30,15 +30,35 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![parameter("force", 0.0, 3.0, 1e-3), parameter("ln range", -6.0, longest, 1e-2)],
         starts: grid(&[&[0.02], &[-4.0, -2.3, -0.7]]),
         linear: true,
+        extends: None,
         apply,
-        describe: |t, c| {
-            vec![("adhesion_force", t[0] * c.scales.force, "N"), ("adhesion_range", c.scales.depth * t[1].exp(), "m")]
-        },
+        describe: described,
     };
+    let neck = form("neck, while leaving", |t, c, p| pull(t, c, p, 1));
+    // the neck is where the faces are near each other, not as deep as the contact has been
+    let mut near = neck.extended(
+        "neck near the surface, while leaving",
+        vec![parameter("ln depth", -6.0, 1.0, 1e-2)],
+        grid(&[&[-2.5, -1.0]]),
+    );
+    near.apply = |t, c, p| {
+        pull(t, c, p, 3);
+        p.law.adhesion_depth = c.scales.depth * t[2].exp();
+    };
+    near.describe = |t, c| [described(t, c), vec![("adhesion_depth", c.scales.depth * t[2].exp(), "m")]].concat();
+    // growing with the contact: the pull at the surface is what is given
+    let mut growing = neck.extended("growing with the contact, and a neck", Vec::new(), vec![Vec::new()]);
+    growing.apply = |t, c, p| pull(t, c, p, 4);
     vec![
         form("reversible, in contact", |t, c, p| pull(t, c, p, 0)),
-        form("neck, while leaving", |t, c, p| pull(t, c, p, 1)),
+        neck,
+        near,
+        growing,
         form("while leaving, reaching out", |t, c, p| pull(t, c, p, 3)),
         form("reaching out, reversible", |t, c, p| pull(t, c, p, 2)),
     ]
+}
+
+fn described(t: &[f64], c: &Context) -> Vec<(&'static str, f64, &'static str)> {
+    vec![("adhesion_force", t[0] * c.scales.force, "N"), ("adhesion_range", c.scales.depth * t[1].exp(), "m")]
 }

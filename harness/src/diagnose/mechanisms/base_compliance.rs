@@ -16,6 +16,10 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Push,
 };
 
+/// Logarithm of the damping ratio up to which a hardening spring is told from damping in the contact: a stop that does
+/// not swing only gives way and takes energy.
+const MOST_DAMPED: f64 = -1.2;
+
 /// (stiffness N/m, mass kg, damping N s/m) from their logarithms' parameters.
 fn base(t: &[f64], c: &Context) -> (f64, f64, f64) {
     let k = c.scales.force / c.scales.depth * t[0].exp();
@@ -37,23 +41,32 @@ fn forms(c: &Context) -> Vec<Form> {
         ],
         starts: grid(&[&[0.0, 0.7, 2.0, 3.3, 4.6], &[1.1, 1.7, 2.2, 2.7, 3.4], &[-3.5, -1.5]]),
         linear: false,
+        extends: None,
         apply: on_spring,
         describe: described,
     };
     let mut hardening = mass_on_spring.clone();
     hardening.label = "mass on a hardening spring";
-    hardening.parameters.push(parameter("hardening", 0.0, 50.0, 1e-2));
-    hardening.starts = grid(&[&[0.0, 1.0, 2.0], &[0.7, 1.5, 2.3], &[-2.5], &[1.0]]);
+    hardening.parameters[2].upper = MOST_DAMPED;
+    // the share by which the spring has stiffened where the impact's force holds it
+    hardening.parameters.push(parameter("hardening", 0.0, 10.0, 1e-2));
+    hardening.starts = grid(&[&[0.0, 1.0, 2.0], &[0.7, 1.5, 2.3], &[-2.5], &[0.5]]);
     hardening.apply = |t, c, p| {
         on_spring(t, c, p);
-        p.base_hardening = t[3] / (c.scales.depth * c.scales.depth);
+        p.base_hardening = growth(t, c);
     };
     hardening.describe = |t, c| {
         let mut v = described(t, c);
-        v.push(("base_hardening", t[3] / (c.scales.depth * c.scales.depth), "1/m^2"));
+        v.push(("base_hardening", growth(t, c), "1/m^2"));
         v
     };
     vec![mass_on_spring, hardening]
+}
+
+/// h of 1 + h x_b^2, 1/m^2.
+fn growth(t: &[f64], c: &Context) -> f64 {
+    let held = c.scales.depth / t[0].exp();
+    t[3] / (held * held)
 }
 
 fn on_spring(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics) {

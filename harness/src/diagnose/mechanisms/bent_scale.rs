@@ -29,6 +29,7 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![chain_parameter("bend", -0.9, 0.9, 1e-3)],
         starts: vec![vec![0.01]],
         linear: true,
+        extends: None,
         apply,
         describe: |t, _| vec![("bend", t[0], "1")],
     };

@@ -22,6 +22,7 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![chain_parameter("late", -0.5, 0.5, 1e-3)],
         starts: vec![vec![0.01]],
         linear: true,
+        extends: None,
         apply,
         describe: |t, c| vec![("skew", t[0] * c.scales.duration, "s")],
     };

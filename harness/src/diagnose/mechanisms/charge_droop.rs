@@ -28,16 +28,32 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![chain_parameter("rate", 0.0, 5.0, 2e-4)],
         starts: vec![vec![0.01]],
         linear: true,
+        extends: None,
         apply,
         describe: |t, c| vec![("droop_rate", t[0] / c.scales.duration, "1/s")],
+    };
+    // an amplifier that is coupled in part only comes to rest on a shelf
+    let shelf = |of: &Form, label, apply: Apply| Form {
+        apply,
+        describe: |t, c| vec![("droop_rate", t[0] / c.scales.duration, "1/s"), ("droop_share", t[1], "1")],
+        ..of.extended(label, vec![chain_parameter("share", 0.02, 1.0, 2e-3)], vec![vec![0.5]])
     };
     let mut v = Vec::new();
     if c.has[0] {
         v.push(form("first order", |t, c, p| droop(t, c, p, Channel::Force, false)));
+        v.push(shelf(&v[0], "a share of it, first order", |t, c, p| {
+            droop(t, c, p, Channel::Force, false);
+            p.droop_share = t[1];
+        }));
         v.push(form("second order", |t, c, p| droop(t, c, p, Channel::Force, true)));
     }
     if c.has[1] {
-        v.push(form("acceleration, first order", |t, c, p| droop(t, c, p, Channel::Acceleration, false)));
+        let first = form("acceleration, first order", |t, c, p| droop(t, c, p, Channel::Acceleration, false));
+        v.push(shelf(&first, "acceleration, a share of it, first order", |t, c, p| {
+            droop(t, c, p, Channel::Acceleration, false);
+            p.droop_share = t[1];
+        }));
+        v.push(first);
         v.push(form("acceleration, second order", |t, c, p| droop(t, c, p, Channel::Acceleration, true)));
     }
     v

@@ -28,22 +28,49 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![chain_parameter("level", 0.3, 1.2, 1e-3)],
         starts: vec![vec![0.995], vec![0.95]],
         linear: false,
+        extends: None,
         apply,
         describe: |t, c| vec![("clip_level", t[0] * c.top[0], "N")],
     };
+    // an overloaded amplifier takes its time to let go
+    let slow = |of: &Form, label, apply: Apply, describe: Describe| Form {
+        apply,
+        describe,
+        ..of.extended(label, vec![chain_parameter("recovery", 0.0, 0.5, 1e-3)], vec![vec![0.03], vec![0.1]])
+    };
     let mut v = Vec::new();
     if c.has[0] {
-        v.push(hard("force, hard", |t, c, p| clip(t[0] * c.top[0], Channel::Force, false, p)));
+        let force = hard("force, hard", |t, c, p| clip(t[0] * c.top[0], Channel::Force, false, p));
+        v.push(slow(
+            &force,
+            "force, hard, slow to recover",
+            |t, c, p| {
+                clip(t[0] * c.top[0], Channel::Force, false, p);
+                p.clip_recovery = t[1] * c.scales.duration;
+            },
+            |t, c| vec![("clip_level", t[0] * c.top[0], "N"), ("clip_recovery", t[1] * c.scales.duration, "s")],
+        ));
+        v.push(force);
         // a soft limit leaves no flat top
         if c.flat != Some(Channel::Force) {
             v.push(hard("force, soft", |t, c, p| clip(1.1 * t[0] * c.top[0], Channel::Force, true, p)));
         }
     }
     if c.has[1] {
-        v.push(Form {
+        let acceleration = Form {
             describe: |t, c| vec![("clip_level", t[0] * c.top[1], "m/s^2")],
             ..hard("acceleration, hard", |t, c, p| clip(t[0] * c.top[1], Channel::Acceleration, false, p))
-        });
+        };
+        v.push(slow(
+            &acceleration,
+            "acceleration, hard, slow to recover",
+            |t, c, p| {
+                clip(t[0] * c.top[1], Channel::Acceleration, false, p);
+                p.clip_recovery = t[1] * c.scales.duration;
+            },
+            |t, c| vec![("clip_level", t[0] * c.top[1], "m/s^2"), ("clip_recovery", t[1] * c.scales.duration, "s")],
+        ));
+        v.push(acceleration);
         if c.flat != Some(Channel::Acceleration) {
             v.push(Form {
                 describe: |t, c| vec![("clip_level", 1.1 * t[0] * c.top[1], "m/s^2")],

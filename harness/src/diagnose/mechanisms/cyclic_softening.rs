@@ -25,6 +25,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![parameter("share", 0.0, 0.9, 1e-3), parameter("ln orders", -1.0, 3.5, 2e-2)],
             starts: grid(&[&[0.02], &[0.0, 0.9, 1.8]]),
             linear: true,
+            extends: None,
             apply: |t, _, p| {
                 p.softening = t[0];
                 p.softening_orders = t[1].exp();
@@ -36,6 +37,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![parameter("share", 0.0, 0.9, 1e-3)],
             starts: vec![vec![0.02]],
             linear: true,
+            extends: None,
             apply: |t, _, p| {
                 p.softening = t[0];
                 p.softening_orders = 0.0;
@@ -47,6 +49,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![parameter("share", 0.0, 0.9, 1e-3)],
             starts: vec![vec![0.02]],
             linear: true,
+            extends: None,
             apply: |t, _, p| {
                 p.softening = t[0];
                 p.softening_orders = -1.0;

@@ -25,6 +25,7 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![parameter("drag", 0.0, 5.0, 2e-4)],
         starts: vec![vec![0.01]],
         linear: true,
+        extends: None,
         apply: |t, c, p| p.drag = t[0] * c.scales.force / (c.scales.speed * c.scales.speed),
         describe: |t, c| vec![("drag", t[0] * c.scales.force / (c.scales.speed * c.scales.speed), "N s^2/m^2")],
     };
@@ -34,6 +35,7 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![parameter("drag", 0.0, 5.0, 2e-4), parameter("power", 1.6, 2.4, 5e-3)],
         starts: grid(&[&[0.01], &[1.8, 2.2]]),
         linear: true,
+        extends: None,
         apply: |t, c, p| {
             p.drag = t[0] * c.scales.force / c.scales.speed.powf(t[1]);
             p.drag_power = t[1];
@@ -42,5 +44,18 @@ fn forms(c: &Context) -> Vec<Form> {
             vec![("drag", t[0] * c.scales.force / c.scales.speed.powf(t[1]), "N (s/m)^n"), ("drag_power", t[1], "1")]
         },
     };
-    vec![quadratic, near]
+    let mut wake = quadratic.extended(
+        "quadratic, otherwise on the way back",
+        vec![parameter("back", 0.0, 4.0, 5e-3)],
+        vec![vec![1.0]],
+    );
+    wake.apply = |t, c, p| {
+        p.drag = t[0] * c.scales.force / (c.scales.speed * c.scales.speed);
+        p.drag_back = t[1];
+    };
+    wake.describe = |t, c| {
+        let drag = t[0] * c.scales.force / (c.scales.speed * c.scales.speed);
+        vec![("drag", drag, "N s^2/m^2"), ("drag_back", t[1], "1")]
+    };
+    vec![quadratic, near, wake]
 }

@@ -27,6 +27,7 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![gain.clone()],
         starts: vec![vec![0.01]],
         linear: true,
+        extends: None,
         apply: |t, _, p| p.gain[0] *= t[0].exp(),
         describe: |t, _| vec![("gain", t[0].exp(), "1")],
     }];
@@ -36,6 +37,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![gain, chain_parameter("drift", -0.9, 0.9, 1e-3)],
             starts: vec![vec![0.0, 0.01]],
             linear: true,
+            extends: None,
             apply: |t, c, p| {
                 p.gain[0] *= t[0].exp();
                 p.gain_drift = t[1] / (c.scales.orders - 1.0);

@@ -21,6 +21,7 @@ fn forms(_: &Context) -> Vec<Form> {
         parameters: vec![parameter("drop", 0.0, 0.9, 2e-3), parameter("load", 0.02, 4.0, 5e-3)],
         starts: grid(&[&[0.05], &[0.3, 0.6, 1.0, 1.5]]),
         linear: true,
+        extends: None,
         apply: |t, c, p| {
             p.fracture_drop = t[0];
             p.fracture_load = t[1] * c.scales.force;

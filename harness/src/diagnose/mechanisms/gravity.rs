@@ -26,6 +26,7 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![parameter("g", 9.33, 9.92, 0.05)],
         starts: vec![vec![9.81]],
         linear: false,
+        extends: None,
         apply: |t, _, p| p.gravity = t[0],
         describe: |t, _| vec![("gravity", t[0], "m/s^2")],
     }]

@@ -26,6 +26,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![parameter("coulomb", 0.0, 1.0, 2e-4)],
             starts: vec![vec![0.01]],
             linear: true,
+            extends: None,
             apply: |t, c, p| p.friction = t[0] * c.scales.force,
             describe: |t, c| vec![("friction", t[0] * c.scales.force, "N")],
         },
@@ -34,6 +35,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![parameter("coulomb", 0.0, 1.0, 2e-4), parameter("viscous share", 0.0, 60.0, 1e-2)],
             starts: vec![vec![0.01, 1.0], vec![0.01, 10.0]],
             linear: true,
+            extends: None,
             apply: |t, c, p| {
                 p.friction = t[0] * c.scales.force;
                 p.friction_viscous = t[0] * t[1] * c.scales.force / c.scales.speed;
@@ -54,6 +56,7 @@ fn forms(c: &Context) -> Vec<Form> {
             ],
             starts: vec![vec![0.01, 0.5, -1.5]],
             linear: true,
+            extends: None,
             apply: |t, c, p| {
                 p.friction = t[0] * c.scales.force;
                 p.stribeck_excess = t[1];

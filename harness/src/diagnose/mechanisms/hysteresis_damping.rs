@@ -32,6 +32,7 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![parameter("ratio", 0.0, 20.0, 1e-3)],
         starts: vec![vec![0.05]],
         linear: true,
+        extends: None,
         apply,
         describe: |t, c| vec![("damping_ratio", t[0], "1"), ("reference_speed", c.scales.v_ref, "m/s")],
     };
@@ -44,6 +45,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![parameter("ratio", 0.0, 20.0, 1e-3), parameter("power", 0.25, 3.0, 1e-2)],
             starts: grid(&[&[0.05], &[0.5, 1.25]]),
             linear: true,
+            extends: None,
             apply: |t, c, p| damp(t[0], t[1] - p.law.exponent, c, p),
             describe: |t, c| {
                 vec![("damping_ratio", t[0], "1"), ("reference_speed", c.scales.v_ref, "m/s"), ("power", t[1], "1")]

@@ -25,6 +25,7 @@ fn forms(_: &Context) -> Vec<Form> {
         ],
         starts: grid(&[&[0.02], &[-0.5, 0.1, 0.35, 0.6, 0.9, 1.2], &[-2.0]]),
         linear: true,
+        extends: None,
         apply: |t, c, p| {
             p.jam_force = t[0] * c.scales.force;
             p.jam_position = t[1] * c.scales.depth;

@@ -32,6 +32,7 @@ fn forms(_: &Context) -> Vec<Form> {
         parameters: (0..LATENT).map(|i| parameter(&format!("knot {}", i + 1), -2.0, 2.0, 1e-3)).collect(),
         starts: vec![vec![1e-3; LATENT]],
         linear: false,
+        extends: None,
         apply,
         describe: |t, c| NAMES.iter().zip(t).map(|(n, a)| (*n, a * c.scales.force, "N")).collect(),
     };

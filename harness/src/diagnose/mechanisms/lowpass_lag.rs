@@ -17,8 +17,7 @@ pub const MECHANISM: Mechanism = Mechanism {
 };
 
 fn filter(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, form: u8, channel: Channel) {
-    p.low_pass =
-        Some(crate::model::physics::LowPass { corner: t[0].exp() / c.scales.duration, form, damping: 1.0, channel });
+    p.low_pass = Some(crate::model::physics::LowPass::new(t[0].exp() / c.scales.duration, form, channel));
 }
 
 fn forms(c: &Context) -> Vec<Form> {
@@ -27,6 +26,7 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![chain_parameter("ln corner", -0.5, 7.0, 1e-2)],
         starts: vec![vec![2.0], vec![3.0], vec![4.2]],
         linear: false,
+        extends: None,
         apply,
         describe: |t, c| vec![("corner", t[0].exp() / c.scales.duration, "rad/s")],
     };

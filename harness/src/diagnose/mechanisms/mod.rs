@@ -29,6 +29,9 @@ mod squeeze_film;
 mod viscoelastic_relaxation;
 mod viscous_damping;
 
+#[cfg(test)]
+mod tests;
+
 /// All of them: those of the vocabulary first, then the stand-ins for the unknown.
 pub const ALL: &[Mechanism] = &[
     hysteresis_damping::MECHANISM,

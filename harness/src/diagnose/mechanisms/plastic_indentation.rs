@@ -23,6 +23,7 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: yields.clone(),
         starts: grid(&[&[0.03], &[0.02, 0.4, 0.8, 1.3]]),
         linear: true,
+        extends: None,
         apply: |t, c, p| {
             p.law.plastic_ratio = t[0];
             p.law.yield_penetration = t[1] * c.scales.depth;
@@ -44,6 +45,7 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![parameter("yield", 0.02, 3.0, 2e-3)],
         starts: grid(&[&[0.3, 0.6, 0.9, 1.2, 1.5]]),
         linear: false,
+        extends: None,
         apply: |t, c, p| {
             p.law.plastic_ratio = 0.5;
             p.law.yield_penetration = t[0] * c.scales.depth;
@@ -57,6 +59,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![yields[0].clone(), yields[1].clone(), parameter("power", 1.0, 4.0, 1e-3)],
             starts: grid(&[&[0.05, 0.7], &[0.02], &[1.3, 1.8]]),
             linear: false,
+            extends: None,
             apply: |t, c, p| {
                 p.law.plastic_ratio = t[0];
                 p.law.yield_penetration = t[1] * c.scales.depth;

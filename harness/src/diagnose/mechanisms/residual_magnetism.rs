@@ -33,6 +33,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![force.clone(), gap.clone(), time.clone()],
             starts: grid(&[&[0.003], &[-2.0, -0.7], &[-1.5, 0.3]]),
             linear: true,
+            extends: None,
             apply: |t, c, p| pull(p, t[0] * c.scales.force, fades_over(t[1], c), fades_in(t[2], c)),
             describe: |t, c| {
                 vec![
@@ -48,6 +49,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![force.clone(), gap],
             starts: grid(&[&[0.003], &[-2.0, -0.7]]),
             linear: true,
+            extends: None,
             apply: |t, c, p| pull(p, t[0] * c.scales.force, fades_over(t[1], c), f64::INFINITY),
             describe: |t, c| {
                 vec![("magnet_force", t[0] * c.scales.force, "N"), ("magnet_gap", fades_over(t[1], c), "m")]
@@ -59,6 +61,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![force, time],
             starts: grid(&[&[0.003], &[-2.7, -1.5, 0.3]]),
             linear: true,
+            extends: None,
             apply: |t, c, p| pull(p, t[0] * c.scales.force, f64::INFINITY, fades_in(t[1], c)),
             describe: |t, c| {
                 vec![("magnet_force", t[0] * c.scales.force, "N"), ("magnet_time", fades_in(t[1], c), "s")]

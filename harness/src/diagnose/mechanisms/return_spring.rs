@@ -26,6 +26,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![parameter("preload", -2.0, 2.0, 2e-4)],
             starts: vec![vec![0.01]],
             linear: true,
+            extends: None,
             apply: |t, c, p| p.spring_preload = t[0] * c.scales.force,
             describe: |t, c| vec![("spring_preload", t[0] * c.scales.force, "N")],
         },
@@ -34,6 +35,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![parameter("preload", -2.0, 2.0, 2e-4), parameter("rate", 0.0, 1.0, 2e-4)],
             starts: vec![vec![0.01, 0.005], vec![-0.01, 0.005]],
             linear: false,
+            extends: None,
             apply: |t, c, p| {
                 p.spring_preload = t[0] * c.scales.force;
                 p.spring_rate = t[1] * c.scales.force / c.scales.depth;
@@ -54,6 +56,7 @@ fn forms(c: &Context) -> Vec<Form> {
             ],
             starts: vec![vec![0.01, 0.003, 0.003], vec![-0.01, 0.003, 0.003]],
             linear: false,
+            extends: None,
             apply: |t, c, p| {
                 let rate = c.scales.force / c.scales.depth;
                 (p.spring_preload, p.spring_rate) = (t[0] * c.scales.force, t[1] * rate);

@@ -25,6 +25,7 @@ fn forms(_: &Context) -> Vec<Form> {
         ],
         starts: grid(&[&[0.02], &[-2.6, -2.1, -1.7, -1.3, -0.9, -0.5], &[0.0, 1.57]]),
         linear: true,
+        extends: None,
         apply: |t, c, p| {
             p.ripple_force = t[0] * c.scales.force;
             p.ripple_length = c.scales.depth * t[1].exp();

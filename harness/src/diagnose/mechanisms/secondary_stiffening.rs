@@ -27,17 +27,17 @@ fn forms(_: &Context) -> Vec<Form> {
         parameters: vec![parameter("force", 0.0, 30.0, 2e-3), parameter("depth", 0.02, 3.0, 3e-3)],
         starts: grid(&[&[0.05], &[0.15, 0.4, 0.7, 1.0, 1.4]]),
         linear: true,
+        extends: None,
         apply,
-        describe: |t, c| {
-            vec![
-                ("secondary_force_at_depth", t[0] * c.scales.force, "N"),
-                ("secondary_depth", t[1] * c.scales.depth, "m"),
-            ]
-        },
+        describe: described,
     };
-    vec![
-        form("power 1.5", |t, c, p| layer(t, c, p, 1.5)),
-        form("power 1", |t, c, p| layer(t, c, p, 1.0)),
-        form("power 2.5", |t, c, p| layer(t, c, p, 2.5)),
-    ]
+    let hertz = form("power 1.5", |t, c, p| layer(t, c, p, 1.5));
+    let mut any = hertz.extended("any power", vec![parameter("power", 0.6, 4.0, 5e-3)], vec![vec![1.5]]);
+    any.apply = |t, c, p| layer(t, c, p, t[2]);
+    any.describe = |t, c| [described(t, c), vec![("secondary_exponent", t[2], "1")]].concat();
+    vec![hertz, any, form("power 1", |t, c, p| layer(t, c, p, 1.0)), form("power 2.5", |t, c, p| layer(t, c, p, 2.5))]
+}
+
+fn described(t: &[f64], c: &Context) -> Vec<(&'static str, f64, &'static str)> {
+    vec![("secondary_force_at_depth", t[0] * c.scales.force, "N"), ("secondary_depth", t[1] * c.scales.depth, "m")]
 }

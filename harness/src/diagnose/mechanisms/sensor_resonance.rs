@@ -34,6 +34,7 @@ fn forms(c: &Context) -> Vec<Form> {
         ],
         starts: grid(&[&[-4.0, -2.7], &[1.8, 2.2, 2.6, 3.0, 3.4, 3.9, 4.5], &[-3.5, -1.5]]),
         linear: false,
+        extends: None,
         apply: |t, c, p| {
             let w = t[1].exp() / c.scales.duration;
             p.tip_mass = c.scales.mass * t[0].exp();
@@ -70,20 +71,9 @@ fn forms(c: &Context) -> Vec<Form> {
         ],
         starts: grid(&[&[2.0, 2.5, 3.0, 3.5, 4.0, 4.6], &[-3.2, -1.5]]),
         linear: false,
-        apply: |t, c, p| {
-            p.low_pass = Some(LowPass {
-                corner: t[0].exp() / c.scales.duration,
-                form: 5,
-                damping: t[1].exp(),
-                channel: Channel::Force,
-            })
-        },
-        describe: |t, c| {
-            vec![
-                ("transducer_frequency", t[0].exp() / c.scales.duration, "rad/s"),
-                ("transducer_damping_ratio", t[1].exp(), "1"),
-            ]
-        },
+        extends: None,
+        apply: |t, c, p| p.low_pass = Some(rings(t, c)),
+        describe: mode,
     };
     if let Some(l) = line {
         // what rings in flight says where to begin
@@ -93,5 +83,26 @@ fn forms(c: &Context) -> Vec<Form> {
         }
         ringing.starts.extend(grid(&[&[l], &[-4.0, -3.2]]));
     }
-    vec![struck, tip, ringing]
+    // a mounted transducer has more modes than one, and what it reads at rest is shared among them
+    let further = vec![chain_parameter("ln ratio", 0.1, 2.0, 1e-2), chain_parameter("share", 0.0, 0.9, 5e-3)];
+    let mut second = ringing.extended("reading rings at two frequencies", further, grid(&[&[0.35, 0.6, 0.9], &[0.2]]));
+    second.apply = |t, c, p| {
+        p.low_pass = Some(LowPass { second_ratio: t[2].exp(), second_share: t[3], ..rings(t, c) });
+    };
+    second.describe = |t, c| {
+        let second = ("second_frequency", (t[0] + t[2]).exp() / c.scales.duration, "rad/s");
+        [mode(t, c), vec![second, ("second_share", t[3], "1")]].concat()
+    };
+    vec![struck, tip, ringing, second]
+}
+
+fn rings(t: &[f64], c: &Context) -> LowPass {
+    LowPass { damping: t[1].exp(), ..LowPass::new(t[0].exp() / c.scales.duration, 5, Channel::Force) }
+}
+
+fn mode(t: &[f64], c: &Context) -> Vec<(&'static str, f64, &'static str)> {
+    vec![
+        ("transducer_frequency", t[0].exp() / c.scales.duration, "rad/s"),
+        ("transducer_damping_ratio", t[1].exp(), "1"),
+    ]
 }

@@ -36,6 +36,7 @@ fn forms(c: &Context) -> Vec<Form> {
         parameters: vec![parameter("c", 0.0, 5.0, 5e-4), parameter("ln gap", -3.5, 3.0, 2e-2)],
         starts: grid(&[&[0.02], &[-1.5, 0.0, 1.2]]),
         linear: true,
+        extends: None,
         apply,
         describe: |t, c| {
             vec![
@@ -54,6 +55,7 @@ fn forms(c: &Context) -> Vec<Form> {
             ],
             starts: grid(&[&[0.02], &[-0.5, 0.8], &[2.0]]),
             linear: true,
+            extends: None,
             apply: |t, c, p| film(t, c, p, t[2]),
             describe: |t, c| {
                 vec![

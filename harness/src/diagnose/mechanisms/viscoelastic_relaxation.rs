@@ -27,6 +27,7 @@ fn forms(_: &Context) -> Vec<Form> {
         parameters: vec![parameter("share", 0.0, 20.0, 2e-3), parameter("ln tau", -4.5, 4.0, 2e-2)],
         starts: grid(&[&[0.05], &[-2.5, -1.0, 0.5]]),
         linear: true,
+        extends: None,
         apply,
         describe: |t, c| {
             vec![("relaxation_share", t[0], "1"), ("relaxation_time", c.scales.duration * t[1].exp(), "s")]

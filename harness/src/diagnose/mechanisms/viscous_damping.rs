@@ -28,6 +28,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![parameter("c", 0.0, 5.0, 1e-3)],
             starts: vec![vec![0.02]],
             linear: true,
+            extends: None,
             apply: |t, c, p| p.law.viscous_damping += damping(t, c),
             describe: |t, c| vec![("viscous_damping", damping(t, c), "N s/m")],
         },
@@ -36,6 +37,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![parameter("c", 0.0, 5.0, 1e-3), parameter("ln ramp", -4.0, 0.3, 1e-2)],
             starts: grid(&[&[0.02], &[-2.5, -1.0]]),
             linear: true,
+            extends: None,
             apply: |t, c, p| {
                 p.law.viscous_damping += damping(t, c);
                 p.law.viscous_ramp = c.scales.depth * t[1].exp();
@@ -52,6 +54,7 @@ fn forms(c: &Context) -> Vec<Form> {
             parameters: vec![parameter("c", 0.0, 8.0, 1e-3), parameter("ln thinning speed", -2.3, 2.3, 2e-2)],
             starts: grid(&[&[0.02], &[-0.7, 0.7]]),
             linear: true,
+            extends: None,
             apply: |t, c, p| {
                 p.law.viscous_damping += damping(t, c);
                 p.law.viscous_thinning_speed = c.scales.speed * t[1].exp();

@@ -1,6 +1,6 @@
 //! The part loose inside the body: carried along, let go, striking.
 
-use super::{Kind, Rig, State};
+use super::{Rig, State};
 
 impl Rig<'_> {
     /// Weight of the loose part that the body bears, N.
@@ -23,38 +23,29 @@ impl Rig<'_> {
         }
     }
 
-    /// Force of the loose part on the body along +x, N: from the wall before it once the gap is closed; from the wall
-    /// behind it, alike in stiffness and damping, where the part is driven along.
+    /// Force of the loose part on the body along +x, N: from the wall before it once the gap is closed, from the wall
+    /// behind it, alike in stiffness and damping, once the play there is.
     #[inline]
     pub(super) fn loose_force(&self, y: &State) -> f64 {
         let z = y[self.loose] - y[0];
         let w = y[self.loose + 1] - y[1];
-        let (k, c) = (self.p.loose_stiffness, self.p.loose_damping);
+        let pushed = |e: f64, w: f64| {
+            let come = if e < self.p.loose_ramp { e / self.p.loose_ramp } else { 1.0 };
+            (self.p.loose_stiffness * e + come * self.p.loose_damping * w).max(0.0)
+        };
         if z > self.p.loose_gap {
-            (k * (z - self.p.loose_gap) + c * w).max(0.0)
-        } else if self.driven_along() && z < 0.0 {
-            (k * z + c * w).min(0.0)
+            pushed(z - self.p.loose_gap, w)
+        } else if z < -self.p.loose_back {
+            -pushed(-z - self.p.loose_back, -w)
         } else {
             0.0
         }
     }
 
-    /// Whether the loose part lies against a wall behind it: a body that a spring sets in motion from rest would leave
-    /// the part where it was; in free fall both move alike.
-    #[inline]
-    pub(super) fn driven_along(&self) -> bool {
-        self.kind == Kind::ContactorOpening
-    }
-
     /// Way that the loose part has to the nearest wall, m; negative in contact with it.
     pub(super) fn loose_play(&self, y: &State) -> f64 {
         let z = y[self.loose] - y[0];
-        let before = self.p.loose_gap - z;
-        if self.driven_along() {
-            before.min(z)
-        } else {
-            before
-        }
+        (self.p.loose_gap - z).min(z + self.p.loose_back)
     }
 
     /// Lets the part go that has been carried along, where the stop (face at `x` m) or whatever else slows the body: it

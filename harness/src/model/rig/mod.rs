@@ -325,7 +325,8 @@ impl<'a> Rig<'a> {
         }
         f -= p.friction_viscous * v;
         if p.drag != 0.0 {
-            f -= p.drag * v * if p.drag_power == 2.0 { v.abs() } else { v.abs().powf(p.drag_power - 1.0) };
+            let way = if v < 0.0 { p.drag_back } else { 1.0 };
+            f -= way * p.drag * v * if p.drag_power == 2.0 { v.abs() } else { v.abs().powf(p.drag_power - 1.0) };
         }
         f -= self.film_force(x, v);
         f - p.spring_preload - (p.spring_rate + p.spring_cubic * x * x) * x

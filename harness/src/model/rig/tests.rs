@@ -94,6 +94,7 @@ fn a_spring_drives_the_loose_part_along_until_the_stop_and_the_part_strikes() {
     local.start = 0.0;
     let whole = simulate(&p, &setup, &local);
     (p.loose_mass, p.loose_gap, p.loose_stiffness, p.loose_damping) = (0.08, 2e-4, 4e7, 200.0);
+    p.loose_back = 0.0;
     let split = simulate(&p, &setup, &local);
     assert!(whole.ok && split.ok && whole.touch < setup.time[890]);
     // the whole mass is moved until the touch ...
@@ -107,6 +108,26 @@ fn a_spring_drives_the_loose_part_along_until_the_stop_and_the_part_strikes() {
     let strike = (0..900).max_by(|a, b| force(*a).total_cmp(&force(*b))).unwrap();
     let flight = split.velocity.iter().fold(0.0f64, |m, v| m.max(*v));
     assert!(setup.time[strike] > split.touch && force(strike) > 0.5 * flight * (4e7f64 * 0.08).sqrt());
+}
+
+#[test]
+fn a_part_loose_both_ways_bounces_between_its_walls() {
+    let (mut p, setup, local) = rig();
+    p.gravity = 0.0;
+    (p.loose_mass, p.loose_gap, p.loose_stiffness, p.loose_damping) = (0.08, 2e-4, 4e7, 0.0);
+    let pushed = |p: &Physics| -> (f64, f64) {
+        let t = simulate(p, &setup, &local);
+        assert!(t.ok);
+        let body = p.mass - p.loose_mass;
+        let force = t.acceleration.iter().zip(&t.force).map(|(a, f)| body * a + f);
+        force.fold((0.0f64, 0.0f64), |(low, high), f| (low.min(f), high.max(f)))
+    };
+    let one = pushed(&p);
+    p.loose_back = 3e-4;
+    let two = pushed(&p);
+    // the wall before it is struck either way, the one behind only where there is one
+    assert!(one.1 > 100.0 && (two.1 / one.1 - 1.0).abs() < 1e-6, "{one:?} {two:?}");
+    assert!(one.0 > -1e-6 && two.0 < -100.0, "{one:?} {two:?}");
 }
 
 #[test]
