@@ -11,6 +11,7 @@ pub mod decide;
 pub mod element;
 pub mod expand;
 pub mod experiment;
+pub mod fit_out;
 pub mod heldout;
 pub mod intervals;
 pub mod latent;
