@@ -82,8 +82,9 @@ impl Search<'_> {
         let mut v: Vec<Candidate> = best.into_iter().map(|(t, f)| self.candidate(from, t, f)).collect();
         v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         if keep > 3 {
-            self.borrowed(from, &mut v, quick, &slow, starts);
-            self.families(from, &mut v, &sifted, &slow);
+            self.families(from, &mut v, &sifted, &slow, &|_| true);
+            let (improved, sifted) = self.borrowed(from, &mut v, quick, &slow, starts);
+            self.families(from, &mut v, &sifted, &slow, &|name| improved.contains(&name));
         }
         v
     }

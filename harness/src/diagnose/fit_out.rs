@@ -13,6 +13,8 @@ const FAMILY_SHARE: f64 = 0.25;
 const BEHIND: f64 = 0.1;
 /// Wander of the residual from which a form is extended.
 const EXTENDED: f64 = 1.05;
+/// Share of the base's wander from which what the best leaves is more than a form that is not quite the one present.
+const LEFT: f64 = 0.05;
 /// Candidates whose base parameters others start from, where the best leaves more than noise.
 const LENDERS: usize = 2;
 /// Changes of the exponent from which the best candidates are fitted again.
@@ -29,7 +31,8 @@ fn keep_better(v: &mut [Candidate], found: Vec<(usize, Candidate)>) {
 
 impl Search<'_> {
     /// Every mechanism sifted once more from where the best few have led the base parameters: a base that took up part of
-    /// what is missing hides the rest of it. Only where the best leaves more than noise.
+    /// what is missing hides the rest of it. Only where the best leaves more than noise. Names of what came out better,
+    /// and all that was sifted.
     pub(super) fn borrowed(
         &self,
         from: &Candidate,
@@ -37,9 +40,14 @@ impl Search<'_> {
         quick: &Options,
         slow: &Options,
         starts: usize,
-    ) {
-        let Some(best) = v.first().filter(|c| self.wander_of(c) > WHITE) else { return };
-        let reach = best.fit.point.chi2 + BEHIND * (from.fit.point.chi2 - best.fit.point.chi2).max(0.0);
+    ) -> (Vec<&'static str>, Vec<(Term, Fit)>) {
+        let restless = |c: &&Candidate| {
+            let wander = self.wander_of(c);
+            wander > WHITE && wander - 1.0 > LEFT * (self.wander_of(from) - 1.0)
+        };
+        let Some(best) = v.first().filter(restless) else { return (Vec::new(), Vec::new()) };
+        let gain = (from.fit.point.chi2 - best.fit.point.chi2).max(0.0);
+        let reach = best.fit.point.chi2 + BEHIND * gain;
         let model = self.model(&from.make_up, 1.0, 1.0, 0.0);
         let problem = Problem::new(self.data, &model);
         let lent: Vec<Fit> = v
@@ -52,13 +60,13 @@ impl Search<'_> {
             .filter(|f| f.point.chi2.is_finite())
             .collect();
         let list = self.candidates();
+        let mut sifted: Vec<(Term, Fit)> =
+            lent.iter().flat_map(|f| self.screen(&from.make_up, f, &list, starts, quick)).collect();
+        sifted.sort_by(|a, b| a.1.point.chi2.total_cmp(&b.1.point.chi2));
         let mut promising: Vec<(Term, Fit)> = Vec::new();
-        for (t, f) in lent.iter().flat_map(|f| self.screen(&from.make_up, f, &list, starts, quick)) {
-            match promising.iter_mut().find(|p| p.0.mechanism.name == t.mechanism.name) {
-                _ if f.point.chi2 > reach => {}
-                Some(p) if p.1.point.chi2 <= f.point.chi2 => {}
-                Some(p) => *p = (t, f),
-                None => promising.push((t, f)),
+        for (t, f) in sifted.iter().filter(|s| s.1.point.chi2 <= reach) {
+            if promising.iter().all(|p| p.0.mechanism.name != t.mechanism.name) {
+                promising.push((t.clone(), f.clone()));
             }
         }
         let fitted: Vec<Candidate> = promising
@@ -71,22 +79,36 @@ impl Search<'_> {
                 Candidate { make_up: next, fit }
             })
             .collect();
+        let mut improved = Vec::new();
         for c in fitted {
+            let name = c.make_up.terms[from.make_up.terms.len()].mechanism.name;
             match v.iter_mut().find(|had| had.names() == c.names()) {
-                Some(had) if had.cost() <= c.cost() => {}
+                Some(had) if had.cost() <= c.cost() => continue,
                 Some(had) => *had = c,
                 None => v.push(c),
             }
+            improved.push(name);
         }
         v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+        (improved, sifted)
     }
 
-    /// The best few mechanisms in every form they have: which one describes best shows only when all are fitted out.
-    pub(super) fn families(&self, from: &Candidate, v: &mut [Candidate], sifted: &[(Term, Fit)], options: &Options) {
+    /// The best few mechanisms, of those asked for, in every form they have: which one describes best shows only when all
+    /// are fitted out.
+    pub(super) fn families(
+        &self,
+        from: &Candidate,
+        v: &mut [Candidate],
+        sifted: &[(Term, Fit)],
+        options: &Options,
+        asked: &dyn Fn(&str) -> bool,
+    ) {
         let Some(best) = v.first().map(|c| c.cost()) else { return };
         let gain = from.fit.point.chi2 - best;
+        let is_near = |c: &Candidate| c.cost() - best < (FAMILY_SHARE * gain).max(DETECT);
+        let near = (0..v.len()).filter(|i| is_near(&v[*i])).take(FAMILIES);
         let near: Vec<usize> =
-            (0..v.len()).filter(|i| v[*i].cost() - best < (FAMILY_SHARE * gain).max(DETECT)).take(FAMILIES).collect();
+            near.filter(|i| asked(v[*i].make_up.terms[from.make_up.terms.len()].mechanism.name)).collect();
         let others: Vec<(usize, Term)> = near
             .iter()
             .flat_map(|i| {
