@@ -126,6 +126,22 @@ fn a_low_pass_filter_in_the_chain_leaves_the_element_right() {
 }
 
 #[test]
+fn a_form_that_extends_another_is_found_from_it_and_nothing_stays_unexplained() {
+    // an amplifier of which a share is AC-coupled: the plain droop would leave a shelf
+    let mut r = Recipe::default();
+    (r.physics.droop, r.physics.droop_share) = (40.0, 0.5);
+    let o = outcome(&r);
+    assert_eq!(names(&o), ["charge_droop"]);
+    assert_eq!(o.verdict["unexplained"]["detected"], false);
+    let found = &o.verdict["missing"][0];
+    assert_eq!(found["form"], "a share of it, first order");
+    for (name, want) in [("droop_rate", 40.0), ("droop_share", 0.5)] {
+        let value = found["parameters"][name]["value"].as_f64().unwrap();
+        assert!((value / want - 1.0).abs() < 0.1, "{name} {value}");
+    }
+}
+
+#[test]
 fn the_same_campaign_gives_the_same_verdict_on_one_thread_and_on_many() {
     let r = Recipe { seed: 3, ..Recipe::default() };
     let verdict = |threads| {
