@@ -226,7 +226,7 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     } else {
         None
     };
-    after = weigh_second(&search, &mut decision, after);
+    after = weigh_second(&search, &mut decision, &before, after);
     // where the noise wanders more than its model knows, only what predicts levels not seen better is believed
     if let Some(a) = &after {
         if c.levels.len() > 1 && decision.wander.1 > RESTLESS && a.nrmse > before.nrmse {
@@ -274,12 +274,13 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
 }
 
 /// Lets the levels not seen decide on a second name: one that predicts them worse than the first alone goes, one that
-/// was doubted for what stays unexplained beside it is believed where it predicts them far better.
-fn weigh_second(search: &Search<'_>, d: &mut Decision, after: Option<HeldOut>) -> Option<HeldOut> {
+/// was doubted for what stays unexplained beside it is believed where it predicts them far better, and better than the
+/// simulation as given does.
+fn weigh_second(search: &Search<'_>, d: &mut Decision, before: &HeldOut, after: Option<HeldOut>) -> Option<HeldOut> {
     let after = after?;
     if let Some(pair) = d.doubted.take() {
         let with = held_out(search, &pair);
-        if with.nrmse < BELIEVED * after.nrmse {
+        if with.nrmse < BELIEVED * after.nrmse && with.nrmse < before.nrmse {
             let (mut best, mut chosen) = (with, pair);
             // and so on, as long as each carries what was not seen
             while chosen.make_up.terms.len() < MOST_NAMES {
