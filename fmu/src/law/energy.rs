@@ -182,15 +182,12 @@ impl Parameters {
         let pulls = |form: AdhesionForm| self.adhesion_force > 0.0 && self.adhesion_form == form as i32;
         let growing = pulls(AdhesionForm::Growing);
         let neck = pulls(AdhesionForm::Neck) || pulls(AdhesionForm::Leaving);
+        // whether a neck binds the faces, whose break is a kink
+        let bound = neck || growing;
         if !growing {
             w += self.pull_energy(x1) - self.pull_energy(x0);
         }
-        if !(neck
-            || growing
-            || self.hysteresis_damping > 0.0
-            || self.viscous_damping > 0.0
-            || self.relaxation_stiffness > 0.0)
-        {
+        if !(bound || self.hysteresis_damping > 0.0 || self.viscous_damping > 0.0 || self.relaxation_stiffness > 0.0) {
             return w;
         }
         // where the rest has kinks along the step, in order
@@ -203,8 +200,8 @@ impl Parameters {
             unloading.map_or(0.0, |u| u.set),
             unloading.map_or(0.0, |u| self.crossing(&u)),
             d,
-            if neck || growing { m.deepest - m.released } else { 0.0 },
-            if neck || growing { -self.adhesion_range } else { 0.0 },
+            if bound { m.deepest - m.released } else { 0.0 },
+            if bound { -self.adhesion_range } else { 0.0 },
         ];
         let turn = if self.viscous_thinning_speed > 0.0 && v0 != v1 { v0 / (v0 - v1) } else { 0.0 };
         let mut n = 1;

@@ -1,7 +1,7 @@
 //! A make-up with its fit: what it gains, and how much its residual still wanders.
 
 use super::search::{MakeUp, Search, Term};
-use crate::model::estimate::{Fit, Point, Problem};
+use crate::model::estimate::{Fit, Options, Point, Problem};
 use crate::record::{Channel, Kind};
 
 /// Gain in chi^2, beyond one parameter and over the wander of the residual, from which a misfit counts as detected.
@@ -27,6 +27,10 @@ impl Candidate {
     /// Names in the make-up.
     pub fn names(&self) -> Vec<&'static str> {
         self.make_up.terms.iter().map(|t| t.mechanism.name).collect()
+    }
+    /// Name of the last effect, empty where there is none.
+    pub fn added(&self) -> &'static str {
+        self.make_up.terms.last().map_or("", |t| t.mechanism.name)
     }
     /// Names and forms in the make-up.
     pub fn forms(&self) -> Vec<(&'static str, &'static str)> {
@@ -179,6 +183,15 @@ impl Search<'_> {
     pub fn wander_of(&self, c: &Candidate) -> f64 {
         let m = self.model(&c.make_up, 1.0, 1.0, 0.0);
         wander(&Problem::new(self.data, &m), &c.fit.point)
+    }
+
+    /// `from` with one more term, fitted from `start`.
+    pub fn fitted(&self, from: &Candidate, term: Term, start: Point, options: &Options) -> Candidate {
+        let mut make_up = from.make_up.clone();
+        make_up.terms.push(term);
+        let model = self.model(&make_up, 1.0, 1.0, 0.0);
+        let fit = Problem::new(self.data, &model).fit(start, options);
+        Candidate { make_up, fit }
     }
 
     /// `from` with one more term, and its fit.

@@ -3,7 +3,7 @@
 
 use super::candidate::{Candidate, DETECT, WHITE};
 use super::search::{Search, Term};
-use crate::model::estimate::{Fit, Nuisance, Options, Problem};
+use crate::model::estimate::{Fit, Options, Problem};
 use rayon::prelude::*;
 
 /// Mechanisms fitted in every form, and the share of the best gain within which they have to lie.
@@ -69,19 +69,11 @@ impl Search<'_> {
                 promising.push((t.clone(), f.clone()));
             }
         }
-        let fitted: Vec<Candidate> = promising
-            .into_par_iter()
-            .map(|(t, f)| {
-                let mut next = from.make_up.clone();
-                next.terms.push(t);
-                let model = self.model(&next, 1.0, 1.0, 0.0);
-                let fit = Problem::new(self.data, &model).fit(f.point, slow);
-                Candidate { make_up: next, fit }
-            })
-            .collect();
+        let fitted: Vec<Candidate> =
+            promising.into_par_iter().map(|(t, f)| self.fitted(from, t, f.point, slow)).collect();
         let mut improved = Vec::new();
         for c in fitted {
-            let name = c.make_up.terms[from.make_up.terms.len()].mechanism.name;
+            let name = c.added();
             match v.iter_mut().find(|had| had.names() == c.names()) {
                 Some(had) if had.cost() <= c.cost() => continue,
                 Some(had) => *had = c,
@@ -107,8 +99,7 @@ impl Search<'_> {
         let gain = from.fit.point.chi2 - best;
         let is_near = |c: &Candidate| c.cost() - best < (FAMILY_SHARE * gain).max(DETECT);
         let near = (0..v.len()).filter(|i| is_near(&v[*i])).take(FAMILIES);
-        let near: Vec<usize> =
-            near.filter(|i| asked(v[*i].make_up.terms[from.make_up.terms.len()].mechanism.name)).collect();
+        let near: Vec<usize> = near.filter(|i| asked(v[*i].added())).collect();
         let others: Vec<(usize, Term)> = near
             .iter()
             .flat_map(|i| {
@@ -131,12 +122,8 @@ impl Search<'_> {
                     Some((_, f)) => f.point.clone(),
                     None => self.add(&from.make_up, &from.fit.point, &t, 2, &quick)?.point,
                 };
-                let mut next = from.make_up.clone();
-                next.terms.push(t);
-                let model = self.model(&next, 1.0, 1.0, 0.0);
                 let ceiling = v[i].fit.point.chi2 + (BEHIND * gain).max(DETECT);
-                let fit = Problem::new(self.data, &model).fit(start, &Options { ceiling, ..*options });
-                Some((i, Candidate { make_up: next, fit }))
+                Some((i, self.fitted(from, t, start, &Options { ceiling, ..*options })))
             })
             .collect();
         let mut forms: Vec<(usize, Candidate)> = near.iter().map(|i| (*i, v[*i].clone())).collect();
@@ -165,10 +152,7 @@ impl Search<'_> {
     fn extended(&self, c: &Candidate, options: &Options) -> Vec<Candidate> {
         let Some(had) = c.make_up.terms.last() else { return Vec::new() };
         let mut out = Vec::new();
-        for term in self.extensions(had.mechanism.name) {
-            if term.form.extends != Some(had.form.label) {
-                continue;
-            }
+        for term in self.extensions(had) {
             let starts = term.form.starts.clone();
             let mut next = c.make_up.clone();
             *next.terms.last_mut().expect("there is one") = term;
@@ -198,15 +182,7 @@ impl Search<'_> {
                 *t = mean;
             }
         }
-        let mut locals = c.fit.point.locals.clone();
-        for (r, local) in locals.iter_mut().enumerate() {
-            for (l, n) in local.iter_mut().zip(sift.nuisances()) {
-                if let (Nuisance::Stiffness, Some((mean, _))) = (n, self.data.prior(r, *n)) {
-                    *l = mean;
-                }
-            }
-        }
-        let start = sift.evaluate(theta, locals);
+        let start = sift.evaluate(theta, self.without_scatter(&c.fit.point.locals));
         let quick = sift.fit(start, &Options { iterations: 14, ..Options::default() });
         // it has to have come near at least
         let near = c.fit.point.chi2 + DETECT + 0.02 * (quick.objective[0] - c.fit.point.chi2).max(0.0);

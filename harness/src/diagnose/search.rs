@@ -274,9 +274,10 @@ impl<'a> Search<'a> {
         self.terms().into_iter().filter(|t| t.form.extends.is_none()).collect()
     }
 
-    /// The forms that extend one of `name`'s.
-    pub fn extensions(&self, name: &str) -> Vec<Term> {
-        self.terms().into_iter().filter(|t| t.mechanism.name == name && t.form.extends.is_some()).collect()
+    /// The forms that extend that of `term`.
+    pub fn extensions(&self, term: &Term) -> Vec<Term> {
+        let extends = |t: &Term| t.mechanism.name == term.mechanism.name && t.form.extends == Some(term.form.label);
+        self.terms().into_iter().filter(extends).collect()
     }
 
     fn terms(&self) -> Vec<Term> {

@@ -186,11 +186,18 @@ impl Search<'_> {
 
     /// Nuisances to start a term from: for softening, what the scatter between repeats had taken up goes back.
     fn settled(&self, locals: &[Vec<f64>], term: &Term) -> Vec<Vec<f64>> {
-        let mut locals = locals.to_vec();
         if term.mechanism.name == SOFTENING {
-            if let Some(i) = self.data.nuisances().iter().position(|n| *n == Nuisance::Stiffness) {
-                locals.iter_mut().for_each(|l| l[i] = 0.0);
-            }
+            self.without_scatter(locals)
+        } else {
+            locals.to_vec()
+        }
+    }
+
+    /// Nuisances with every recording as stiff as the rest.
+    pub(super) fn without_scatter(&self, locals: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let mut locals = locals.to_vec();
+        if let Some(i) = self.data.nuisances().iter().position(|n| *n == Nuisance::Stiffness) {
+            locals.iter_mut().for_each(|l| l[i] = 0.0);
         }
         locals
     }

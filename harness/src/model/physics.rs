@@ -58,7 +58,8 @@ pub struct Physics {
     pub squeeze_power: f64,
     /// Whether the film pushes on the transducer as well: it does where the transducer carries the stop.
     pub squeeze_reads: bool,
-    /// Stop on a spring: mass kg (0: rigid), stiffness N/m, damping N s/m; the stiffness grows by 1 + h u^2, h in 1/m^2.
+    /// Stop on a spring: mass kg (0: rigid), stiffness N/m, damping N s/m; the stiffness grows by 1 + h u^2, h in 1/m^2;
+    /// where h is negative it falls by 1/sqrt(1 - 2 h u^2).
     pub base_mass: f64,
     pub base_stiffness: f64,
     pub base_damping: f64,

@@ -3,7 +3,8 @@
 use crate::diagnose::mechanism::*;
 use crate::record::Kind;
 
-/// m_b x_b'' = F - k_b x_b (1 + h x_b^2) - c_b x_b' (Den Hartog 1934).
+/// m_b x_b'' = F - k_b x_b (1 + h x_b^2) - c_b x_b' (Den Hartog 1934); softening, k_b x_b/sqrt(1 + 2 |h| x_b^2), which
+/// begins alike and never turns back.
 pub const MECHANISM: Mechanism = Mechanism {
     name: "base_compliance",
     origin: Origin::Motion,
@@ -55,15 +56,22 @@ fn forms(c: &Context) -> Vec<Form> {
         on_spring(t, c, p);
         p.base_hardening = growth(t, c);
     };
-    hardening.describe = |t, c| {
-        let mut v = described(t, c);
-        v.push(("base_hardening", growth(t, c), "1/m^2"));
-        v
+    hardening.describe = |t, c| [described(t, c), vec![("base_hardening", growth(t, c), "1/m^2")]].concat();
+    let mut softening = mass_on_spring.extended(
+        "mass on a softening spring",
+        vec![parameter("softening", 0.0, 3.0, 1e-2)],
+        grid(&[&[0.1, 0.4]]),
+    );
+    softening.apply = |t, c, p| {
+        on_spring(t, c, p);
+        p.base_hardening = -growth(t, c);
     };
-    vec![mass_on_spring, hardening]
+    softening.describe = |t, c| [described(t, c), vec![("base_hardening", -growth(t, c), "1/m^2")]].concat();
+    vec![mass_on_spring, hardening, softening]
 }
 
-/// h of 1 + h x_b^2, 1/m^2.
+/// |h|, 1/m^2, of the share by which the spring has hardened or softened, to first order, where the impact's force
+/// holds it.
 fn growth(t: &[f64], c: &Context) -> f64 {
     let held = c.scales.depth / t[0].exp();
     t[3] / (held * held)

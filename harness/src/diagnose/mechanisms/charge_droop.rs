@@ -22,6 +22,11 @@ fn droop(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, channel
     p.droop_channel = channel;
 }
 
+fn in_part(t: &[f64], c: &Context, p: &mut crate::model::physics::Physics, channel: Channel) {
+    droop(t, c, p, channel, false);
+    p.droop_share = t[1];
+}
+
 fn forms(c: &Context) -> Vec<Form> {
     let form = |label, apply: Apply| Form {
         label,
@@ -40,20 +45,16 @@ fn forms(c: &Context) -> Vec<Form> {
     };
     let mut v = Vec::new();
     if c.has[0] {
-        v.push(form("first order", |t, c, p| droop(t, c, p, Channel::Force, false)));
-        v.push(shelf(&v[0], "a share of it, first order", |t, c, p| {
-            droop(t, c, p, Channel::Force, false);
-            p.droop_share = t[1];
-        }));
+        let first = form("first order", |t, c, p| droop(t, c, p, Channel::Force, false));
+        let part = shelf(&first, "a share of it, first order", |t, c, p| in_part(t, c, p, Channel::Force));
+        v.extend([first, part]);
         v.push(form("second order", |t, c, p| droop(t, c, p, Channel::Force, true)));
     }
     if c.has[1] {
         let first = form("acceleration, first order", |t, c, p| droop(t, c, p, Channel::Acceleration, false));
-        v.push(shelf(&first, "acceleration, a share of it, first order", |t, c, p| {
-            droop(t, c, p, Channel::Acceleration, false);
-            p.droop_share = t[1];
-        }));
-        v.push(first);
+        let label = "acceleration, a share of it, first order";
+        let part = shelf(&first, label, |t, c, p| in_part(t, c, p, Channel::Acceleration));
+        v.extend([first, part]);
         v.push(form("acceleration, second order", |t, c, p| droop(t, c, p, Channel::Acceleration, true)));
     }
     v

@@ -22,6 +22,20 @@ fn clip(level: f64, channel: Channel, soft: bool, p: &mut crate::model::physics:
     p.clip_soft = soft;
 }
 
+fn slowly(t: &[f64], c: &Context, channel: Channel, p: &mut crate::model::physics::Physics) {
+    clip(t[0] * c.top[channel.index()], channel, false, p);
+    p.clip_recovery = t[1] * c.scales.duration;
+}
+
+fn level(t: &[f64], c: &Context, channel: Channel) -> (&'static str, f64, &'static str) {
+    let unit = if channel == Channel::Force { "N" } else { "m/s^2" };
+    ("clip_level", t[0] * c.top[channel.index()], unit)
+}
+
+fn recovery(t: &[f64], c: &Context) -> (&'static str, f64, &'static str) {
+    ("clip_recovery", t[1] * c.scales.duration, "s")
+}
+
 fn forms(c: &Context) -> Vec<Form> {
     let hard = |label, apply: Apply| Form {
         label,
@@ -30,7 +44,7 @@ fn forms(c: &Context) -> Vec<Form> {
         linear: false,
         extends: None,
         apply,
-        describe: |t, c| vec![("clip_level", t[0] * c.top[0], "N")],
+        describe: |t, c| vec![level(t, c, Channel::Force)],
     };
     // an overloaded amplifier takes its time to let go
     let slow = |of: &Form, label, apply: Apply, describe: Describe| Form {
@@ -41,16 +55,13 @@ fn forms(c: &Context) -> Vec<Form> {
     let mut v = Vec::new();
     if c.has[0] {
         let force = hard("force, hard", |t, c, p| clip(t[0] * c.top[0], Channel::Force, false, p));
-        v.push(slow(
+        let slow = slow(
             &force,
             "force, hard, slow to recover",
-            |t, c, p| {
-                clip(t[0] * c.top[0], Channel::Force, false, p);
-                p.clip_recovery = t[1] * c.scales.duration;
-            },
-            |t, c| vec![("clip_level", t[0] * c.top[0], "N"), ("clip_recovery", t[1] * c.scales.duration, "s")],
-        ));
-        v.push(force);
+            |t, c, p| slowly(t, c, Channel::Force, p),
+            |t, c| vec![level(t, c, Channel::Force), recovery(t, c)],
+        );
+        v.extend([force, slow]);
         // a soft limit leaves no flat top
         if c.flat != Some(Channel::Force) {
             v.push(hard("force, soft", |t, c, p| clip(1.1 * t[0] * c.top[0], Channel::Force, true, p)));
@@ -58,19 +69,16 @@ fn forms(c: &Context) -> Vec<Form> {
     }
     if c.has[1] {
         let acceleration = Form {
-            describe: |t, c| vec![("clip_level", t[0] * c.top[1], "m/s^2")],
+            describe: |t, c| vec![level(t, c, Channel::Acceleration)],
             ..hard("acceleration, hard", |t, c, p| clip(t[0] * c.top[1], Channel::Acceleration, false, p))
         };
-        v.push(slow(
+        let slow = slow(
             &acceleration,
             "acceleration, hard, slow to recover",
-            |t, c, p| {
-                clip(t[0] * c.top[1], Channel::Acceleration, false, p);
-                p.clip_recovery = t[1] * c.scales.duration;
-            },
-            |t, c| vec![("clip_level", t[0] * c.top[1], "m/s^2"), ("clip_recovery", t[1] * c.scales.duration, "s")],
-        ));
-        v.push(acceleration);
+            |t, c, p| slowly(t, c, Channel::Acceleration, p),
+            |t, c| vec![level(t, c, Channel::Acceleration), recovery(t, c)],
+        );
+        v.extend([acceleration, slow]);
         if c.flat != Some(Channel::Acceleration) {
             v.push(Form {
                 describe: |t, c| vec![("clip_level", 1.1 * t[0] * c.top[1], "m/s^2")],

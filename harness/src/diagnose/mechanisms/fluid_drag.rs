@@ -16,6 +16,11 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Force,
 };
 
+/// Coefficient of the quadratic drag, N s^2/m^2.
+fn square(t: &[f64], c: &Context) -> f64 {
+    t[0] * c.scales.force / (c.scales.speed * c.scales.speed)
+}
+
 fn forms(c: &Context) -> Vec<Form> {
     if c.kind == Kind::Indentation {
         return Vec::new();
@@ -26,8 +31,8 @@ fn forms(c: &Context) -> Vec<Form> {
         starts: vec![vec![0.01]],
         linear: true,
         extends: None,
-        apply: |t, c, p| p.drag = t[0] * c.scales.force / (c.scales.speed * c.scales.speed),
-        describe: |t, c| vec![("drag", t[0] * c.scales.force / (c.scales.speed * c.scales.speed), "N s^2/m^2")],
+        apply: |t, c, p| p.drag = square(t, c),
+        describe: |t, c| vec![("drag", square(t, c), "N s^2/m^2")],
     };
     // between the regimes of a sphere or a plate the power lies a little off two
     let near = Form {
@@ -50,12 +55,9 @@ fn forms(c: &Context) -> Vec<Form> {
         vec![vec![1.0]],
     );
     wake.apply = |t, c, p| {
-        p.drag = t[0] * c.scales.force / (c.scales.speed * c.scales.speed);
+        p.drag = square(t, c);
         p.drag_back = t[1];
     };
-    wake.describe = |t, c| {
-        let drag = t[0] * c.scales.force / (c.scales.speed * c.scales.speed);
-        vec![("drag", drag, "N s^2/m^2"), ("drag_back", t[1], "1")]
-    };
+    wake.describe = |t, c| vec![("drag", square(t, c), "N s^2/m^2"), ("drag_back", t[1], "1")];
     vec![quadratic, near, wake]
 }

@@ -271,7 +271,9 @@ impl<'a> Rig<'a> {
     #[inline]
     fn base_spring(&self, y: &State) -> f64 {
         let (p, u) = (self.p, y[self.base]);
-        p.base_stiffness * (1.0 + p.base_hardening * u * u) * u + p.base_damping * y[self.base + 1]
+        let h = p.base_hardening * u * u;
+        let growth = if h < 0.0 { 1.0 / (1.0 - 2.0 * h).sqrt() } else { 1.0 + h };
+        p.base_stiffness * growth * u + p.base_damping * y[self.base + 1]
     }
 
     #[inline]

@@ -62,7 +62,7 @@ fn a_film_beside_the_transducer_moves_the_body_alike_and_reads_nothing() {
 }
 
 #[test]
-fn a_hardening_stop_begins_as_the_linear_one_and_gives_less() {
+fn a_hardening_stop_begins_as_the_linear_one_and_gives_less_a_softening_one_more() {
     let (mut p, setup, local) = rig();
     (p.base_mass, p.base_stiffness, p.base_damping) = (0.4, 2e5, 5.0);
     let linear = simulate(&p, &setup, &local);
@@ -72,6 +72,11 @@ fn a_hardening_stop_begins_as_the_linear_one_and_gives_less() {
     let hard = simulate(&p, &setup, &local);
     let deepest = |x: &[f64]| x.iter().cloned().fold(f64::MIN, f64::max);
     assert!(hard.ok && deepest(&hard.position) < 0.95 * deepest(&linear.position));
+    p.base_hardening = -1e-6;
+    assert!(apart(&linear.force, &simulate(&p, &setup, &local).force) < 1e-5);
+    p.base_hardening = -1e6;
+    let soft = simulate(&p, &setup, &local);
+    assert!(soft.ok && deepest(&soft.position) > 1.05 * deepest(&linear.position));
 }
 
 #[test]
