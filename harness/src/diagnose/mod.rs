@@ -13,6 +13,7 @@ pub mod expand;
 pub mod experiment;
 pub mod fit_out;
 pub mod heldout;
+mod impulse;
 pub mod intervals;
 pub mod latent;
 pub mod map;

@@ -1,11 +1,15 @@
 //! The peak before the clip: what a channel would have read without the limit of its chain.
 
 use super::candidate::{wander_up_to, Candidate, WHITE};
+use super::impulse::shares;
 use super::search::Search;
 use crate::model::chain::readings;
 use crate::model::estimate::{Data, Model, Nuisance, Options, Problem};
 use crate::record::{largest, Channel};
 use nalgebra::DMatrix;
+
+/// Ratio of a peak to the limit from which a recording has reached it.
+const BEYOND: f64 = 1.002;
 
 /// One recording of the clipped channel.
 #[derive(Clone, Debug)]
@@ -21,14 +25,14 @@ pub struct Unclipped {
     pub curve: Vec<f64>,
 }
 
-/// The data with noise as wide as what `chosen` leaves, where that is more than noise.
-fn tolerant(search: &Search<'_>, model: &Model<'_>, chosen: &Candidate) -> Data {
+/// The data with noise as wide as what `chosen` leaves, where that is more than noise, and whether it is.
+fn tolerant(search: &Search<'_>, model: &Model<'_>, chosen: &Candidate) -> (Data, bool) {
     let mut data = search.data.clone();
     let left = wander_up_to(&Problem::new(search.data, model), &chosen.fit.point, f64::INFINITY);
     if left > WHITE {
         data.noise.iter_mut().for_each(|n| *n = n.widened(left));
     }
-    data
+    (data, left > WHITE)
 }
 
 /// A covariance with the parameters that lie at a bound held there.
@@ -51,12 +55,15 @@ pub fn unclipped(search: &Search<'_>, chosen: &Candidate) -> Option<(Channel, Ve
     let model = search.model(&chosen.make_up, 1.0, 1.0, 0.0);
     // What stays unexplained must not bend the nuisances: with noise as wide as that, the speeds measured and the
     // scatter of repeats hold the peak that nobody read.
-    let data = tolerant(search, &model, chosen);
+    let (data, tolerated) = tolerant(search, &model, chosen);
     let problem = Problem::new(&data, &model);
     let start = problem.evaluate(chosen.fit.point.theta.clone(), chosen.fit.point.locals.clone());
     let point = &problem.fit(start, &Options { iterations: 100, ..Options::default() }).point;
     let channel = problem.physics(&point.theta).clip_channel;
     let covariance = problem.covariance(point).map(|c| within_bounds(c, &model, &point.theta));
+    // what the model has beyond the limit is held to the impulse, where the law is not all that there is
+    let shares =
+        if tolerated { shares(search, &problem, point, channel) } else { vec![(1.0, 0.0); data.records.len()] };
     let curve = |theta: &[f64], r: usize, keep: bool| -> Vec<f64> {
         let mut p = problem.physics(theta);
         let level = p.clip;
@@ -73,22 +80,29 @@ pub fn unclipped(search: &Search<'_>, chosen: &Candidate) -> Option<(Channel, Ve
     let mut out = Vec::new();
     for (r, rec) in search.data.records.iter().enumerate() {
         let Some(read) = &rec.y[channel.index()] else { continue };
-        let free = curve(&point.theta, r, false);
+        let (share, share_sd) = shares[r];
+        let partly = |theta: &[f64]| -> Vec<f64> {
+            let (kept, free) = (curve(theta, r, true), curve(theta, r, false));
+            kept.iter().zip(&free).map(|(k, f)| k + share * (f - k)).collect()
+        };
+        let limit = largest(&curve(&point.theta, r, true));
+        let model_peak = largest(&curve(&point.theta, r, false));
+        let clipped = model_peak > BEYOND * limit;
+        let free = partly(&point.theta);
         let peak = largest(&free);
-        let clipped = peak > 1.002 * largest(&curve(&point.theta, r, true));
         let g = point.theta.len();
         let slope: Vec<f64> = (0..g)
             .map(|j| {
                 let h = model.parameters[j].step;
                 let mut t = point.theta.clone();
                 t[j] += h;
-                (largest(&curve(&t, r, false)) - peak) / h
+                (largest(&partly(&t)) - peak) / h
             })
             .collect();
         let var: f64 = covariance
             .as_ref()
             .map_or(f64::NAN, |c| (0..g).map(|i| (0..g).map(|j| slope[i] * c[(i, j)] * slope[j]).sum::<f64>()).sum());
-        let sd = var.max(0.0).sqrt();
+        let sd = var.max(0.0).sqrt().hypot(share_sd * (model_peak - limit));
         out.push(Unclipped { file: rec.file.clone(), read: largest(read), peak, sd, clipped, curve: free });
     }
     Some((channel, out))

@@ -220,7 +220,10 @@ fn clipping(page: Page, c: &Campaign, o: &Outcome) -> Page {
         .collect();
     page.section("The peak before the clip")
         .table(&["recording", "level", "largest reading", "peak without clipping", "95 % interval"], &rows)
-        .paragraph("The green curves show the channel without clipping; they are written to without_clipping/.")
+        .paragraph(
+            "The green curves show the channel without clipping; they are written to without_clipping/. Where the model \
+             leaves more than noise, what it has beyond the limit is scaled until the readings add up to the change of speed.",
+        )
 }
 
 fn other_sensors(mut page: Page, o: &Outcome) -> Page {
