@@ -85,6 +85,7 @@ impl Search<'_> {
             self.families(from, &mut v, &sifted, &slow, &|_| true);
             let (improved, sifted) = self.borrowed(from, &mut v, quick, &slow, starts);
             self.families(from, &mut v, &sifted, &slow, &|name| improved.contains(&name));
+            self.taken_on(&mut v);
         }
         v
     }

@@ -1,7 +1,7 @@
 //! Whether channels and speeds agree at all: a wrong unit is no physics, nor are two campaigns in one folder.
 
 use super::prepare::Invalid;
-use crate::model::estimate::Data;
+use crate::model::estimate::{Data, Record};
 use crate::record::{Campaign, Kind};
 use nalgebra::{DMatrix, DVector};
 
@@ -111,27 +111,36 @@ pub fn check(c: &Campaign, data: &Data) -> Result<(), Invalid> {
 /// Force against what the simulation as given makes of the penetration.
 fn against_given(c: &Campaign, data: &Data) -> Result<(), Invalid> {
     let (Some(k), Some(p)) = (c.simulation.k, c.simulation.p) else { return Ok(()) };
-    for rec in &data.records {
-        let (Some(f), Some(x)) = (&rec.y[0], &rec.y[2]) else { continue };
+    let ratio = |rec: &Record| -> Option<f64> {
+        let (f, x) = (rec.y[0].as_ref()?, rec.y[2].as_ref()?);
         let deep = x.iter().cloned().fold(f64::MIN, f64::max);
-        let mut ratios: Vec<f64> =
-            f.iter().zip(x).filter(|(_, x)| **x > 0.7 * deep).map(|(f, x)| f / (k * x.powf(p))).collect();
-        ratios.retain(|r| r.is_finite());
-        ratios.sort_by(f64::total_cmp);
-        if ratios.len() < 5 {
-            continue;
-        }
-        let ratio = ratios[ratios.len() / 2];
-        if !(1.0 / GIVEN..=GIVEN).contains(&ratio) {
-            return Err(refused(
-                &rec.file,
-                format!("force is {ratio:.3e} times the k x^p of [simulation]"),
-                "correct the unit of force or penetration in its header, or k (N/m^p) and p in campaign.toml; without \
-                 k and p the simulation counts as not calibrated yet",
-            ));
-        }
-    }
-    Ok(())
+        let ratios = f.iter().zip(x).filter(|(_, x)| **x > 0.7 * deep).map(|(f, x)| f / (k * x.powf(p)));
+        let ratios: Vec<f64> = ratios.filter(|r| r.is_finite()).collect();
+        (ratios.len() >= 5).then(|| median(ratios))
+    };
+    let told: Vec<(&Record, f64)> = data.records.iter().filter_map(|r| Some((r, ratio(r)?))).collect();
+    let Some(i) = wrong_unit(&told.iter().map(|(r, q)| (r.level, *q)).collect::<Vec<_>>()) else { return Ok(()) };
+    let (rec, ratio) = told[i];
+    Err(refused(
+        &rec.file,
+        format!("force is {ratio:.3e} times the k x^p of [simulation]"),
+        "correct the unit of force or penetration in its header, or k (N/m^p) and p in campaign.toml; without k and p the \
+         simulation counts as not calibrated yet",
+    ))
+}
+
+fn median(mut v: Vec<f64>) -> f64 {
+    v.sort_by(f64::total_cmp);
+    v[v.len() / 2]
+}
+
+/// The first of (level, force over the given simulation's) that a wrong unit must have made: far off where the campaign
+/// as a whole is, or where others of its level are not. Some levels alone are off where the given law is a bad one.
+fn wrong_unit(told: &[(usize, f64)]) -> Option<usize> {
+    let off = |ratio: f64| !(1.0 / GIVEN..=GIVEN).contains(&ratio);
+    let all_off = !told.is_empty() && off(median(told.iter().map(|t| t.1).collect()));
+    let mate_fine = |level: usize| told.iter().any(|(l, q)| *l == level && !off(*q));
+    told.iter().position(|(level, ratio)| off(*ratio) && (all_off || mate_fine(*level)))
 }
 
 /// Factor between force and a calibrated k x^p that no physics left out makes.
@@ -229,6 +238,14 @@ fn two_sets(points: &[(f64, f64)]) -> Option<(Vec<bool>, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_wrong_unit_is_off_everywhere_or_among_its_like_a_bad_law_at_some_levels() {
+        assert_eq!(wrong_unit(&[(0, 2e3), (0, 1.5e3), (1, 1.1e3)]), Some(0));
+        assert_eq!(wrong_unit(&[(0, 1.2), (0, 1.1e3), (1, 0.9)]), Some(1));
+        assert_eq!(wrong_unit(&[(0, 130.0), (0, 140.0), (1, 12.0), (1, 11.0), (2, 1.5), (2, 1.6)]), None);
+        assert_eq!(wrong_unit(&[]), None);
+    }
 
     #[test]
     fn two_parallel_lines_are_two_sets_and_one_bent_line_is_one() {

@@ -3,6 +3,7 @@
 use super::answer::findings::{gather, Findings};
 use super::answer::verdict;
 use super::bootstrap::bootstrap;
+use super::candidate::Candidate;
 use super::decide::Decision;
 use super::element::{packed, Packed};
 use super::heldout::{held_out, HeldOut};
@@ -69,8 +70,11 @@ const RESTLESS: f64 = 1.5;
 const BELIEVED: f64 = 0.9;
 /// Ratio of held-out misfits up to which a calibration is kept: one that drifts predicts no better, and is wrong still.
 const CALIBRATED: f64 = 1.01;
-/// Names at most.
+/// Names at most, and how many of those that may stand beside the ones found are asked what they predict.
 const MOST_NAMES: usize = 3;
+const FURTHER: usize = 5;
+/// Wander of what two names leave from which a third is sought.
+const FAR_FROM_NOISE: f64 = 3.0;
 
 /// chi^2 by which the first sample is preferred to the touch as the place where speeds were measured.
 const AT_FIRST: f64 = 50.0;
@@ -207,7 +211,7 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
              what has not converged looks like physics; check mass, speeds and units, or calibrate k and p first",
             base.iterations, base.point.chi2, base.samples
         );
-        let before = held_out(&search, &super::candidate::Candidate { make_up: Default::default(), fit: base });
+        let before = held_out(&search, &Candidate { make_up: Default::default(), fit: base });
         return Ok(unjudged(c, data.clone(), reason, Some(before)));
     }
     stage("searching for what is missing")?;
@@ -281,22 +285,7 @@ fn weigh_second(search: &Search<'_>, d: &mut Decision, before: &HeldOut, after: 
     if let Some(pair) = d.doubted.take() {
         let with = held_out(search, &pair);
         if with.nrmse < BELIEVED * after.nrmse && with.nrmse < before.nrmse {
-            let (mut best, mut chosen) = (with, pair);
-            // and so on, as long as each carries what was not seen
-            while chosen.make_up.terms.len() < MOST_NAMES {
-                let next = search
-                    .further(&chosen, 3)
-                    .into_iter()
-                    .map(|c| (held_out(search, &c), c))
-                    .min_by(|a, b| a.0.nrmse.total_cmp(&b.0.nrmse));
-                match next {
-                    Some((h, c)) if h.nrmse < BELIEVED * best.nrmse => (best, chosen) = (h, c),
-                    _ => break,
-                }
-            }
-            d.ties = search.ties(&chosen, &d.singles, d.wander.1);
-            d.chosen = chosen;
-            return Some(best);
+            return Some(carried_on(search, d, pair, with));
         }
     } else if d.chosen.make_up.terms.len() > 1 {
         let first = d.chosen.names()[0];
@@ -309,8 +298,29 @@ fn weigh_second(search: &Search<'_>, d: &mut Decision, before: &HeldOut, after: 
                 return Some(alone);
             }
         }
+        if d.wander.1 > FAR_FROM_NOISE {
+            return Some(carried_on(search, d, d.chosen.clone(), after));
+        }
     }
     Some(after)
+}
+
+/// Further names beside `chosen`, as long as each predicts levels not seen far better; decides on what comes of it.
+fn carried_on(search: &Search<'_>, d: &mut Decision, mut chosen: Candidate, mut best: HeldOut) -> HeldOut {
+    while chosen.make_up.terms.len() < MOST_NAMES {
+        let next = search
+            .further(&chosen, FURTHER)
+            .into_iter()
+            .map(|c| (held_out(search, &c), c))
+            .min_by(|a, b| a.0.nrmse.total_cmp(&b.0.nrmse));
+        match next {
+            Some((h, c)) if h.nrmse < BELIEVED * best.nrmse => (best, chosen) = (h, c),
+            _ => break,
+        }
+    }
+    d.ties = search.ties(&chosen, &d.singles, d.wander.1);
+    d.chosen = chosen;
+    best
 }
 
 /// The outcome where nothing can be judged.

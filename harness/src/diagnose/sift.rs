@@ -270,8 +270,9 @@ impl Search<'_> {
         let top = scored.iter().map(|(_, s)| score(s)).fold(0.0, f64::max).min(most);
         let options = Options { hopeless: options.hopeless.max(0.003 * top), ceiling: coarse_base + most, ..*options };
         scored.sort_by(|a, b| score(&b.1).total_cmp(&score(&a.1)));
-        // a score says little where two effects have not come near noise
-        let far = make_up.terms.len() > 1 && from.point.chi2 > FAR * self.data.samples() as f64;
+        // a score says little far from noise: of one effect it names the best form, of two not even that
+        let far = from.point.chi2 > FAR * self.data.samples() as f64;
+        let lost = far && make_up.terms.len() > 1;
         let mut forms: Vec<&str> = Vec::new();
         scored.retain(|(t, s)| {
             // the score says little of what is not linear in its parameters
@@ -285,7 +286,8 @@ impl Search<'_> {
             let rank = forms.iter().filter(|f| **f == t.mechanism.name).count();
             (hard && !s.is_empty())
                 || held
-                || ((rank <= FORMS_A_MECHANISM || plain) && (score(s) >= least.max(1.0) || small || far || top <= 20.0))
+                || ((rank <= FORMS_A_MECHANISM || plain)
+                    && (score(s) >= least.max(1.0) || small || lost || far && rank == 1 || top <= 20.0))
         });
         let fitted = |(t, s): &(&Term, Starts), options: &Options| -> Option<(f64, (Term, Fit))> {
             let s = &s[..s.len().min(if t.form.linear { 1 } else { starts })];

@@ -27,6 +27,12 @@ pub struct Block {
     cross: DMatrix<f64>,
 }
 
+/// Change of a channel's readings over them (root mean squares) up to which a step's difference is a sensitivity; the
+/// change that a shorter step aims at, and the least share of a step that it is.
+const STRAIGHT: f64 = 0.03;
+const AIMED: f64 = 0.01;
+const SHORTEST: f64 = 1e-3;
+
 impl Problem<'_> {
     /// Residual and sensitivities of recording `r` at a point, by differences; inactive globals have none.
     pub(super) fn part(&self, point: &Point, r: usize, active: &[bool]) -> Option<Part> {
@@ -48,38 +54,55 @@ impl Problem<'_> {
         self.whiten_into(r, &y, Some(&rec.y), &mut residual);
         let mut columns = vec![Vec::new(); g + l];
         let mut first = vec![0.0; g + l];
-        let difference =
-            |phys: &Physics, lo: &Local, zeros: &[f64], again: bool, h: f64, col: &mut Vec<f64>| -> Option<f64> {
-                let t2;
-                let t = if again {
-                    t2 = simulate(phys, &rec.setup, lo);
-                    if !t2.ok {
-                        return None;
-                    }
-                    &t2
-                } else {
-                    &trace
-                };
-                let mut z = readings(phys, t, &rec.setup.time);
-                self.add_zeros(&mut z, zeros);
-                for c in 0..3 {
-                    for (a, b) in z[c].iter_mut().zip(&y[c]) {
-                        *a = (*a - b) / h;
-                    }
+        // sensitivity of the speed at the first sample, and how far the step has changed the readings
+        let difference = |phys: &Physics,
+                          lo: &Local,
+                          zeros: &[f64],
+                          again: bool,
+                          h: f64,
+                          col: &mut Vec<f64>|
+         -> Option<(f64, f64)> {
+            let t2;
+            let t = if again {
+                t2 = simulate(phys, &rec.setup, lo);
+                if !t2.ok {
+                    return None;
                 }
-                self.whiten_into(r, &z, None, col);
-                Some((t.first_speed - trace.first_speed) / h)
+                &t2
+            } else {
+                &trace
             };
+            let mut z = readings(phys, t, &rec.setup.time);
+            self.add_zeros(&mut z, zeros);
+            let mut largest = 0.0f64;
+            for c in 0..3 {
+                let (mut change, mut all) = (0.0, 0.0);
+                for (a, b) in z[c].iter_mut().zip(&y[c]) {
+                    let d = *a - b;
+                    change += d * d;
+                    all += b * b;
+                    *a = d / h;
+                }
+                largest = largest.max(change / all.max(f64::MIN_POSITIVE));
+            }
+            self.whiten_into(r, &z, None, col);
+            Some(((t.first_speed - trace.first_speed) / h, largest.sqrt()))
+        };
         for j in 0..g {
             if !active[j] {
                 columns[j] = vec![0.0; residual.len()];
                 continue;
             }
-            let mut th = point.theta.clone();
-            let h = if th[j] + ps[j].step > ps[j].upper { -ps[j].step } else { ps[j].step };
-            th[j] += h;
-            let p2 = self.physics(&th);
-            first[j] = difference(&p2, &lo, local, ps[j].dynamic, h, &mut columns[j])?;
+            let mut along = |h: f64| {
+                let mut theta = point.theta.clone();
+                theta[j] += h;
+                difference(&self.physics(&theta), &lo, local, ps[j].dynamic, h, &mut columns[j])
+            };
+            let h = if point.theta[j] + ps[j].step > ps[j].upper { -ps[j].step } else { ps[j].step };
+            let (slope, change) = along(h)?;
+            // what shifts an impact by a share of its duration is no tangent any more
+            let shorter = h * (AIMED / change).max(SHORTEST);
+            first[j] = if change > STRAIGHT { along(shorter)?.0 } else { slope };
         }
         for (i, n) in self.nuisances.iter().enumerate() {
             if let Some(j) = self.twin(&point.theta, *n).filter(|j| active[*j]) {
@@ -91,7 +114,7 @@ impl Problem<'_> {
             v[i] += h;
             let lo2 = self.local(&v);
             let again = !matches!(n, Nuisance::Zero(_));
-            first[g + i] = difference(&phys, &lo2, &v, again, h, &mut columns[g + i])?;
+            first[g + i] = difference(&phys, &lo2, &v, again, h, &mut columns[g + i])?.0;
         }
         Some(Part { residual, columns, first, first_speed: trace.first_speed, bare })
     }
