@@ -84,13 +84,22 @@ impl Search<'_> {
             let against = if plain.iter().any(|p| std::ptr::eq(p, c)) { c } else { first };
             pairs.extend(found.of(self, c, starts, keep).into_iter().take(SECONDS).map(|p| (p, against)));
         }
-        pairs.sort_by(|a, b| a.0.cost().total_cmp(&b.0.cost()));
-        let believed = pairs
-            .iter()
-            .find(|(p, against)| self.believed(p, against, &scale) && p.cost() < first.cost() - 2.0 * PENALTY);
+        let best_believed = |pairs: &mut Vec<(Candidate, &Candidate)>| -> Option<Candidate> {
+            pairs.sort_by(|a, b| a.0.cost().total_cmp(&b.0.cost()));
+            let carries = |(p, against): &&(Candidate, &Candidate)| {
+                self.believed(p, against, &scale) && p.cost() < first.cost() - 2.0 * PENALTY
+            };
+            pairs.iter().find(carries).map(|(p, _)| p.clone())
+        };
+        let mut believed = best_believed(&mut pairs);
+        if believed.is_none() && scale.wander > WILD && !seen {
+            // far from noise whatever stands beside it: once more, from more starts and in every form
+            pairs.extend(self.further(first, SECONDS).into_iter().map(|p| (p, first)));
+            believed = best_believed(&mut pairs);
+        }
         let pair = match (believed, pairs.first()) {
-            (Some((p, _)), _) if seen => Some(p.clone()),
-            (Some((p, _)), _) => Some(self.swapped(p.clone(), &mut found)),
+            (Some(p), _) if seen => Some(p),
+            (Some(p), _) => Some(self.swapped(p, &mut found)),
             (None, Some((p, against))) if scale.wander > WILD && !seen => {
                 Some(self.swapped(p.clone(), &mut found)).filter(|p| self.believed(p, against, &scale))
             }

@@ -33,6 +33,9 @@ fn forms(c: &Context) -> Vec<Form> {
     }];
     forms.push(Form {
         label: "Walton-Braun",
+        // a chord that is hardly shorter than the way loses nothing: no small ratio leads anywhere
+        starts: grid(&[&[0.15, 0.3, 0.6], &[0.02, 0.4, 0.8]]),
+        linear: false,
         apply: |t, c, p| {
             p.law.plastic_ratio = t[0];
             p.law.yield_penetration = t[1] * c.scales.depth;
