@@ -68,6 +68,9 @@ pub enum Failure {
 const RESTLESS: f64 = 1.5;
 /// Ratio of held-out misfits from which a second name is believed although something stays unexplained.
 const BELIEVED: f64 = 0.9;
+/// The same for a third name beside two that are believed: in a form that is not quite theirs they leave what a third
+/// takes up in part.
+const THIRD: f64 = 0.75;
 /// Ratio of held-out misfits up to which a calibration is kept: one that drifts predicts no better, and is wrong still.
 const CALIBRATED: f64 = 1.01;
 /// Names at most, and how many of those that may stand beside the ones found are asked what they predict.
@@ -285,7 +288,7 @@ fn weigh_second(search: &Search<'_>, d: &mut Decision, before: &HeldOut, after: 
     if let Some(pair) = d.doubted.take() {
         let with = held_out(search, &pair);
         if with.nrmse < BELIEVED * after.nrmse && with.nrmse < before.nrmse {
-            return Some(carried_on(search, d, pair, with));
+            return Some(carried_on(search, d, pair, with, BELIEVED));
         }
     } else if d.chosen.make_up.terms.len() > 1 {
         let first = d.chosen.names()[0];
@@ -299,14 +302,15 @@ fn weigh_second(search: &Search<'_>, d: &mut Decision, before: &HeldOut, after: 
             }
         }
         if d.wander.1 > FAR_FROM_NOISE {
-            return Some(carried_on(search, d, d.chosen.clone(), after));
+            return Some(carried_on(search, d, d.chosen.clone(), after, THIRD));
         }
     }
     Some(after)
 }
 
-/// Further names beside `chosen`, as long as each predicts levels not seen far better; decides on what comes of it.
-fn carried_on(search: &Search<'_>, d: &mut Decision, mut chosen: Candidate, mut best: HeldOut) -> HeldOut {
+/// Further names beside `chosen`, as long as each brings the misfit of levels not seen below `ratio` of what it was;
+/// decides on what comes of it.
+fn carried_on(search: &Search<'_>, d: &mut Decision, mut chosen: Candidate, mut best: HeldOut, ratio: f64) -> HeldOut {
     while chosen.make_up.terms.len() < MOST_NAMES {
         let next = search
             .further(&chosen, FURTHER)
@@ -314,7 +318,7 @@ fn carried_on(search: &Search<'_>, d: &mut Decision, mut chosen: Candidate, mut 
             .map(|c| (held_out(search, &c), c))
             .min_by(|a, b| a.0.nrmse.total_cmp(&b.0.nrmse));
         match next {
-            Some((h, c)) if h.nrmse < BELIEVED * best.nrmse => (best, chosen) = (h, c),
+            Some((h, c)) if h.nrmse < ratio * best.nrmse => (best, chosen) = (h, c),
             _ => break,
         }
     }
