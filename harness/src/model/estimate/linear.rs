@@ -375,3 +375,94 @@ impl Linear {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::estimate::{Data, Model, Parameter, Record, Scales};
+    use crate::model::noise::Noise;
+    use crate::model::simulate::{Setup, TOLERANCE};
+    use crate::record::{Channel, Kind};
+
+    /// A bar of 0.3 kg that a spring throws against its stop, where it bounces.
+    fn bouncing() -> Data {
+        let time: Vec<f64> = (0..1500).map(|i| 1e-5 * f64::from(i)).collect();
+        let n = time.len();
+        let setup = Setup {
+            kind: Kind::ContactorOpening,
+            travel: 3e-3,
+            preload: 90.0,
+            rate: 3e3,
+            tolerance: 1e-2 * TOLERANCE,
+            ..Setup::drop_test(time, 2e-4, 1.0, 4e-4)
+        };
+        let record = Record {
+            setup,
+            file: "a.csv".into(),
+            level: 0,
+            y: [Some(vec![0.0; n]), None, None],
+            weight: [vec![1.0; n], Vec::new(), Vec::new()],
+            speed: None,
+            at_first: false,
+            start: 0.0,
+        };
+        let scales = Scales {
+            force: 1e3,
+            depth: 2e-4,
+            speed: 1.0,
+            duration: 4e-4,
+            mass: 0.3,
+            length: 1.5e-2,
+            dt: 1e-5,
+            x_ref: 1.2e-4,
+            v_ref: 1.0,
+            orders: 1.0,
+            peak: 1e3,
+        };
+        Data {
+            kind: Kind::ContactorOpening,
+            mass: 0.3,
+            records: vec![record],
+            noise: [1.0, 1.0, 1.0].map(Noise::white),
+            scales,
+            range: [1e3, 1.0, 1.0],
+            repeat_scatter: 0.005,
+        }
+    }
+
+    /// Sensitivity of the force to a friction that counts in units of 100 N, by a step of so many units.
+    fn sensitivity(data: &Data, step: f64) -> Vec<f64> {
+        let friction = Parameter {
+            name: "friction".into(),
+            start: 0.02,
+            lower: 0.0,
+            upper: 1.0,
+            step,
+            prior: None,
+            dynamic: true,
+        };
+        let apply = |t: &[f64], p: &mut Physics| {
+            (p.law.stiffness, p.law.exponent, p.law.hysteresis_damping) = (3e7, 1.2, 6e6);
+            p.friction = 100.0 * t[0];
+        };
+        let model = Model { parameters: vec![friction], apply: Box::new(apply) };
+        let problem = Problem::new(data, &model);
+        let mut part = problem.part(&problem.start(), 0, &[true]).unwrap();
+        part.columns.swap_remove(0)
+    }
+
+    #[test]
+    fn a_step_that_shifts_a_bounce_is_shortened_until_its_difference_is_a_sensitivity() {
+        let data = bouncing();
+        assert!(data.has(Channel::Force));
+        let tangent = sensitivity(&data, 1e-5);
+        let apart = |s: &[f64]| {
+            let square = |v: f64| v * v;
+            let off: f64 = s.iter().zip(&tangent).map(|(a, b)| square(a - b)).sum();
+            (off / dot(&tangent, &tangent)).sqrt()
+        };
+        // two newtons more shift the last bounce by a share of its duration
+        let by_step = sensitivity(&data, 0.02);
+        assert!(apart(&by_step) < 0.1, "{}", apart(&by_step));
+    }
+}
