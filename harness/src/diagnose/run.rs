@@ -76,8 +76,9 @@ const CALIBRATED: f64 = 1.01;
 /// Names at most, and how many of those that may stand beside the ones found are asked what they predict.
 const MOST_NAMES: usize = 3;
 const FURTHER: usize = 5;
-/// Wander of what two names leave from which a third is sought.
+/// Wander of what two names leave, and the share of the misfit not seen that is left, from which a third is sought.
 const FAR_FROM_NOISE: f64 = 3.0;
+const HALVED: f64 = 0.5;
 
 /// chi^2 by which the first sample is preferred to the touch as the place where speeds were measured.
 const AT_FIRST: f64 = 50.0;
@@ -301,7 +302,7 @@ fn weigh_second(search: &Search<'_>, d: &mut Decision, before: &HeldOut, after: 
                 return Some(alone);
             }
         }
-        if d.wander.1 > FAR_FROM_NOISE {
+        if d.wander.1 > FAR_FROM_NOISE && after.nrmse > HALVED * before.nrmse {
             return Some(carried_on(search, d, d.chosen.clone(), after, THIRD));
         }
     }

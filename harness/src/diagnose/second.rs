@@ -91,17 +91,17 @@ impl Search<'_> {
             };
             pairs.iter().find(carries).map(|(p, _)| p.clone())
         };
-        let mut believed = best_believed(&mut pairs);
-        if believed.is_none() && scale.wander > WILD && !seen {
-            // far from noise whatever stands beside it: once more, from more starts and in every form
-            pairs.extend(self.further(first, SECONDS).into_iter().map(|p| (p, first)));
-            believed = best_believed(&mut pairs);
-        }
+        let believed = best_believed(&mut pairs);
         let pair = match (believed, pairs.first()) {
             (Some(p), _) if seen => Some(p),
             (Some(p), _) => Some(self.swapped(p, &mut found)),
             (None, Some((p, against))) if scale.wander > WILD && !seen => {
-                Some(self.swapped(p.clone(), &mut found)).filter(|p| self.believed(p, against, &scale))
+                let led = Some(self.swapped(p.clone(), &mut found)).filter(|p| self.believed(p, against, &scale));
+                // far from noise whatever stands beside it: once more, from more starts and in every form
+                led.or_else(|| {
+                    let mut more: Vec<_> = self.further(first, SECONDS).into_iter().map(|p| (p, first)).collect();
+                    best_believed(&mut more).map(|p| self.swapped(p, &mut found))
+                })
             }
             _ => None,
         };
