@@ -57,7 +57,7 @@ pub(super) fn shares(search: &Search<'_>, problem: &Problem<'_>, point: &Point, 
     if search.data.kind != Kind::DropTest || coupled {
         return unknown;
     }
-    let mut unlimited = physics.clone();
+    let mut unlimited = physics;
     unlimited.clip = f64::INFINITY;
     let gain = physics.gain[channel.index()];
     let speed = match channel {
