@@ -28,5 +28,6 @@ pub mod second;
 pub mod sensors;
 pub mod sift;
 pub mod unclipped;
+mod weigh;
 
 pub use crate::fit::prepare;
