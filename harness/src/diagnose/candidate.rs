@@ -13,6 +13,8 @@ pub const DETECT_TOLERANCE: f64 = 11.0;
 pub const PENALTY: f64 = 4.0;
 /// Wander up to which a residual counts as noise.
 pub const WHITE: f64 = 1.25;
+/// Iterations within which a fit that is taken on has converged.
+const CONVERGED: usize = 200;
 /// Samples over which the residual's wander is judged.
 const BLOCK: usize = 24;
 
@@ -187,17 +189,24 @@ impl Search<'_> {
 
     /// `from` with one more term, fitted from `start`.
     pub fn fitted(&self, from: &Candidate, term: Term, start: Point, options: &Options) -> Candidate {
-        let mut make_up = from.make_up.clone();
-        make_up.terms.push(term);
+        let make_up = from.make_up.with(term);
         let model = self.model(&make_up, 1.0, 1.0, 0.0);
         let fit = Problem::new(self.data, &model).fit(start, options);
         Candidate { make_up, fit }
     }
 
+    /// `c` fitted on from where it stands, until it has converged.
+    pub fn taken_on(&self, c: &Candidate) -> Candidate {
+        let model = self.model(&c.make_up, 1.0, 1.0, 0.0);
+        let options = Options { iterations: CONVERGED, ..Options::default() };
+        Candidate {
+            make_up: c.make_up.clone(),
+            fit: Problem::new(self.data, &model).fit(c.fit.point.clone(), &options),
+        }
+    }
+
     /// `from` with one more term, and its fit.
     pub fn candidate(&self, from: &Candidate, t: Term, fit: Fit) -> Candidate {
-        let mut make_up = from.make_up.clone();
-        make_up.terms.push(t);
-        Candidate { make_up, fit }
+        Candidate { make_up: from.make_up.with(t), fit }
     }
 }

@@ -3,7 +3,7 @@
 use super::candidate::{Candidate, DETECT_TOLERANCE, PENALTY};
 use super::search::{Search, Term};
 use super::sift::HARD;
-use crate::model::estimate::{Fit, Options, Problem};
+use crate::model::estimate::{Fit, Options, Point};
 use rayon::prelude::*;
 
 /// Share of the best gain from which a candidate is fitted out.
@@ -53,11 +53,8 @@ impl Search<'_> {
             .filter_map(|(i, starts)| {
                 let (t, f) = &best[i];
                 // go on from where the quick fit stopped
-                let mut next = from.make_up.clone();
-                next.terms.push(t.clone());
-                let m = self.model(&next, 1.0, 1.0, 0.0);
-                let p = Problem::new(self.data, &m);
-                let mut out = p.fit(f.point.clone(), &slow);
+                let slowly = |start: &Point| self.fitted(from, t.clone(), start.clone(), &slow).fit;
+                let mut out = slowly(&f.point);
                 if starts > 1 {
                     if let Some(g) = self.add(
                         &from.make_up,
@@ -67,7 +64,7 @@ impl Search<'_> {
                         &Options { iterations: 18, ..Options::default() },
                     ) {
                         if g.point.chi2 < out.point.chi2 {
-                            out = p.fit(g.point, &slow);
+                            out = slowly(&g.point);
                         }
                     }
                 }
@@ -85,7 +82,7 @@ impl Search<'_> {
             self.families(from, &mut v, &sifted, &slow, &|_| true);
             let (improved, sifted) = self.borrowed(from, &mut v, quick, &slow, starts);
             self.families(from, &mut v, &sifted, &slow, &|name| improved.contains(&name));
-            self.taken_on(&mut v);
+            self.take_on(&mut v);
         }
         v
     }

@@ -17,8 +17,6 @@ const EXTENDED: f64 = 1.05;
 const LEFT: f64 = 0.05;
 /// The best few, which are taken on, and whose base parameters others start from, where the best leaves more than noise.
 const BEST: usize = 2;
-/// Iterations within which a fit of the best has converged.
-const CONVERGED: usize = 200;
 /// Changes of the exponent from which the best candidates are fitted again.
 const SHAKES: [f64; 3] = [-0.3, 0.0, 0.3];
 
@@ -152,16 +150,10 @@ impl Search<'_> {
 
     /// The best few taken on until they have converged: bounces make valleys that are long, and what has not come to their
     /// end leaves more than its form does.
-    pub(super) fn taken_on(&self, v: &mut [Candidate]) {
-        let on = Options { iterations: CONVERGED, ..Options::default() };
-        let further = |(i, c): (usize, &Candidate)| {
-            let model = self.model(&c.make_up, 1.0, 1.0, 0.0);
-            let fit = Problem::new(self.data, &model).fit(c.fit.point.clone(), &on);
-            (i, Candidate { make_up: c.make_up.clone(), fit })
-        };
+    pub(super) fn take_on(&self, v: &mut [Candidate]) {
         let restless = |c: &Candidate| !c.fit.converged && self.wander_of(c) > EXTENDED;
         let few: Vec<(usize, &Candidate)> = v.iter().enumerate().take(BEST).filter(|(_, c)| restless(c)).collect();
-        let found: Vec<(usize, Candidate)> = few.into_par_iter().map(further).collect();
+        let found: Vec<(usize, Candidate)> = few.into_par_iter().map(|(i, c)| (i, self.taken_on(c))).collect();
         keep_better(v, found);
         v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
     }

@@ -1,10 +1,9 @@
 //! The impulse that a channel at its limit did not read: speeds before and after the impact leave so much for it, and
 //! hold what a law that is not all that there is says of the peak.
 
-use super::search::Search;
-use crate::model::chain::readings;
 use crate::model::estimate::{Point, Problem};
 use crate::record::{largest, Channel, Kind};
+use statrs::statistics::Statistics;
 
 /// Standard deviation of the share of the model's excess beyond the limit that was there: where the model leaves more
 /// than noise, what it says beyond is a guess to within half.
@@ -33,14 +32,9 @@ fn integral(time: &[f64], y: impl Fn(usize) -> f64) -> f64 {
     (1..time.len()).map(|i| 0.5 * (y(i) + y(i - 1)) * (time[i] - time[i - 1])).sum()
 }
 
-/// Mean and standard deviation that is expected of one more.
+/// Mean and standard deviation that is expected of one more; None of fewer than two.
 fn one_more(v: &[f64]) -> Option<(f64, f64)> {
-    let n = v.len() as f64;
-    let mean = v.iter().sum::<f64>() / n;
-    (v.len() > 1).then(|| {
-        let variance = v.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        (mean, (variance * (1.0 + 1.0 / n)).sqrt())
-    })
+    (v.len() > 1).then(|| (v.mean(), v.std_dev() * (1.0 + 1.0 / v.len() as f64).sqrt()))
 }
 
 /// The share of the model's excess beyond the limit of `channel` that was there, with its standard deviation, by
@@ -49,16 +43,14 @@ fn one_more(v: &[f64]) -> Option<(f64, f64)> {
 /// The reading of an acceleration, or a force over the mass, adds up to the change of speed. The speed at the start is
 /// told; that at the end is the model's, put right by what the recordings that stayed below the limit show to be wrong
 /// with it, as a share of the speed: coefficients of restitution are alike, and fall with speed as the law has it.
-pub(super) fn shares(search: &Search<'_>, problem: &Problem<'_>, point: &Point, channel: Channel) -> Vec<(f64, f64)> {
-    let records = &search.data.records;
+pub(super) fn shares(problem: &Problem<'_>, point: &Point, channel: Channel) -> Vec<(f64, f64)> {
+    let records = &problem.data.records;
     let unknown = vec![(1.0, 0.0); records.len()];
     let physics = problem.physics(&point.theta);
     let coupled = physics.droop > 0.0 && physics.droop_channel == channel;
-    if search.data.kind != Kind::DropTest || coupled {
+    if problem.data.kind != Kind::DropTest || coupled {
         return unknown;
     }
-    let mut unlimited = physics;
-    unlimited.clip = f64::INFINITY;
     let gain = physics.gain[channel.index()];
     let speed = match channel {
         Channel::Acceleration => 1.0 / gain,
@@ -69,16 +61,15 @@ pub(super) fn shares(search: &Search<'_>, problem: &Problem<'_>, point: &Point, 
         let (record, local) = (&records[r], &point.locals[r]);
         let read = record.y[channel.index()].as_ref()?;
         let (told, sd) = record.speed?;
-        let (trace, kept) = problem.predict(&point.theta, r, local);
+        let (trace, kept, free) = problem.predict_unlimited(&point.theta, r, local);
+        let (kept, free) = (&kept[channel.index()], &free[channel.index()]);
         let time = &record.setup.time;
-        let [kept_bare, free] = [&physics, &unlimited].map(|p| readings(p, &trace, time));
-        let (kept, kept_bare, free) = (&kept[channel.index()], &kept_bare[channel.index()], &free[channel.index()]);
         let fitted = if record.at_first { trace.first_speed } else { problem.local(local).speed };
         Some(Balance {
             speed: told,
             sd,
             more: told - fitted + speed * integral(time, |i| read[i] - kept[i]),
-            beyond: speed * integral(time, |i| free[i] - kept_bare[i]),
+            beyond: speed * integral(time, |i| free[i] - kept[i]),
             whole: largest(read) < BELOW * physics.clip,
         })
     };
@@ -104,7 +95,7 @@ mod tests {
     use crate::demo::{write_campaign, Recipe};
     use crate::diagnose::candidate::Candidate;
     use crate::diagnose::run::ready;
-    use crate::diagnose::search::{MakeUp, Term};
+    use crate::diagnose::search::{MakeUp, Search, Term};
     use crate::diagnose::unclipped::unclipped;
     use crate::model::estimate::Options;
     use crate::record::{load, Campaign};
@@ -127,7 +118,7 @@ mod tests {
 
     #[test]
     fn speeds_before_and_after_correct_a_peak_that_a_wrong_law_gives() {
-        let truth: Vec<f64> = drops(f64::INFINITY)
+        let without_limit: Vec<f64> = drops(f64::INFINITY)
             .recordings
             .iter()
             .map(|r| largest(r.channels[Channel::Acceleration.index()].as_ref().unwrap()))
@@ -146,10 +137,10 @@ mod tests {
         let wrong = search.candidate(&base, clip, fit);
         let (_, found) = unclipped(&search, &wrong).unwrap();
         let model = search.model(&wrong.make_up, 1.0, 1.0, 0.0);
-        let told = shares(&search, &Problem::new(&data, &model), &wrong.fit.point, Channel::Acceleration);
+        let told = shares(&Problem::new(&data, &model), &wrong.fit.point, Channel::Acceleration);
         // errors of the peaks, and of those that the law has without the speeds
         let (mut by_speeds, mut by_law, mut seen) = (0.0f64, 0.0f64, 0);
-        for ((u, peak), (share, _)) in found.iter().zip(&truth).zip(told).filter(|((u, _), _)| u.clipped) {
+        for ((u, peak), (share, _)) in found.iter().zip(&without_limit).zip(told).filter(|((u, _), _)| u.clipped) {
             let law = LIMIT + (u.peak - LIMIT) / share;
             by_speeds = by_speeds.max((u.peak / peak - 1.0).abs());
             by_law = by_law.max((law / peak - 1.0).abs());

@@ -1,6 +1,6 @@
 //! Whether channels and speeds agree at all: a wrong unit is no physics, nor are two campaigns in one folder.
 
-use super::prepare::Invalid;
+use super::prepare::{median, Invalid};
 use crate::model::estimate::{Data, Record};
 use crate::record::{Campaign, Kind};
 use nalgebra::{DMatrix, DVector};
@@ -127,11 +127,6 @@ fn against_given(c: &Campaign, data: &Data) -> Result<(), Invalid> {
         "correct the unit of force or penetration in its header, or k (N/m^p) and p in campaign.toml; without k and p the \
          simulation counts as not calibrated yet",
     ))
-}
-
-fn median(mut v: Vec<f64>) -> f64 {
-    v.sort_by(f64::total_cmp);
-    v[v.len() / 2]
 }
 
 /// The first of (level, force over the given simulation's) that a wrong unit must have made: far off where the campaign

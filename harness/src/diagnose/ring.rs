@@ -61,10 +61,9 @@ pub fn line(data: &Data, channel: Channel) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use crate::model::estimate::{Data, Record, Scales};
-    use crate::model::noise::Noise;
+    use crate::model::estimate::Data;
     use crate::model::simulate::Setup;
-    use crate::record::{Channel, Kind};
+    use crate::record::Channel;
     use rand::{RngExt, SeedableRng};
 
     fn data(ringing: f64) -> Data {
@@ -81,38 +80,7 @@ mod tests {
             })
             .collect();
         let setup = Setup::drop_test(time, 1e-3, 1.0, 1e-3);
-        let record = Record {
-            setup,
-            file: "r01.csv".into(),
-            level: 0,
-            y: [Some(y), None, None],
-            weight: [vec![1.0; n], vec![1.0; n], vec![1.0; n]],
-            speed: None,
-            at_first: false,
-            start: 0.0,
-        };
-        let scales = Scales {
-            force: 1.0,
-            depth: 1e-3,
-            speed: 1.0,
-            duration: 1e-3,
-            mass: 1.0,
-            length: 6e-3,
-            dt,
-            x_ref: 6e-4,
-            v_ref: 1.0,
-            orders: 1.0,
-            peak: 1.0,
-        };
-        Data {
-            kind: Kind::DropTest,
-            mass: 1.0,
-            records: vec![record],
-            noise: [Noise::white(1.0); 3],
-            scales,
-            range: [1.0, 0.0, 0.0],
-            repeat_scatter: 0.006,
-        }
+        Data::of_force(setup, 1.0, 1.0, y)
     }
 
     #[test]

@@ -171,8 +171,7 @@ fn converged_base(search: &Search<'_>, c: &Campaign, guess: &Guess) -> Fit {
     if fit.converged {
         return fit;
     }
-    let model = search.model(&Default::default(), 1.0, 1.0, 0.0);
-    Problem::new(search.data, &model).fit(fit.point, &Options { iterations: 200, ..Options::default() })
+    search.taken_on(&Candidate { make_up: MakeUp::default(), fit }).fit
 }
 
 /// Diagnoses a campaign as `settings` say.

@@ -21,6 +21,15 @@ pub struct MakeUp {
     pub terms: Vec<Term>,
 }
 
+impl MakeUp {
+    /// This make-up with one more term.
+    pub fn with(&self, term: Term) -> MakeUp {
+        let mut terms = self.terms.clone();
+        terms.push(term);
+        MakeUp { terms }
+    }
+}
+
 /// Samples in a row at one reading that make a flat top.
 const FLAT: usize = 4;
 /// Standard deviations beyond which a calibration's tolerance is no tolerance.

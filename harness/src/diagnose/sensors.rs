@@ -7,6 +7,7 @@ use crate::fit::simplex::{minimise, Options};
 use crate::model::chain::{between, pole};
 use crate::record::{largest, range, Campaign, Channel, Recording};
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::statistics::Statistics;
 
 /// A mean over recordings with its 95 % interval (Student 1908).
 #[derive(Clone, Copy, Debug)]
@@ -226,9 +227,8 @@ fn same_impact(c: &Campaign, a: &Recording, other: &Campaign, b: &Recording) -> 
 fn mean(v: &[f64]) -> Option<Mean> {
     let n = v.len() as f64;
     let t = StudentsT::new(0.0, 1.0, n - 1.0).ok().filter(|_| v.len() > 1)?.inverse_cdf(0.975);
-    let value = v.iter().sum::<f64>() / n;
-    let sd = (v.iter().map(|x| (x - value).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-    let half = t * sd / n.sqrt();
+    let value = v.mean();
+    let half = t * v.std_dev() / n.sqrt();
     Some(Mean { value, low: value - half, high: value + half })
 }
 

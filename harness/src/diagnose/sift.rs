@@ -149,9 +149,7 @@ impl Search<'_> {
         starts: &[Start],
         options: &Options,
     ) -> Option<Fit> {
-        let mut next = make_up.clone();
-        next.terms.push(term.clone());
-        let model = self.model(&next, 1.0, 1.0, 0.0);
+        let model = self.model(&make_up.with(term.clone()), 1.0, 1.0, 0.0);
         let pr = Problem::new(self.data, &model);
         let mut points = Vec::new();
         let from_drift = drifted.filter(|_| term.mechanism.name == SOFTENING);
@@ -292,9 +290,7 @@ impl Search<'_> {
         let fitted = |(t, s): &(&Term, Starts), options: &Options| -> Option<(f64, (Term, Fit))> {
             let s = &s[..s.len().min(if t.form.linear { 1 } else { starts })];
             let mut fit = sift.fit_from(make_up, &from.point, drifted.as_ref(), t, s, options)?;
-            let mut next = make_up.clone();
-            next.terms.push((*t).clone());
-            let model = self.model(&next, 1.0, 1.0, 0.0);
+            let model = self.model(&make_up.with((*t).clone()), 1.0, 1.0, 0.0);
             let fine = Problem::new(self.data, &model);
             let promised = coarse_base - fit.point.chi2;
             fit.point = fine.evaluate(fit.point.theta, fit.point.locals);

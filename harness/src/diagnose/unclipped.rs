@@ -3,8 +3,7 @@
 use super::candidate::{wander_up_to, Candidate, WHITE};
 use super::impulse::shares;
 use super::search::Search;
-use crate::model::chain::readings;
-use crate::model::estimate::{Data, Model, Nuisance, Options, Problem};
+use crate::model::estimate::{Data, Model, Options, Problem};
 use crate::record::{largest, Channel};
 use nalgebra::DMatrix;
 
@@ -62,48 +61,38 @@ pub fn unclipped(search: &Search<'_>, chosen: &Candidate) -> Option<(Channel, Ve
     let channel = problem.physics(&point.theta).clip_channel;
     let covariance = problem.covariance(point).map(|c| within_bounds(c, &model, &point.theta));
     // what the model has beyond the limit is held to the impulse, where the law is not all that there is
-    let shares =
-        if tolerated { shares(search, &problem, point, channel) } else { vec![(1.0, 0.0); data.records.len()] };
-    let curve = |theta: &[f64], r: usize, keep: bool| -> Vec<f64> {
-        let mut p = problem.physics(theta);
-        let level = p.clip;
-        p.clip = if keep { level } else { f64::INFINITY };
-        let (trace, _) = problem.predict(theta, r, &point.locals[r]);
-        let mut y = std::mem::take(&mut readings(&p, &trace, &search.data.records[r].setup.time)[channel.index()]);
-        for (n, z) in problem.nuisances().iter().zip(&point.locals[r]) {
-            if *n == Nuisance::Zero(channel) {
-                y.iter_mut().for_each(|v| *v += z);
-            }
-        }
-        y
-    };
+    let shares = if tolerated { shares(&problem, point, channel) } else { vec![(1.0, 0.0); data.records.len()] };
     let mut out = Vec::new();
     for (r, rec) in search.data.records.iter().enumerate() {
         let Some(read) = &rec.y[channel.index()] else { continue };
         let (share, share_sd) = shares[r];
-        let partly = |theta: &[f64]| -> Vec<f64> {
-            let (kept, free) = (curve(theta, r, true), curve(theta, r, false));
-            kept.iter().zip(&free).map(|(k, f)| k + share * (f - k)).collect()
+        // what the model reads with the limit and without
+        let modelled = |theta: &[f64]| {
+            let (_, kept, free) = problem.predict_unlimited(theta, r, &point.locals[r]);
+            [kept, free].map(|mut y| std::mem::take(&mut y[channel.index()]))
         };
-        let limit = largest(&curve(&point.theta, r, true));
-        let model_peak = largest(&curve(&point.theta, r, false));
-        let clipped = model_peak > BEYOND * limit;
-        let free = partly(&point.theta);
-        let peak = largest(&free);
+        let partly = |[kept, free]: &[Vec<f64>; 2]| -> Vec<f64> {
+            kept.iter().zip(free).map(|(k, f)| k + share * (f - k)).collect()
+        };
+        let here = modelled(&point.theta);
+        let [limit, model_peak] = [&here[0], &here[1]].map(|y| largest(y));
+        let curve = partly(&here);
+        let peak = largest(&curve);
         let g = point.theta.len();
         let slope: Vec<f64> = (0..g)
             .map(|j| {
                 let h = model.parameters[j].step;
                 let mut t = point.theta.clone();
                 t[j] += h;
-                (largest(&partly(&t)) - peak) / h
+                (largest(&partly(&modelled(&t))) - peak) / h
             })
             .collect();
         let var: f64 = covariance
             .as_ref()
             .map_or(f64::NAN, |c| (0..g).map(|i| (0..g).map(|j| slope[i] * c[(i, j)] * slope[j]).sum::<f64>()).sum());
         let sd = var.max(0.0).sqrt().hypot(share_sd * (model_peak - limit));
-        out.push(Unclipped { file: rec.file.clone(), read: largest(read), peak, sd, clipped, curve: free });
+        let clipped = model_peak > BEYOND * limit;
+        out.push(Unclipped { file: rec.file.clone(), read: largest(read), peak, sd, clipped, curve });
     }
     Some((channel, out))
 }

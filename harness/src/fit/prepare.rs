@@ -17,7 +17,8 @@ pub struct Guess {
     pub p: f64,
 }
 
-fn median(mut v: Vec<f64>) -> f64 {
+/// The middle of the values sorted; the upper one of two. At least one.
+pub(crate) fn median(mut v: Vec<f64>) -> f64 {
     v.sort_by(f64::total_cmp);
     v[v.len() / 2]
 }

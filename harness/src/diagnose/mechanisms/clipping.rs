@@ -32,6 +32,18 @@ fn level(t: &[f64], c: &Context, channel: Channel) -> (&'static str, f64, &'stat
     ("clip_level", t[0] * c.top[channel.index()], unit)
 }
 
+/// The level a soft limit runs towards: readings stay below it, so it starts above the top.
+const ABOVE: f64 = 1.1;
+
+fn softly(t: &[f64], c: &Context, channel: Channel, p: &mut crate::model::physics::Physics) {
+    clip(ABOVE * t[0] * c.top[channel.index()], channel, true, p);
+}
+
+fn soft_level(t: &[f64], c: &Context, channel: Channel) -> (&'static str, f64, &'static str) {
+    let (name, level, unit) = level(t, c, channel);
+    (name, ABOVE * level, unit)
+}
+
 fn recovery(t: &[f64], c: &Context) -> (&'static str, f64, &'static str) {
     ("clip_recovery", t[1] * c.scales.duration, "s")
 }
@@ -64,7 +76,10 @@ fn forms(c: &Context) -> Vec<Form> {
         v.extend([force, slow]);
         // a soft limit leaves no flat top
         if c.flat != Some(Channel::Force) {
-            v.push(hard("force, soft", |t, c, p| clip(1.1 * t[0] * c.top[0], Channel::Force, true, p)));
+            v.push(Form {
+                describe: |t, c| vec![soft_level(t, c, Channel::Force)],
+                ..hard("force, soft", |t, c, p| softly(t, c, Channel::Force, p))
+            });
         }
     }
     if c.has[1] {
@@ -81,8 +96,8 @@ fn forms(c: &Context) -> Vec<Form> {
         v.extend([acceleration, slow]);
         if c.flat != Some(Channel::Acceleration) {
             v.push(Form {
-                describe: |t, c| vec![("clip_level", 1.1 * t[0] * c.top[1], "m/s^2")],
-                ..hard("acceleration, soft", |t, c, p| clip(1.1 * t[0] * c.top[1], Channel::Acceleration, true, p))
+                describe: |t, c| vec![soft_level(t, c, Channel::Acceleration)],
+                ..hard("acceleration, soft", |t, c, p| softly(t, c, Channel::Acceleration, p))
             });
         }
     }

@@ -169,3 +169,14 @@ fn what_extends_a_form_is_that_form_where_its_further_parameters_are_neutral() {
     }
     assert!(seen >= 30, "{seen}");
 }
+
+#[test]
+fn the_clipping_level_told_is_the_one_that_acts() {
+    let (c, clipping) = (context(Kind::DropTest), ALL.iter().find(|m| m.name == "clipping").expect("it is there"));
+    for form in (clipping.forms)(&c).iter().filter(|f| f.extends.is_none()) {
+        let mut p = Physics::default();
+        (form.apply)(&form.starts[0], &c, &mut p);
+        let told = (form.describe)(&form.starts[0], &c)[0].1;
+        assert!((told / p.clip - 1.0).abs() < 1e-12, "{}: {told} told, {} acts", form.label, p.clip);
+    }
+}

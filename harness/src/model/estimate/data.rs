@@ -176,6 +176,45 @@ impl Data {
         out
     }
 
+    /// One recording of the force alone, of a body of `mass` kg, in white noise; scales of its setup and of `force` N.
+    #[cfg(test)]
+    pub fn of_force(setup: Setup, mass: f64, force: f64, y: Vec<f64>) -> Data {
+        let (n, dt) = (y.len(), setup.time[1] - setup.time[0]);
+        let scales = Scales {
+            force,
+            depth: setup.depth,
+            speed: setup.speed,
+            duration: setup.duration,
+            mass,
+            length: n as f64 * dt,
+            dt,
+            x_ref: 0.6 * setup.depth,
+            v_ref: setup.speed,
+            orders: 1.0,
+            peak: force,
+        };
+        let kind = setup.kind;
+        let record = Record {
+            setup,
+            file: "r01.csv".into(),
+            level: 0,
+            y: [Some(y), None, None],
+            weight: [vec![1.0; n], vec![1.0; n], vec![1.0; n]],
+            speed: None,
+            at_first: false,
+            start: 0.0,
+        };
+        Data {
+            kind,
+            mass,
+            records: vec![record],
+            noise: [Noise::white(1.0); 3],
+            scales,
+            range: [force, 0.0, 0.0],
+            repeat_scatter: 0.006,
+        }
+    }
+
     /// Samples compared in all.
     pub fn samples(&self) -> usize {
         (0..self.records.len()).map(|r| self.compared(r).map(|_| self.records[r].setup.time.len()).sum::<usize>()).sum()

@@ -379,8 +379,7 @@ impl Linear {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::estimate::{Data, Model, Parameter, Record, Scales};
-    use crate::model::noise::Noise;
+    use crate::model::estimate::{Data, Model, Parameter};
     use crate::model::simulate::{Setup, TOLERANCE};
     use crate::record::{Channel, Kind};
 
@@ -396,38 +395,7 @@ mod tests {
             tolerance: 1e-2 * TOLERANCE,
             ..Setup::drop_test(time, 2e-4, 1.0, 4e-4)
         };
-        let record = Record {
-            setup,
-            file: "a.csv".into(),
-            level: 0,
-            y: [Some(vec![0.0; n]), None, None],
-            weight: [vec![1.0; n], Vec::new(), Vec::new()],
-            speed: None,
-            at_first: false,
-            start: 0.0,
-        };
-        let scales = Scales {
-            force: 1e3,
-            depth: 2e-4,
-            speed: 1.0,
-            duration: 4e-4,
-            mass: 0.3,
-            length: 1.5e-2,
-            dt: 1e-5,
-            x_ref: 1.2e-4,
-            v_ref: 1.0,
-            orders: 1.0,
-            peak: 1e3,
-        };
-        Data {
-            kind: Kind::ContactorOpening,
-            mass: 0.3,
-            records: vec![record],
-            noise: [1.0, 1.0, 1.0].map(Noise::white),
-            scales,
-            range: [1e3, 1.0, 1.0],
-            repeat_scatter: 0.005,
-        }
+        Data::of_force(setup, 0.3, 1e3, vec![0.0; n])
     }
 
     /// Sensitivity of the force to a friction that counts in units of 100 N, by a step of so many units.

@@ -77,6 +77,15 @@ impl<'a> Problem<'a> {
         (t, y)
     }
 
+    /// As [`Problem::predict`], with the readings once more as they would be without the limit of the chain.
+    pub fn predict_unlimited(&self, theta: &[f64], r: usize, local: &[f64]) -> (Trace, [Vec<f64>; 3], [Vec<f64>; 3]) {
+        let (trace, limited) = self.predict(theta, r, local);
+        let p = Physics { clip: f64::INFINITY, ..self.physics(theta) };
+        let mut free = readings(&p, &trace, &self.data.records[r].setup.time);
+        self.add_zeros(&mut free, local);
+        (trace, limited, free)
+    }
+
     /// The whitened residual of recording `r` at a point, channel after channel as [`Data::compared`] gives them, with
     /// its trace. None where the simulation fails.
     pub fn residual(&self, point: &Point, r: usize) -> Option<(Trace, Vec<f64>)> {
