@@ -4,6 +4,7 @@ use crate::files;
 use crate::model::chain::readings;
 use crate::model::physics::{Physics, GRAVITY};
 use crate::model::simulate::{simulate, Local, Setup};
+use crate::model::wear::Taken;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::Path;
@@ -59,7 +60,10 @@ pub fn write_campaign(dir: &Path, recipe: &Recipe) -> std::io::Result<()> {
             let speed = nominal * (1.0 + 0.01 * normal(&mut rng));
             let start = 1e-3 * (0.8 + 0.4 * rng.random::<f64>());
             let time: Vec<f64> = (0..700).map(|i| 1e-5 * f64::from(i)).collect();
-            let setup = Setup { order: f64::from(order), ..Setup::drop_test(time.clone(), 3e-4, speed, 2e-3) };
+            let setup = Setup {
+                taken: Taken::alike(f64::from(order) - 1.0),
+                ..Setup::drop_test(time.clone(), 3e-4, speed, 2e-3)
+            };
             let local = Local { start, speed, stiffness: 0.004 * normal(&mut rng), offset: 0.0 };
             let trace = simulate(&recipe.physics, &setup, &local);
             let y = readings(&recipe.physics, &trace, &time);

@@ -9,6 +9,7 @@ use touchdown::demo::{write_campaign, Recipe};
 use touchdown::model::chain::readings;
 use touchdown::model::physics::Physics;
 use touchdown::model::simulate::{simulate, Local, Setup, TOLERANCE};
+use touchdown::model::wear::Taken;
 use touchdown::record::Kind;
 
 fn fit(campaign: &Path, out: &Path, method: &str) -> Output {
@@ -54,7 +55,7 @@ fn setup(kind: Kind, time: Vec<f64>, order: usize) -> Setup {
     Setup {
         kind,
         time,
-        order: order as f64,
+        taken: Taken::alike(order as f64 - 1.0),
         travel: 0.004,
         preload: 0.0,
         rate: 900.0,

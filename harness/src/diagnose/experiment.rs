@@ -7,6 +7,7 @@ use crate::model::chain::readings;
 use crate::model::estimate::{Data, Model, Nuisance, Options, Point, Problem};
 use crate::model::physics::Physics;
 use crate::model::simulate::Trace;
+use crate::model::wear::Taken;
 use crate::record::{Channel, Kind};
 use rayon::prelude::*;
 
@@ -174,7 +175,7 @@ fn changed(data: &Data, factor: f64, longer: f64, order: Option<f64>) -> Data {
         s.depth *= factor;
         s.preload *= if data.kind == Kind::ContactorOpening { factor } else { 1.0 };
         if let Some(o) = order {
-            s.order = o;
+            s.taken = Taken::alike(o - 1.0);
         }
         if let Some(v) = &mut rec.speed {
             v.0 *= factor;

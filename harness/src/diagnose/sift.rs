@@ -225,7 +225,7 @@ impl Search<'_> {
         (term.form.apply)(&t, &self.context, &mut probe);
         let (mut n, mut sx, mut sy, mut sxx, mut sxy) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for (r, l) in self.data.records.iter().zip(&drifted.locals) {
-            let x = (1.0 - probe.softening_factor(r.setup.order)) / 0.01;
+            let x = (1.0 - probe.softening_factor(&r.setup.taken)) / 0.01;
             let y = l[i].exp();
             n += 1.0;
             sx += x;

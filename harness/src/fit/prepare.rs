@@ -3,6 +3,7 @@
 use crate::model::estimate::{Data, Record, Scales};
 use crate::model::noise::Noise;
 use crate::model::simulate::Setup;
+use crate::model::wear::Taken;
 use crate::record::{self, Campaign, Channel, Kind, Recording};
 
 /// Why a campaign cannot be judged.
@@ -170,7 +171,7 @@ pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
             setup: Setup {
                 kind: c.kind,
                 time: r.time.clone(),
-                order: r.order,
+                taken: Taken::default(),
                 travel: c.travel.unwrap_or(0.0),
                 preload: r.spring_preload.unwrap_or(0.0),
                 rate: c.return_spring_rate.unwrap_or(0.0),
@@ -271,7 +272,10 @@ pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
         return Err(Invalid("the recordings hold no impact whose depth could be told".into()));
     }
     let k = forces[m] / depth.powf(p);
+    let orders: Vec<f64> = c.recordings.iter().map(|r| r.order).collect();
+    let taken = Taken::before(&orders, if kind_is_indentation { &depths } else { &speeds });
     for (i, r) in records.iter_mut().enumerate() {
+        r.setup.taken = taken[i];
         r.setup.depth = depth * (forces[i] / forces[m]).max(0.2);
         r.setup.speed = speeds[i];
         r.setup.duration = duration;

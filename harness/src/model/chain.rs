@@ -164,7 +164,7 @@ pub fn readings(p: &Physics, trace: &Trace, time: &[f64]) -> [Vec<f64>; 3] {
         }
     }
     if p.gain_drift != 0.0 {
-        let g = 1.0 + p.gain_drift * (trace.order - 1.0);
+        let g = 1.0 + p.gain_drift * trace.before;
         y[Channel::Force.index()].iter_mut().for_each(|v| *v *= g);
     }
     for (c, u) in y.iter_mut().enumerate() {

@@ -1,5 +1,6 @@
 //! Everything a rig, a contact and a measuring chain can hold, each neutral by default.
 
+use super::wear::{Dose, Taken};
 use crate::record::Channel;
 use hysteresis_contact::law::Parameters;
 
@@ -90,9 +91,11 @@ pub struct Physics {
     pub tip_mass: f64,
     pub tip_stiffness: f64,
     pub tip_damping: f64,
-    /// Stiffness lost with the order of recordings: share, and orders it takes (0: linear per order, negative: logarithmic).
+    /// Stiffness lost with the recordings taken before: share, recordings it takes (0: linear, negative: logarithmic),
+    /// and what of them counts.
     pub softening: f64,
     pub softening_orders: f64,
+    pub softening_by: Dose,
     /// Whether damping keeps what stiffness loses.
     pub softening_spares_damping: bool,
     /// Load at which a crack opens, N, and the share of stiffness lost then.
@@ -180,6 +183,7 @@ impl Default for Physics {
             tip_damping: 0.0,
             softening: 0.0,
             softening_orders: 1.0,
+            softening_by: Dose::Recordings,
             softening_spares_damping: false,
             fracture_load: f64::INFINITY,
             fracture_drop: 0.0,
@@ -213,9 +217,9 @@ impl Default for Physics {
 }
 
 impl Physics {
-    /// The factor on all stiffness of the contact at the `order`-th recording.
-    pub fn softening_factor(&self, order: f64) -> f64 {
-        let n = (order - 1.0).max(0.0);
+    /// The factor on all stiffness of a contact that had taken so much before.
+    pub fn softening_factor(&self, taken: &Taken) -> f64 {
+        let n = taken.by(self.softening_by);
         let lost = if self.softening_orders > 0.0 {
             1.0 - (-n / self.softening_orders).exp()
         } else if self.softening_orders == 0.0 {

@@ -3,6 +3,7 @@
 use super::integrate::{integrate, Control, State};
 use super::physics::Physics;
 use super::rig::{Driven, Rig};
+use super::wear::Taken;
 use crate::host::element::Element;
 use crate::record::Kind;
 use hysteresis_contact::law::{Memory, Parameters};
@@ -14,7 +15,8 @@ pub struct Setup {
     pub kind: Kind,
     /// Sample times on the recording's own clock, s.
     pub time: Vec<f64>,
-    pub order: f64,
+    /// What the contact had taken before.
+    pub taken: Taken,
     /// Contactor: distance from rest to the stop m, preload N, rate N/m.
     pub travel: f64,
     pub preload: f64,
@@ -36,7 +38,7 @@ impl Setup {
         Setup {
             kind: Kind::DropTest,
             time,
-            order: 1.0,
+            taken: Taken::default(),
             travel: 0.0,
             preload: 0.0,
             rate: 0.0,
@@ -76,8 +78,8 @@ pub struct Trace {
     pub leave: f64,
     /// Speed at the first sample, m/s.
     pub first_speed: f64,
-    /// Place of the recording in the order they were taken, from 1.
-    pub order: f64,
+    /// Recordings taken before this one.
+    pub before: f64,
     /// False when the integrator gave up.
     pub ok: bool,
 }
@@ -89,9 +91,9 @@ pub const COARSE: f64 = 3e-6;
 /// Steps after which a recording is given up.
 const MOST_STEPS: usize = 20_000;
 
-fn scaled(p: &Physics, order: f64, local: &Local) -> Physics {
+fn scaled(p: &Physics, taken: &Taken, local: &Local) -> Physics {
     let mut q = *p;
-    let (own, softened) = (local.stiffness.exp(), p.softening_factor(order));
+    let (own, softened) = (local.stiffness.exp(), p.softening_factor(taken));
     let f = own * softened;
     if p.damping_speed.is_finite() && local.speed > 0.0 {
         q.law.hysteresis_damping *= p.damping_speed / local.speed;
@@ -105,7 +107,7 @@ fn scaled(p: &Physics, order: f64, local: &Local) -> Physics {
 
 /// Simulates one recording.
 pub fn simulate(physics: &Physics, s: &Setup, local: &Local) -> Trace {
-    let p = scaled(physics, s.order, local);
+    let p = scaled(physics, &s.taken, local);
     match s.kind {
         Kind::Indentation => indent(&p, s, local, None),
         _ => free(&p, s, local, None),
@@ -114,7 +116,7 @@ pub fn simulate(physics: &Physics, s: &Setup, local: &Local) -> Trace {
 
 /// The law a recording is simulated with: `physics` with what this recording differs by.
 pub fn law_of(physics: &Physics, s: &Setup, local: &Local) -> Parameters {
-    scaled(physics, s.order, local).law
+    scaled(physics, &s.taken, local).law
 }
 
 /// As [`simulate`], with `element` in the law's place and at least `steps` steps a contact.
@@ -128,7 +130,7 @@ pub fn simulate_on(
     s: &Setup,
     local: &Local,
 ) -> anyhow::Result<Trace> {
-    let p = scaled(physics, s.order, local);
+    let p = scaled(physics, &s.taken, local);
     let driven = RefCell::new(Driven { element, steps, at: (0.0, 0.0, 0.0), failed: None });
     let trace = match s.kind {
         Kind::Indentation => indent(&p, s, local, Some(&driven)),
@@ -142,7 +144,7 @@ pub fn simulate_on(
 
 fn indent(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>) -> Trace {
     let n = s.time.len();
-    let mut t = Trace { ok: true, first_speed: s.imposed_rate[0], order: s.order, ..Trace::default() };
+    let mut t = Trace { ok: true, first_speed: s.imposed_rate[0], before: s.taken.recordings, ..Trace::default() };
     let mut m = Memory::default();
     let mut cracked = false;
     for i in 0..n {
@@ -198,7 +200,7 @@ fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>
         touch: f64::NAN,
         deepest: f64::NAN,
         leave: f64::NAN,
-        order: s.order,
+        before: s.taken.recordings,
         ..Trace::default()
     };
     let clock = local.start;

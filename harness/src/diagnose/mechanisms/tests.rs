@@ -6,6 +6,7 @@ use crate::model::chain::readings;
 use crate::model::estimate::Scales;
 use crate::model::physics::Physics;
 use crate::model::simulate::{simulate, Local, Setup};
+use crate::model::wear::Taken;
 use crate::record::{largest, range, Kind};
 
 const KINDS: [Kind; 3] = [Kind::DropTest, Kind::ContactorOpening, Kind::Indentation];
@@ -42,7 +43,7 @@ fn recording(kind: Kind) -> (Physics, Setup, Local) {
     let mut p = Physics { mass: 0.8, ..Physics::default() };
     p.law.stiffness = 2e7;
     p.law.hysteresis_damping = 8e6;
-    let mut setup = Setup { order: 2.0, ..Setup::drop_test(time, 1.2e-3, 0.6, 5e-3) };
+    let mut setup = Setup { taken: Taken::alike(1.0), ..Setup::drop_test(time, 1.2e-3, 0.6, 5e-3) };
     let mut local = Local { start: 2e-3, speed: 0.6, stiffness: 0.0, offset: 0.0 };
     setup.kind = kind;
     match kind {
