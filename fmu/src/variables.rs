@@ -7,7 +7,7 @@ pub const MODEL: &str = "HysteresisContact";
 /// Categories that are logged; the modelDescription lists the same.
 pub const LOG_CATEGORIES: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logContact"];
 /// Number of parameters.
-pub const PARAMETERS: usize = 26;
+pub const PARAMETERS: usize = 28;
 
 /// Type of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -198,6 +198,8 @@ pub static PARAMETER_TABLE: [Parameter; PARAMETERS] = [
     tunable!(lookahead_time, "s"),
     real!(viscous_thinning_speed, "m/s"),
     real!(adhesion_depth, "m"),
+    real!(hysteresis_thinning_speed, "m/s"),
+    real!(secondary_width, "m"),
 ];
 
 /// Value reference of the first parameter.

@@ -47,12 +47,17 @@ fn any_law(r: &mut Random) -> Parameters {
         secondary_stiffness: r.on(1e5),
         secondary_depth: 5e-4,
         secondary_exponent: 1.5,
+        secondary_width: 0.0,
         viscous_thinning_speed: 0.0,
+        hysteresis_thinning_speed: 0.0,
     };
     // near the surface where it is full at once
     let q = Parameters { adhesion_depth: if q.adhesion_form == 3 { 3e-4 } else { 0.0 }, ..q };
     // thinned where the damping ramps in
     let q = Parameters { viscous_thinning_speed: if q.viscous_ramp > 0.0 { 0.2 } else { 0.0 }, ..q };
+    let q = Parameters { hysteresis_thinning_speed: if q.damping_exponent_offset == 0.0 { 0.3 } else { 0.0 }, ..q };
+    // of a layer's onsets, some at one depth and some over a width
+    let q = Parameters { secondary_width: if q.viscous_ramp > 0.0 { 1.5e-4 } else { 0.0 }, ..q };
     q.validate().unwrap();
     q
 }
@@ -196,7 +201,14 @@ fn derivatives_are_those_of_the_force_for_any_law() {
         let m = Memory { deepest: 1e-3 * r.next(), relaxation: [10.0 * r.next(); BRANCHES], ..Memory::default() };
         let (x, v) = (1.2e-3 * r.next() - 1e-4, 2.0 * r.next() - 1.0);
         let h = 1e-9;
-        let kinks = [0.0, p.viscous_ramp, p.permanent_set(m.deepest), m.deepest, p.secondary_depth];
+        let kinks = [
+            0.0,
+            p.viscous_ramp,
+            p.permanent_set(m.deepest),
+            m.deepest,
+            p.secondary_depth,
+            p.secondary_depth + p.secondary_width,
+        ];
         let clear = kinks.iter().all(|k| (x - k).abs() > 2e-5);
         let f = p.force(&m, x, v);
         let pull = Parameters { adhesion_force: 0.0, ..p }.force(&m, x, v);

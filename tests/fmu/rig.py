@@ -11,7 +11,7 @@ SLIP = 1e-3  # m/s, width of the smoothed zero of the guide's friction
 OWN = ("stiffness", "exponent", "hysteresis_damping", "viscous_damping", "yield_penetration", "plastic_ratio",
        "adhesion_force", "adhesion_range", "adhesion_form", "secondary_stiffness", "secondary_depth",
        "secondary_exponent",
-       "viscous_thinning_speed", "adhesion_depth")  # fmt: skip
+       "viscous_thinning_speed", "adhesion_depth", "hysteresis_thinning_speed", "secondary_width")  # fmt: skip
 
 
 class Rig:

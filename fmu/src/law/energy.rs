@@ -42,7 +42,11 @@ impl Parameters {
     /// Energy of the second layer, J.
     fn second_layer_energy(&self, x: f64) -> f64 {
         if self.secondary_stiffness > 0.0 && x > self.secondary_depth {
-            self.second_layer(x).0 * (x - self.secondary_depth) / (self.secondary_exponent + 1.0)
+            let (z, r) = (x - self.secondary_depth, self.secondary_exponent);
+            if self.secondary_width > 0.0 {
+                return self.secondary_stiffness * self.spread(z, r + 1.0) / (r + 1.0);
+            }
+            self.second_layer(x).0 * z / (r + 1.0)
         } else {
             0.0
         }
@@ -145,6 +149,7 @@ impl Parameters {
             && self.adhesion_force == 0.0
             && self.secondary_stiffness == 0.0
             && self.damping_exponent_offset == 0.0
+            && self.hysteresis_thinning_speed == 0.0
             && !self.yields();
         let pushes = self.stiffness + mu * v0 >= 0.0 && self.stiffness + mu * v1 >= 0.0;
         if !(alone && pushes && x0 > 0.0 && x1 > 0.0) {
@@ -203,7 +208,8 @@ impl Parameters {
             if bound { m.deepest - m.released } else { 0.0 },
             if bound { -self.adhesion_range } else { 0.0 },
         ];
-        let turn = if self.viscous_thinning_speed > 0.0 && v0 != v1 { v0 / (v0 - v1) } else { 0.0 };
+        let thins = self.viscous_thinning_speed > 0.0 || self.hysteresis_thinning_speed > 0.0;
+        let turn = if thins && v0 != v1 { v0 / (v0 - v1) } else { 0.0 };
         let mut n = 1;
         for s in kinks.map(|k| (k - x0) / (x1 - x0)).into_iter().chain([turn]) {
             if s > 0.0 && s < 1.0 {

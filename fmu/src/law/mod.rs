@@ -24,6 +24,21 @@ pub use parameters::{AdhesionForm, ParameterError, Parameters, PlasticForm};
 /// Share of its range over which the pull of [`AdhesionForm::Leaving`] builds up.
 const LEAVING_BUILD_UP: f64 = 0.05;
 
+/// Share of its depth below which the width of the second layer's onset counts by its middle alone: the mean of a
+/// power over it is then that of the middle to 1e-10, and a difference of powers would lose more.
+const LEAST_WIDTH: f64 = 1e-5;
+
+/// 1/(1 + |v|/v_t), and d/dv of v times that; 1 where `speed`, v_t m/s, is 0.
+#[inline]
+fn thinning(v: f64, speed: f64) -> (f64, f64) {
+    if speed > 0.0 {
+        let thinned = 1.0 / (1.0 + v.abs() / speed);
+        (thinned, thinned * thinned)
+    } else {
+        (1.0, 1.0)
+    }
+}
+
 /// Number of Maxwell branches.
 pub const BRANCHES: usize = 3;
 
@@ -169,12 +184,28 @@ impl Parameters {
     #[inline]
     fn second_layer(&self, x: f64) -> (f64, f64) {
         if self.secondary_stiffness > 0.0 && x > self.secondary_depth {
-            let z = x - self.secondary_depth;
-            let s = self.secondary_stiffness * pow(z, self.secondary_exponent);
-            (s, self.secondary_exponent * s / z)
+            let (z, r) = (x - self.secondary_depth, self.secondary_exponent);
+            if self.secondary_width > 0.0 {
+                return (
+                    self.secondary_stiffness * self.spread(z, r),
+                    self.secondary_stiffness * r * self.spread(z, r - 1.0),
+                );
+            }
+            let s = self.secondary_stiffness * pow(z, r);
+            (s, r * s / z)
         } else {
             (0.0, 0.0)
         }
+    }
+
+    /// Mean of (z - o)^q, m^q, over the onsets o of the second layer, spread evenly over its width, at `z` > 0 m.
+    fn spread(&self, z: f64, q: f64) -> f64 {
+        let w = self.secondary_width;
+        if w <= LEAST_WIDTH * z {
+            return pow(z - 0.5 * w, q);
+        }
+        let past = if z > w { pow(z - w, q + 1.0) } else { 0.0 };
+        (pow(z, q + 1.0) - past) / ((q + 1.0) * w)
     }
 
     /// ((force, slope) that has a potential, (force, d/dx, d/dv) that has none) of everything but adhesion,
@@ -197,18 +228,14 @@ impl Parameters {
                     let c = mu * pow(x, p + o);
                     (c, (p + o) * c / x)
                 };
-                g += c * v;
-                gx += cx * v;
-                gv += c;
+                let (thinned, steep) = thinning(v, self.hysteresis_thinning_speed);
+                g += c * thinned * v;
+                gx += cx * thinned * v;
+                gv += c * steep;
             }
             if self.viscous_damping > 0.0 {
                 let mut c = self.viscous_damping;
-                // c/(1 + |v|/v_t), and what it makes of v's derivative
-                let (mut thinned, mut steep) = (1.0, 1.0);
-                if self.viscous_thinning_speed > 0.0 {
-                    thinned = 1.0 / (1.0 + v.abs() / self.viscous_thinning_speed);
-                    steep = thinned * thinned;
-                }
+                let (thinned, steep) = thinning(v, self.viscous_thinning_speed);
                 if x < self.viscous_ramp {
                     c *= x / self.viscous_ramp;
                     gx += self.viscous_damping / self.viscous_ramp * thinned * v;

@@ -13,6 +13,9 @@ pub struct Parameters {
     /// Offset o of the damping's power of x from p, -p to 5: 0 Hunt and Crossley 1975; -1 Kuwabara and
     /// Kono 1987 (damping on the tangent stiffness); -(p+1)/2 Tsuji, Tanaka and Ishida 1992 (x^(1/4) at p = 1.5).
     pub damping_exponent_offset: f64,
+    /// Speed at which shear thinning has halved the hysteresis damping, m/s, >= 0: mu_d x^(p+o) v/(1 + |v|/v_h)
+    /// (Cross 1965); 0: in proportion to v.
+    pub hysteresis_thinning_speed: f64,
     /// Kelvin-Voigt damping c, N s/m, >= 0 (Ahn and Ryu 2005, eq. 1).
     pub viscous_damping: f64,
     /// Depth over which the viscous damping ramps in, m, >= 0; 0: from first touch.
@@ -55,6 +58,9 @@ pub struct Parameters {
     pub secondary_depth: f64,
     /// Power r of the second layer, 0.5 to 5.
     pub secondary_exponent: f64,
+    /// Depth w over which the second layer comes to act, m, >= 0: its onsets are spread evenly over it (rough faces,
+    /// after Greenwood and Williamson 1966), k2 (z^(r+1) - max(0, z - w)^(r+1))/((r+1) w) at z beyond its depth; 0: at once.
+    pub secondary_width: f64,
 }
 
 impl Default for Parameters {
@@ -64,6 +70,7 @@ impl Default for Parameters {
             exponent: 1.5,
             hysteresis_damping: 0.0,
             damping_exponent_offset: 0.0,
+            hysteresis_thinning_speed: 0.0,
             viscous_damping: 0.0,
             viscous_ramp: 0.0,
             viscous_thinning_speed: 0.0,
@@ -83,6 +90,7 @@ impl Default for Parameters {
             secondary_stiffness: 0.0,
             secondary_depth: 0.0,
             secondary_exponent: 1.5,
+            secondary_width: 0.0,
         }
     }
 }
@@ -191,13 +199,14 @@ impl Parameters {
         at_least_zero("hysteresis_damping", self.hysteresis_damping)?;
         let o = self.damping_exponent_offset;
         check("damping_exponent_offset", o, o + self.exponent >= 0.0 && o <= 5.0, "-exponent to 5")?;
+        at_least_zero("hysteresis_thinning_speed", self.hysteresis_thinning_speed)?;
         at_least_zero("viscous_damping", self.viscous_damping)?;
         at_least_zero("viscous_ramp", self.viscous_ramp)?;
         at_least_zero("viscous_thinning_speed", self.viscous_thinning_speed)?;
         at_least_zero("yield_penetration", self.yield_penetration)?;
         check("plastic_ratio", self.plastic_ratio, (0.0..1.0).contains(&self.plastic_ratio), "0 to below 1")?;
         let form = PlasticForm::from_i32(self.plastic_form);
-        check("plastic_form", f64::from(self.plastic_form), form.is_some(), "0, 1, 2 or 3")?;
+        check("plastic_form", f64::from(self.plastic_form), form.is_some(), "0, 1 or 2")?;
         if form == Some(PlasticForm::Thornton) && self.plastic_ratio > 0.0 {
             let y = self.yield_penetration;
             check("yield_penetration", y, y > 0.0, "a finite number above 0 with plastic_form 2")?;
@@ -218,6 +227,7 @@ impl Parameters {
         power_or_0("relaxation_exponent", self.relaxation_exponent)?;
         at_least_zero("secondary_stiffness", self.secondary_stiffness)?;
         at_least_zero("secondary_depth", self.secondary_depth)?;
-        power("secondary_exponent", self.secondary_exponent)
+        power("secondary_exponent", self.secondary_exponent)?;
+        at_least_zero("secondary_width", self.secondary_width)
     }
 }

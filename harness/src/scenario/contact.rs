@@ -110,6 +110,8 @@ contact! {
     hysteresis_damping: f64,
     /// Offset o of the damping's power of x from p.
     damping_exponent_offset: f64,
+    /// Speed at which shear thinning has halved mu_d, m/s.
+    hysteresis_thinning_speed: f64,
     /// c, N s/m.
     viscous_damping: f64,
     /// Depth over which c ramps in, m.
@@ -148,6 +150,8 @@ contact! {
     secondary_depth: f64,
     /// Power of the second layer.
     secondary_exponent: f64,
+    /// Depth over which the second layer comes to act, m.
+    secondary_width: f64,
 }
 
 impl Contact {
@@ -191,7 +195,7 @@ pub fn is_plain(law: &Parameters) -> bool {
         && law.adhesion_force == 0.0
         && law.relaxation_stiffness == 0.0
         && law.secondary_stiffness == 0.0
-        && (law.damping_exponent_offset == 0.0 || law.hysteresis_damping == 0.0)
+        && (law.damping_exponent_offset == 0.0 && law.hysteresis_thinning_speed == 0.0 || law.hysteresis_damping == 0.0)
 }
 
 #[cfg(test)]

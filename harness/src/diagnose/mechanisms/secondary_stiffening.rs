@@ -2,13 +2,14 @@
 
 use crate::diagnose::mechanism::*;
 
-/// F = k2 (x - d)^q beyond d (two springs in series of onset; Goldsmith 1960).
+/// F = k2 (x - d)^q beyond d (two springs in series of onset; Goldsmith 1960), d of one depth or spread evenly over a
+/// width (rough faces, after Greenwood and Williamson 1966).
 pub const MECHANISM: Mechanism = Mechanism {
     name: "secondary_stiffening",
     origin: Origin::Contact,
     named: true,
     equation: "F = k2 (x - d)^q beyond d",
-    source: "two springs in series of onset; Goldsmith 1960",
+    source: "two springs in series of onset; Goldsmith 1960; Greenwood and Williamson 1966 (onsets over a width)",
     sentence: "a second stop or layer takes part from some depth on",
     cure: "The element now holds it: import the FMU written beside this report.",
     forms,
@@ -35,7 +36,23 @@ fn forms(_: &Context) -> Vec<Form> {
     let mut any = hertz.extended("any power", vec![parameter("power", 0.6, 4.0, 5e-3)], vec![vec![1.5]]);
     any.apply = |t, c, p| layer(t, c, p, t[2]);
     any.describe = |t, c| [described(t, c), vec![("secondary_exponent", t[2], "1")]].concat();
-    vec![hertz, any, form("power 1", |t, c, p| layer(t, c, p, 1.0)), form("power 2.5", |t, c, p| layer(t, c, p, 2.5))]
+    let further = vec![parameter("power", 0.6, 4.0, 5e-3), parameter("width", 0.0, 2.0, 5e-3)];
+    let mut gradual = hertz.extended("any power, over a width", further, vec![vec![1.0, 0.2], vec![1.5, 0.2]]);
+    gradual.apply = |t, c, p| {
+        layer(t, c, p, t[2]);
+        p.law.secondary_width = t[3] * c.scales.depth;
+    };
+    gradual.describe = |t, c| {
+        let further = vec![("secondary_exponent", t[2], "1"), ("secondary_width", t[3] * c.scales.depth, "m")];
+        [described(t, c), further].concat()
+    };
+    vec![
+        hertz,
+        any,
+        gradual,
+        form("power 1", |t, c, p| layer(t, c, p, 1.0)),
+        form("power 2.5", |t, c, p| layer(t, c, p, 2.5)),
+    ]
 }
 
 fn described(t: &[f64], c: &Context) -> Vec<(&'static str, f64, &'static str)> {

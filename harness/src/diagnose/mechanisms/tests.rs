@@ -133,7 +133,7 @@ fn every_form_acts_on_what_is_read_from_one_of_its_starts() {
 #[test]
 fn what_extends_a_form_is_that_form_where_its_further_parameters_are_neutral() {
     // value of the further parameters at which they change nothing, and how near the forms then are
-    let neutral: [(&str, &[f64], f64); 12] = [
+    let neutral: [(&str, &[f64], f64); 13] = [
         ("neck near the surface, while leaving", &[9.0], 0.05),
         ("reading rings at two frequencies", &[0.6, 0.0], 1e-12),
         ("a share of it, first order", &[1.0], 1e-12),
@@ -144,6 +144,7 @@ fn what_extends_a_form_is_that_form_where_its_further_parameters_are_neutral() {
         ("linear inner contact on both sides", &[1e3], 1e-12),
         ("linear inner contact, its damping ramped in", &[-7.0], 0.02),
         ("any power", &[1.5], 1e-12),
+        ("any power, over a width", &[1.5, 0.0], 1e-12),
         ("mass on a softening spring", &[0.0], 1e-12),
         // as many parameters, another course: only their meaning is shared
         ("growing with the contact, and a neck", &[], f64::INFINITY),
