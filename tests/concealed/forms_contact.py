@@ -33,10 +33,16 @@ def _(rng, rig):
     return apply
 
 
-@form("hysteresis_damping", "thinning", "contact", "dc", strange=True)
+@form("hysteresis_damping", "thinning", "contact", "dc")
 def _(rng, rig):
     k = 1.4 * rig.P[m.K] / rig.ref["v"]
     return setter(MU=lambda s: s * k, MU_THIN=rng.uniform(0.7, 2.0) * rig.ref["v"])
+
+
+@form("hysteresis_damping", "power-of-speed", "contact", "d", strange=True)
+def _(rng, rig):
+    k = 1.2 * rig.P[m.K] / rig.ref["v"]
+    return setter(MU=lambda s: s * k, MU_THIN=rig.ref["v"], MU_POW=rng.uniform(0.45, 0.8))
 
 
 @form("viscous_damping", "constant", "contact", DIC)
@@ -159,7 +165,7 @@ def _(rng, rig):
     return _second(rng, rig, 1.0, 0.8, 0.9, 0.8)
 
 
-@form("secondary_stiffening", "gradual", "contact", DIC, strange=True)
+@form("secondary_stiffening", "gradual", "contact", DIC)
 def _(rng, rig):
     apply = _second(rng, rig, 1.3, 0.4, 0.75, 0.6)      # rough faces: the layer takes part over a width
     w = rng.uniform(0.03, 0.09) * rig.ref["xmax"]
@@ -168,6 +174,19 @@ def _(rng, rig):
         apply(s, P, ch, r)
         P[m.ST_W] = w
     return gradual
+
+
+@form("secondary_stiffening", "two-layers", "contact", DIC, strange=True)
+def _(rng, rig):
+    # a third layer below the second
+    first = _second(rng, rig, 1.0, 0.25, 0.5, 0.35)
+    d = rng.uniform(0.6, 0.8) * rig.ref["xmax"]
+    k = 0.35 * rig.ref["Fmax"] / (rig.ref["xmax"] - d)
+
+    def both(s, P, ch, r):
+        first(s, P, ch, r)
+        P[m.ST2_K], P[m.ST2_D] = s * k, d
+    return both
 
 
 def _soft(law):
@@ -192,7 +211,14 @@ def _(rng, rig):
     return _soft(lambda s, o: 0.5 * s * (o - 1) / 9)
 
 
-@form("cyclic_softening", "by-impulse", "contact", "dci", strange=True)
+@form("cyclic_softening", "two-rates", "contact", "dci", strange=True)
+def _(rng, rig):
+    # what runs in within a few recordings, and what goes on
+    n, quick = rng.uniform(0.5, 1.2), rng.uniform(0.3, 0.7)
+    return _soft(lambda s, o: 0.5 * s * (quick * (1 - np.exp(-(o - 1) / n)) + (1 - quick) * (o - 1) / 9))
+
+
+@form("cyclic_softening", "by-impulse", "contact", "dci")
 def _(rng, rig):
     # falls with the impulse the contact has taken so far, not with the count of recordings
     taken = np.cumsum([0.0] + [r.level if rig.kind == "indentation" else r.speed for r in rig.recs])

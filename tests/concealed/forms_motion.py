@@ -61,7 +61,14 @@ def _(rng, rig):
     return setter(DRAG=lambda s: 3 * s * _weight(rig) / rig.ref["v"] ** 1.8, DRAG_N=1.8, DRAG_BACK=1.0)
 
 
-@form("fluid_drag", "crisis", "motion", "dc", strange=True)
+@form("fluid_drag", "with-linear-share", "motion", "dc", strange=True)
+def _(rng, rig):
+    # Forchheimer: a viscous share beside the square
+    return setter(DRAG=lambda s: 3 * s * _weight(rig) / rig.ref["v"] ** 2, DRAG_N=2.0, DRAG_BACK=1.0,
+                  DRAG_LIN=rng.uniform(0.1, 0.3) * rig.ref["v"])
+
+
+@form("fluid_drag", "crisis", "motion", "dc")
 def _(rng, rig):
     # beyond a speed the boundary layer turns turbulent and the drag is half of what the square says
     return setter(DRAG=lambda s: 4 * s * _weight(rig) / rig.ref["v"] ** 2, DRAG_N=2.0, DRAG_BACK=1.0,
@@ -105,9 +112,20 @@ def _(rng, rig):
     return _base(rig, log_uniform(rng, 0.4, 3.0), rng.uniform(0.03, 0.15), rng.uniform(0.3, 1.0))
 
 
-@form("base_compliance", "softening", "motion", "d", strange=True)
+@form("base_compliance", "softening", "motion", "d")
 def _(rng, rig):
     return _base(rig, log_uniform(rng, 0.4, 3.0), rng.uniform(0.03, 0.15), -rng.uniform(0.03, 0.12))
+
+
+@form("base_compliance", "dry", "motion", "dc", strange=True)
+def _(rng, rig):
+    # the stop slides in its seat
+    apply, share = _base(rig, log_uniform(rng, 0.4, 3.0), 0.02, 0.0), rng.uniform(0.02, 0.08)
+
+    def dry(s, P, ch, r):
+        apply(s, P, ch, r)
+        P[m.CB_DRY] = share * rig.ref["F"]
+    return dry
 
 
 RESTING = 1e-9       # m, play behind a part that lies against the wall there

@@ -38,8 +38,11 @@ ST_W, PL_M, SP_K3, MG_EDDY = 78, 79, 80, 81      # width of a layer's onset, pow
 VIB, VIB_W, VIB_PH = 82, 83, 84                  # unknown: the rig is shaken: force, angular frequency, phase
 CV_POW, MU_THIN, SP_X2, SP_K2 = 85, 86, 87, 88   # power of speed in c v, speed that thins mu; second spring: from where, rate
 DRAG_CR = 89                                     # speed of the drag crisis (0: none)
-NP = 90
+MU_POW, ST2_K, ST2_D, CB_DRY = 90, 91, 92, 93    # power of speed in mu x^p v; third layer: rate, depth; dry friction of the stop
+DRAG_LIN = 94                                    # speed at which the drag's linear share is as large as its square
+NP = 95
 NS = 15
+CREEP = 2e-3         # m/s, width of the smoothed zero of the stop's dry friction
 
 
 @njit(cache=True)
@@ -131,7 +134,10 @@ def contact_force(x, v, touching, leaving, deepest, turn, cracked, y, P):
         f = s
         if P[MU] != 0.0:
             mu = P[MU] * P[KFAC]
-            if P[MU_THIN] > 0.0:
+            if P[MU_THIN] > 0.0 and P[MU_POW] > 0.0:
+                # Hunt and Crossley's general damping, with a slope left at rest
+                mu *= (0.02 + abs(v) / P[MU_THIN]) ** (P[MU_POW] - 1.0)
+            elif P[MU_THIN] > 0.0:
                 mu /= 1.0 + abs(v) / P[MU_THIN]
             f += mu * x ** P[PW] * v
         if P[CQ] != 0.0:
@@ -153,6 +159,8 @@ def contact_force(x, v, touching, leaving, deepest, turn, cracked, y, P):
             f += P[ST_K] * e ** P[ST_P]
         elif P[ST_K] != 0.0 and x > P[ST_D]:
             f += P[ST_K] * (x - P[ST_D]) ** P[ST_P]
+        if P[ST2_K] != 0.0 and x > P[ST2_D]:
+            f += P[ST2_K] * (x - P[ST2_D])
         if P[CORR_F] != 0.0:
             f += P[CORR_F] * math.sin(2.0 * math.pi * x / P[CORR_W]) * min(1.0, x / P[CORR_W])
         for i in range(int(P[VE_N])):
@@ -199,7 +207,7 @@ def others(t, x, v, z, P):
             c *= P[DRAG_BACK]
         if P[DRAG_CR] > 0.0:
             c *= 1.0 - 0.5 / (1.0 + math.exp(-10.0 * (abs(v) / P[DRAG_CR] - 1.0)))
-        f -= c * abs(v) ** (P[DRAG_N] - 1.0) * v
+        f -= c * (abs(v) ** (P[DRAG_N] - 1.0) + P[DRAG_LIN]) * v
     if P[SQ] != 0.0:
         gap = max(-x, 0.0)
         if P[SQ_CUT] == 0.0 or gap < P[SQ_CUT]:
@@ -258,7 +266,8 @@ def rhs(t, y, mode, mem, P, dy):
             a = (f - P[LM] * P[G] - fc + fl) / (P[M] - P[LM])
         dy[3] = 0.0
         if P[BMODE] == 1.0:
-            dy[3] = (fc - P[KB] * y[2] - P[KB3] * y[2] ** 3 - P[CB] * y[3]) / P[MB]
+            dy[3] = (fc - P[KB] * y[2] - P[KB3] * y[2] ** 3 - P[CB] * y[3]
+                     - P[CB_DRY] * math.tanh(y[3] / CREEP)) / P[MB]
     dy[0], dy[1], dy[2] = v, a, y[3]
     dy[4] = y[5]
     dy[5] = P[G] - fl / P[LM] if P[LM] > 0.0 else 0.0

@@ -3,6 +3,7 @@
 Run by tests/run.
 """
 import json
+import math
 import tomllib
 from types import SimpleNamespace
 
@@ -186,6 +187,23 @@ def test_a_gradual_layer_becomes_the_sharp_one():
     assert np.allclose(out[0.0], out[1e-6], atol=2e-3 * out[0.0].max())
     mid = np.searchsorted(x, 4e-4)
     assert out[1e-4][mid] > out[0.0][mid] + 0.005 * out[0.0].max()
+
+
+def test_a_third_layer_and_damping_of_a_power_of_speed_are_what_they_say():
+    n = 50
+    x, v = np.full(n, 6e-4), np.full(n, 0.3)
+    t = np.arange(n) * 1e-4
+    o = np.zeros((n, 7))
+    m.imposed(body(M=1.0, K=1e3, PW=1.0, ST_K=2e3, ST_D=4e-4, ST_P=1.0, ST2_K=5e3, ST2_D=5e-4), t, x, v, o)
+    assert o[-1, 3] == pytest.approx(0.6 + 0.4 + 0.5, rel=1e-9)
+    m.imposed(body(M=1.0, K=1e3, PW=1.0, MU=1e3, MU_THIN=0.3, MU_POW=0.5), t, x, v, o)
+    assert o[-1, 3] == pytest.approx(0.6 + 0.6 * 0.3 / math.sqrt(1.02), rel=1e-9)
+
+
+def test_a_stop_that_slides_in_its_seat_loses_energy():
+    moving = dict(M=1.0, K=1e8, PW=1.5, BMODE=1.0, MB=1.0, KB=1e6, KB3=0.0)
+    free = [ride(body(**moving, CB_DRY=dry), -1e-4, 0.5, 0.01)[1] for dry in (0.0, 40.0)]
+    assert np.abs(free[1][-1, 1]) < 0.97 * np.abs(free[0][-1, 1])
 
 
 def test_progressive_spring_and_eddy_fade_in_flight():

@@ -53,6 +53,9 @@ pub struct Physics {
     pub drag_power: f64,
     /// Drag on the way back over that on the way in: the body flies through its own wake.
     pub drag_back: f64,
+    /// Speed about which the boundary layer turns turbulent, m/s (0: never), and the share of the drag left beyond it.
+    pub drag_crisis: f64,
+    pub drag_beyond: f64,
     /// Squeeze film: c v (g/(gap+g))^n; N s/m, m, 1.
     pub squeeze: f64,
     pub squeeze_gap: f64,
@@ -156,6 +159,8 @@ impl Default for Physics {
             drag: 0.0,
             drag_power: 2.0,
             drag_back: 1.0,
+            drag_crisis: 0.0,
+            drag_beyond: 1.0,
             squeeze: 0.0,
             squeeze_gap: 1.0,
             squeeze_power: 1.0,
@@ -228,6 +233,14 @@ impl Physics {
             (1.0 + n).ln() / 10f64.ln()
         };
         (1.0 - self.softening * lost).max(0.05)
+    }
+
+    /// The share of the drag that is left at a speed, m/s: from 1 far below the crisis to `drag_beyond` far above it,
+    /// half of the way at it.
+    pub fn past_crisis(&self, v: f64) -> f64 {
+        let u = (v / self.drag_crisis).powi(2);
+        let u = u * u;
+        self.drag_beyond + (1.0 - self.drag_beyond) / (1.0 + u * u)
     }
 
     /// Whether any position-dependent latent force is there at all.

@@ -3,13 +3,14 @@
 use crate::diagnose::mechanism::*;
 use crate::record::Kind;
 
-/// F = -c v |v|^(n-1), n near 2 (Newton 1687; Rayleigh 1876).
+/// F = -c v |v|^(n-1), n near 2 (Newton 1687; Rayleigh 1876), c falling to a share of itself where the boundary layer
+/// turns turbulent (Achenbach 1972).
 pub const MECHANISM: Mechanism = Mechanism {
     name: "fluid_drag",
     origin: Origin::Motion,
     named: true,
     equation: "F = -c v |v|^(n-1), n near 2",
-    source: "Newton 1687; Rayleigh 1876",
+    source: "Newton 1687; Rayleigh 1876; Achenbach 1972 (the crisis)",
     sentence: "the surrounding fluid drags on the body with the square of its speed",
     cure: "The contact element is right; add this drag to the body's motion in the rig's model.",
     forms,
@@ -59,5 +60,21 @@ fn forms(c: &Context) -> Vec<Form> {
         p.drag_back = t[1];
     };
     wake.describe = |t, c| vec![("drag", square(t, c), "N s^2/m^2"), ("drag_back", t[1], "1")];
-    vec![quadratic, near, wake]
+    let mut crisis = quadratic.extended(
+        "quadratic, less beyond a speed",
+        vec![parameter("beyond", 0.05, 1.0, 5e-3), parameter("ln crisis speed", -1.5, 1.0, 1e-2)],
+        grid(&[&[0.5], &[-0.4, 0.0]]),
+    );
+    crisis.apply = |t, c, p| {
+        p.drag = square(t, c);
+        (p.drag_beyond, p.drag_crisis) = (t[1], c.scales.speed * t[2].exp());
+    };
+    crisis.describe = |t, c| {
+        vec![
+            ("drag", square(t, c), "N s^2/m^2"),
+            ("drag_beyond", t[1], "1"),
+            ("drag_crisis_speed", c.scales.speed * t[2].exp(), "m/s"),
+        ]
+    };
+    vec![quadratic, near, wake, crisis]
 }

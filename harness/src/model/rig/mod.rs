@@ -328,6 +328,7 @@ impl<'a> Rig<'a> {
         f -= p.friction_viscous * v;
         if p.drag != 0.0 {
             let way = if v < 0.0 { p.drag_back } else { 1.0 };
+            let way = if p.drag_crisis > 0.0 { way * p.past_crisis(v) } else { way };
             f -= way * p.drag * v * if p.drag_power == 2.0 { v.abs() } else { v.abs().powf(p.drag_power - 1.0) };
         }
         f -= self.film_force(x, v);

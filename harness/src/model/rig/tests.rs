@@ -92,6 +92,18 @@ fn drag_of_a_power_is_quadratic_at_two() {
 }
 
 #[test]
+fn drag_past_its_crisis_is_a_share_of_what_it_was() {
+    let (mut p, setup, local) = rig();
+    let first = |p: &Physics| simulate(p, &setup, &local).first_speed;
+    p.drag = 3.0;
+    let (whole, share) = (first(&p), first(&Physics { drag: 1.2, ..p }));
+    (p.drag_crisis, p.drag_beyond) = (0.06, 0.4);
+    assert!((first(&p) - share).abs() < 1e-6 * share, "far above it");
+    p.drag_crisis = 6.0;
+    assert!((first(&p) - whole).abs() < 1e-6 * whole, "far below it");
+}
+
+#[test]
 fn a_spring_drives_the_loose_part_along_until_the_stop_and_the_part_strikes() {
     let (mut p, drop, mut local) = rig();
     p.gravity = 0.0;
