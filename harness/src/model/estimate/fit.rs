@@ -241,18 +241,22 @@ impl Problem<'_> {
             .zip(&point.locals)
             .map(|((x, y), from)| {
                 let d = y - x * &global;
-                let to: Vec<f64> = (0..l)
-                    .map(|i| match self.nuisances[i] {
-                        Nuisance::Speed => (from[i] + d[i]).clamp(0.5 * from[i].abs(), 2.0 * from[i].abs()),
-                        _ => from[i] + d[i],
-                    })
-                    .collect();
+                let to: Vec<f64> = (0..l).map(|i| self.stepped(i, from[i], d[i])).collect();
                 taken.push(global.iter().cloned().chain(to.iter().zip(from).map(|(a, b)| a - b)).collect());
                 to
             })
             .collect();
         let (point, residuals) = self.look(theta, locals);
         Some(Trial { point, residuals, taken })
+    }
+
+    /// Nuisance `i` after a step `by` from `from`: a speed keeps its order of magnitude.
+    fn stepped(&self, i: usize, from: f64, by: f64) -> f64 {
+        let to = from + by;
+        match self.nuisances[i] {
+            Nuisance::Speed => to.clamp(0.5 * from.abs(), 2.0 * from.abs()),
+            _ => to,
+        }
     }
 
     /// A point with what remains of each recording there, and its speed at the first sample.
@@ -309,10 +313,7 @@ impl Problem<'_> {
                 let d = ch.solve(&q);
                 let mut w = v.clone();
                 for (i, gi) in idx.iter().enumerate() {
-                    w[*gi] += d[i];
-                    if self.nuisances[*gi] == Nuisance::Speed {
-                        w[*gi] = w[*gi].clamp(0.5 * v[*gi].abs(), 2.0 * v[*gi].abs());
-                    }
+                    w[*gi] = self.stepped(*gi, v[*gi], d[i]);
                 }
                 let c = self.chi2_of(theta, r, &w);
                 if c < best {
