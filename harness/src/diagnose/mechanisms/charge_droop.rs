@@ -1,7 +1,7 @@
 //! charge_droop: the force transducer is AC-coupled: its reading droops and undershoots
 
 use crate::diagnose::mechanism::*;
-use crate::record::Channel;
+use crate::record::{Channel, Kind};
 
 /// y = u - w, w' = (u - w)/tau (charge amplifier, first-order AC coupling).
 pub const MECHANISM: Mechanism = Mechanism {
@@ -47,7 +47,11 @@ fn forms(c: &Context) -> Vec<Form> {
     if c.has[0] {
         let first = form("first order", |t, c, p| droop(t, c, p, Channel::Force, false));
         let part = shelf(&first, "a share of it, first order", |t, c, p| in_part(t, c, p, Channel::Force));
-        v.extend([first, part]);
+        v.push(first);
+        // where the penetration is imposed, a share that fades is what a Maxwell branch does to the force: that is said
+        if c.kind != Kind::Indentation {
+            v.push(part);
+        }
         v.push(form("second order", |t, c, p| droop(t, c, p, Channel::Force, true)));
     }
     if c.has[1] {
