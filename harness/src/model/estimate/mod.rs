@@ -11,6 +11,7 @@ use super::chain::readings;
 use super::physics::Physics;
 use super::simulate::{law_of, simulate, simulate_on, Local, Trace};
 use crate::host::element::Element;
+use crate::record::Channel;
 use data::local_of;
 use hysteresis_contact::law::Parameters as Law;
 use rayon::prelude::*;
@@ -122,11 +123,16 @@ impl<'a> Problem<'a> {
         Ok((t, y))
     }
 
+    /// Puts the zeros of the recording's own instruments on what an ideal chain would read: an imposed penetration is
+    /// read from where its scale has its zero, not from the touch.
     fn add_zeros(&self, y: &mut [Vec<f64>; 3], local: &[f64]) {
         for (n, z) in self.nuisances.iter().zip(local) {
-            if let Nuisance::Zero(c) = n {
-                y[c.index()].iter_mut().for_each(|v| *v += z);
-            }
+            let channel = match n {
+                Nuisance::Zero(c) => *c,
+                Nuisance::Offset => Channel::Penetration,
+                _ => continue,
+            };
+            y[channel.index()].iter_mut().for_each(|v| *v += z);
         }
     }
 
@@ -201,5 +207,34 @@ impl<'a> Problem<'a> {
     /// The nuisances, in the order of a recording's vector.
     pub fn nuisances(&self) -> &[Nuisance] {
         &self.nuisances
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::simulate::Setup;
+    use crate::record::Kind;
+
+    #[test]
+    fn an_imposed_penetration_is_predicted_as_it_is_read_wherever_its_zero_is() {
+        let time: Vec<f64> = (0..40).map(|i| 1e-3 * f64::from(i)).collect();
+        let read: Vec<f64> = time.iter().map(|t| 2e-4 - 1e-2 * (t - 0.02).abs()).collect();
+        let setup = Setup {
+            kind: Kind::Indentation,
+            imposed: read.clone(),
+            imposed_rate: vec![0.0; read.len()],
+            ..Setup::drop_test(time, 2e-4, 1e-2, 0.04)
+        };
+        let data = Data::of_force(setup, 1.0, 10.0, vec![0.0; read.len()]);
+        let model = Model { parameters: Vec::new(), apply: Box::new(|_, _| {}) };
+        let problem = Problem::new(&data, &model);
+        let zero = 3e-5;
+        let local: Vec<f64> =
+            problem.nuisances().iter().map(|n| if *n == Nuisance::Offset { zero } else { 0.0 }).collect();
+        let (trace, y) = problem.predict(&[], 0, &local);
+        let apart = |a: &[f64], by: f64| a.iter().zip(&read).map(|(a, b)| (a - b - by).abs()).fold(0.0, f64::max);
+        assert!(apart(&y[2], 0.0) < 1e-15, "{:e}", apart(&y[2], 0.0));
+        assert!(apart(&trace.position, -zero) < 1e-15, "the contact starts where the surface is");
     }
 }
