@@ -97,7 +97,13 @@ impl Search<'_> {
     ) {
         let Some(best) = v.first().map(|c| c.cost()) else { return };
         let gain = from.fit.point.chi2 - best;
-        let is_near = |c: &Candidate| c.cost() - best < (FAMILY_SHARE * gain).max(DETECT);
+        let named = |c: &Candidate| c.make_up.terms.last().is_some_and(|t| t.mechanism.named);
+        // what stands in for the unknown takes up some of everything: names are held against the best name
+        let best_named = v.iter().find(|c| named(c)).map_or(best, |c| c.cost());
+        let is_near = |c: &Candidate| {
+            let best = if named(c) { best_named } else { best };
+            c.cost() - best < (FAMILY_SHARE * (from.fit.point.chi2 - best)).max(DETECT)
+        };
         let near = (0..v.len()).filter(|i| is_near(&v[*i])).take(FAMILIES);
         let near: Vec<usize> = near.filter(|i| asked(v[*i].added())).collect();
         let others: Vec<(usize, Term)> = near

@@ -65,8 +65,10 @@ pub enum Failure {
     Stopped,
 }
 
-/// Wander of the residual from which the noise model is not trusted alone.
+/// Wander of the residual from which the noise model is not trusted alone, and the share by which levels not seen then
+/// have to be predicted better: slow wander has no side, and what follows it predicts next to nothing.
 const RESTLESS: f64 = 1.5;
+const LEAST_FALL: f64 = 0.005;
 
 /// chi^2 by which the first sample is preferred to the touch as the place where speeds were measured.
 const AT_FIRST: f64 = 50.0;
@@ -224,7 +226,7 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     after = weigh_second(&search, &mut decision, &before, after);
     // where the noise wanders more than its model knows, only what predicts levels not seen better is believed
     if let Some(a) = &after {
-        if c.levels.len() > 1 && decision.wander.1 > RESTLESS && a.nrmse > before.nrmse {
+        if c.levels.len() > 1 && decision.wander.1 > RESTLESS && a.nrmse > (1.0 - LEAST_FALL) * before.nrmse {
             decision.detected = decision.restless;
             decision.unexplained = decision.restless;
             decision.chosen = decision.base.clone();

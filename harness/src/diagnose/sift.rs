@@ -33,6 +33,9 @@ const PACE: f64 = 0.1;
 /// Forms of one mechanism that are sifted by fitting.
 const FORMS_A_MECHANISM: usize = 2;
 const SOFTENING: &str = "cyclic_softening";
+const LAYER: &str = "secondary_stiffening";
+/// Force at the reference depth that a layer is tried with from where the shallower recordings have led, over the peak's.
+const LAYER_FORCES: [f64; 3] = [0.1, 0.7, 5.0];
 /// Standard deviation of ln stiffness that leaves every recording its own.
 const FREE_SCATTER: f64 = 0.3;
 
@@ -65,7 +68,8 @@ impl Search<'_> {
         let mut starts = self.score(from, &problem, &linear, term);
         starts.truncate(most_starts);
         let drifted = if term.mechanism.name == SOFTENING { self.drifted(make_up, from) } else { None };
-        self.fit_from(make_up, from, drifted.as_ref(), term, &starts, options)
+        let shallow = if term.mechanism.name == LAYER { self.shallow(make_up, from) } else { None };
+        self.fit_from(make_up, from, (drifted.as_ref(), shallow.as_ref()), term, &starts, options)
     }
 
     /// What there is to gain in chi^2 at a point; what is near noise has little.
@@ -144,7 +148,7 @@ impl Search<'_> {
         &self,
         make_up: &MakeUp,
         from: &Point,
-        drifted: Option<&Point>,
+        (drifted, shallow): (Option<&Point>, Option<&Point>),
         term: &Term,
         starts: &[Start],
         options: &Options,
@@ -167,6 +171,9 @@ impl Search<'_> {
                 theta.extend(start);
                 points.push((theta, self.settled(&d.locals, term)));
             }
+        }
+        if let Some(s) = shallow.filter(|_| term.mechanism.name == LAYER) {
+            points.extend(self.layered(&pr, s, term).map(|theta| (theta, s.locals.clone())));
         }
         let mut best: Option<Fit> = None;
         for (theta, locals) in points {
@@ -213,6 +220,41 @@ impl Search<'_> {
         let start = pr.evaluate(from.theta.clone(), from.locals.clone());
         let fit = pr.fit(start, &Options { iterations: 25, ..Options::default() });
         fit.point.chi2.is_finite().then_some(fit.point)
+    }
+
+    /// `make_up` fitted to the shallower half of the recordings alone: what a layer farther down adds to the rest had
+    /// bent the law. None where they are of one level, or all of them.
+    pub fn shallow(&self, make_up: &MakeUp, from: &Point) -> Option<Point> {
+        if make_up.terms.iter().any(|t| t.mechanism.name == LAYER) {
+            return None;
+        }
+        let records = &self.data.records;
+        let mut depths: Vec<f64> = records.iter().map(|r| r.setup.depth).collect();
+        depths.sort_by(f64::total_cmp);
+        let middle = depths[(depths.len() - 1) / 2];
+        let kept: Vec<usize> = (0..records.len()).filter(|r| records[*r].setup.depth <= middle).collect();
+        let few = kept.iter().all(|r| records[*r].level == records[kept[0]].level);
+        if few || kept.len() == records.len() {
+            return None;
+        }
+        let data = self.data.subset(|r| kept.contains(&r));
+        let model = self.model(make_up, 1.0, 1.0, 0.0);
+        let pr = Problem::new(&data, &model);
+        let locals = kept.iter().map(|r| from.locals[*r].clone()).collect();
+        let fit = pr.fit(pr.evaluate(from.theta.clone(), locals), &Options { iterations: 25, ..Options::default() });
+        let found = fit.point.chi2.is_finite();
+        found.then(|| Point { theta: fit.point.theta, locals: self.without_scatter(&from.locals), chi2: f64::INFINITY })
+    }
+
+    /// Where a layer beside the law of the shallower recordings fits best, of a grid of forces and depths.
+    fn layered(&self, problem: &Problem<'_>, shallow: &Point, term: &Term) -> Option<Vec<f64>> {
+        let tried = term.form.starts.iter().flat_map(|s| LAYER_FORCES.map(|f| [vec![f], s[1..].to_vec()].concat()));
+        let with = |values: Vec<f64>| {
+            let theta = [shallow.theta.clone(), values].concat();
+            (problem.evaluate(theta.clone(), shallow.locals.clone()).chi2, theta)
+        };
+        let (chi2, theta) = tried.map(with).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        chi2.is_finite().then_some(theta)
     }
 
     /// (rise of ln F_ref, start) of a form of softening that follows the drift best, by a straight line of the
@@ -262,6 +304,7 @@ impl Search<'_> {
             .map(|t| (t, sift.score(&from.point, &problem, &linear, t)))
             .collect();
         let drifted = sift.drifted(make_up, &from.point);
+        let shallow = sift.shallow(make_up, &from.point);
         let score = |s: &Starts| s.first().map_or(0.0, |s| s.gain);
         // a step along a tangent may promise more than there is to gain
         let most = self.most(&from.point);
@@ -289,7 +332,7 @@ impl Search<'_> {
         });
         let fitted = |(t, s): &(&Term, Starts), options: &Options| -> Option<(f64, (Term, Fit))> {
             let s = &s[..s.len().min(if t.form.linear { 1 } else { starts })];
-            let mut fit = sift.fit_from(make_up, &from.point, drifted.as_ref(), t, s, options)?;
+            let mut fit = sift.fit_from(make_up, &from.point, (drifted.as_ref(), shallow.as_ref()), t, s, options)?;
             let model = self.model(&make_up.with((*t).clone()), 1.0, 1.0, 0.0);
             let fine = Problem::new(self.data, &model);
             let promised = coarse_base - fit.point.chi2;
