@@ -1,6 +1,6 @@
 //! A make-up with its fit: what it gains, and how much its residual still wanders.
 
-use super::search::{MakeUp, Search, Term};
+use super::search::{MakeUp, Search, Term, GAIN};
 use crate::model::estimate::{Fit, Options, Point, Problem};
 use crate::record::{Channel, Kind};
 
@@ -9,6 +9,8 @@ use crate::record::{Channel, Kind};
 pub const DETECT: f64 = 45.0;
 /// The same for a gain beyond a calibration's tolerance, where the prior sets the scale and nothing else inflates it.
 pub const DETECT_TOLERANCE: f64 = 11.0;
+/// Standard deviations of a gain's tolerance within which it is none beyond it.
+const WITHIN: f64 = 2.0;
 /// Penalty of one more parameter, in chi^2.
 pub const PENALTY: f64 = 4.0;
 /// Wander up to which a residual counts as noise.
@@ -64,7 +66,13 @@ impl Candidate {
     /// The gain from `from` beside what counts as detected, where the residual wanders by `wander`.
     pub fn significance(&self, from: &Candidate, wander: f64) -> f64 {
         if self.calibrates() {
-            self.gain(from) / DETECT_TOLERANCE
+            // what tolerances could have been all along is none beyond them
+            let beyond = self.fit.point.theta.last().is_some_and(|g| g.abs() > WITHIN * GAIN);
+            if beyond {
+                self.gain(from) / DETECT_TOLERANCE
+            } else {
+                0.0
+            }
         } else {
             self.gain(from) / wander.max(1.0) / DETECT
         }

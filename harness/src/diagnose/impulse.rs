@@ -1,6 +1,7 @@
 //! The impulse that a channel at its limit did not read: speeds before and after the impact leave so much for it, and
 //! hold what a law that is not all that there is says of the peak.
 
+use super::search::GAIN;
 use crate::model::estimate::{Point, Problem};
 use crate::record::{largest, Channel, Kind};
 use statrs::statistics::Statistics;
@@ -8,8 +9,6 @@ use statrs::statistics::Statistics;
 /// Standard deviation of the share of the model's excess beyond the limit that was there: where the model leaves more
 /// than noise, what it says beyond is a guess to within half.
 const GUESSED: f64 = 0.5;
-/// Relative standard deviation of a calibrated gain, which scales every impulse read.
-const GAIN: f64 = 0.007;
 /// Share of the limit up to which a reading has not reached it.
 const BELOW: f64 = 0.98;
 

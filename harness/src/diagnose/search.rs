@@ -8,6 +8,9 @@ use crate::model::physics::{Physics, GRAVITY};
 use crate::record::{largest, Campaign, Channel, Kind};
 use rayon::prelude::*;
 
+/// Relative standard deviation of a calibrated gain of force or acceleration.
+pub const GAIN: f64 = 0.007;
+
 /// A mechanism in one of its forms.
 #[derive(Clone)]
 pub struct Term {
@@ -118,7 +121,7 @@ impl<'a> Search<'a> {
         let mut gains = Vec::new();
         let with_mass = self.data.kind != Kind::Indentation;
         if with_mass {
-            for (c, sd) in [(Channel::Force, 0.007), (Channel::Acceleration, 0.007), (Channel::Penetration, 0.003)] {
+            for (c, sd) in [(Channel::Force, GAIN), (Channel::Acceleration, GAIN), (Channel::Penetration, 0.003)] {
                 if self.data.has(c) {
                     gains.push((ps.len(), c.index()));
                     ps.push(tolerance(&format!("ln gain {}", c.name()), sd, false));
