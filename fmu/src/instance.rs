@@ -1,11 +1,11 @@
 //! One instance of the element: calls in their order, values in and out, steps. No pointer of a host's gets here.
 
-use crate::law::Memory;
 use crate::life::{self, error};
 pub use crate::life::{Outcome, Refusal};
 use crate::start;
 use crate::state::{Phase, State};
 use crate::variables::{Kind, Role, PARAMETER_TABLE};
+use law::Memory;
 
 /// The inputs' bits in [`State::refused`].
 const INPUT_NAMES: [&str; 2] = ["penetration", "velocity"];
@@ -33,7 +33,7 @@ impl Instance {
     }
 
     /// fmi2ExitInitializationMode: a contact that starts loaded has been loaded slowly, see
-    /// [`crate::law::Parameters::start`].
+    /// [`law::Parameters::start`].
     ///
     /// # Errors
     /// Out of order; a parameter out of its range; an input not finite.

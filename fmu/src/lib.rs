@@ -3,7 +3,6 @@
 //! Invariant: physics stands in [`law`] only; the modules beside it name, count and carry, and hold no formula.
 pub mod fmi2;
 pub mod instance;
-pub mod law;
 pub mod life;
 pub mod start;
 pub mod state;

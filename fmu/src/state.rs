@@ -1,9 +1,9 @@
 //! The whole state of an instance, and its bytes.
 
-use crate::law::{Memory, BRANCHES};
 pub use crate::life::Phase;
 use crate::life::{number, seal, unseal};
 use crate::variables::{Settings, PARAMETERS};
+use law::{Memory, BRANCHES};
 
 /// Everything that a later answer depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! The variable table: what the modelDescription must say too.
 
-use crate::law::Parameters;
+use law::Parameters;
 
 /// Name of the model, and of its shared library.
 pub const MODEL: &str = "HysteresisContact";

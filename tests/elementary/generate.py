@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the tables and the test values of fmu/src/law/elementary.rs with mpmath at 400 bits.
+"""Writes the tables and the test values of fmu/law/src/elementary.rs with mpmath at 400 bits.
 
     tests/elementary/generate.py            writes tables.rs and fixture.csv
     tests/elementary/generate.py --check    fails where the files differ from what it would write
@@ -26,7 +26,7 @@ import mpmath
 from mpmath import mp, mpf
 
 mp.prec = 400
-HOME = pathlib.Path(__file__).resolve().parents[2] / "fmu" / "src" / "law" / "elementary"
+HOME = pathlib.Path(__file__).resolve().parents[2] / "fmu" / "law" / "src" / "elementary"
 
 
 def number(x):

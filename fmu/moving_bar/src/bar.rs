@@ -5,8 +5,8 @@
 //! and Lara 2005, on Taylor methods). The seat at x = -s is hit without rebound and left when the drive exceeds the
 //! hold.
 
-use crate::elementary::exp;
 use crate::variables::Settings;
+use law::elementary::exp;
 
 /// Terms of the series: 0.5^24 / 24! is far below rounding.
 const TERMS: usize = 24;

@@ -2,8 +2,6 @@
 //!
 //! Invariant: the face, the life of an instance, the block of start values and the exponential are the element's own files.
 pub mod bar;
-#[path = "../../src/law/elementary.rs"]
-pub mod elementary;
 #[path = "../../src/fmi2.rs"]
 pub mod fmi2;
 pub mod instance;

@@ -1,0 +1,219 @@
+//! `touchdown bench`.
+
+use anyhow::{Context, Result};
+use host::Fmu;
+use plant::recipe::{write_campaign, Recipe};
+use record;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use touchdown::bench::calls::{against_direct, Ask};
+use touchdown::bench::fit::{base_fit, BaseFit, SHARE};
+use touchdown::bench::table::{figure, markdown, Aim, Row};
+use touchdown::bench::{self, diagnosis, pow, Inputs, Python, Spread, FMPY_SIDE};
+use touchdown::progress::Progress;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A drop-test campaign to fit and to diagnose instead of ones made here
+    campaign: Option<PathBuf>,
+    /// A Python with what tests/bench/requirements.txt lists, to measure against (tests/bench/run sets one up)
+    #[arg(long)]
+    python: Option<PathBuf>,
+    /// Rounds, ours and theirs in turn
+    #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    rounds: u64,
+    /// CPU seconds after which the fit by Nelder-Mead is given up
+    #[arg(long, default_value_t = 120.0)]
+    patience: f64,
+}
+
+/// Diagnoses timed.
+const DIAGNOSES: usize = 3;
+/// Steps and calls a round.
+const STEPS: usize = 200_000;
+
+/// The campaigns: one to fit, whose simulation holds all its physics, and one to diagnose, with hidden friction.
+fn campaigns(given: Option<&Path>, folder: &Path) -> Result<[PathBuf; 2]> {
+    if let Some(c) = given {
+        return Ok([c.into(), c.into()]);
+    }
+    let plain = Recipe::default();
+    let mut rubbing = plain;
+    rubbing.physics.friction = 0.8;
+    let made = [("base", plain), ("hidden-friction", rubbing)].map(|(name, recipe)| {
+        let dir = folder.join(name);
+        write_campaign(&dir, &recipe).with_context(|| format!("{}: cannot be written", dir.display())).map(|()| dir)
+    });
+    let [a, b] = made;
+    Ok([a?, b?])
+}
+
+fn diagnoses(campaign: &Path, folder: &Path, rows: &mut Vec<Row>, progress: &Progress) -> Result<()> {
+    let size = record::load(campaign)?;
+    let samples: usize = size.recordings.iter().map(|r| r.time.len()).sum();
+    let mut taken = Vec::new();
+    for _ in 0..DIAGNOSES {
+        progress.stage("a whole diagnosis");
+        taken.push(diagnosis::diagnose(campaign, &folder.join("answer"))?);
+        progress.add(1);
+    }
+    let of = |f: fn(&bench::Taken) -> f64| Spread::of(taken.iter().map(f));
+    let what = format!(
+        "diagnose {} recordings of {} samples, {} threads",
+        size.recordings.len(),
+        samples / size.recordings.len(),
+        diagnosis::JOBS
+    );
+    rows.push(Row::limit(&format!("{what}: wall time"), of(|t| t.wall), "s", diagnosis::SECONDS));
+    rows.push(Row::limit(
+        &format!("{what}: CPU time of both threads, halved"),
+        of(|t| t.cpu / diagnosis::JOBS as f64),
+        "s",
+        diagnosis::SECONDS,
+    ));
+    rows.push(Row::limit(&format!("{what}: peak memory"), of(|t| t.memory / 1e6), "MB", diagnosis::BYTES / 1e6));
+    Ok(())
+}
+
+fn steps(fmu: &Fmu, folder: &Path, rounds: usize, rows: &mut Vec<Row>, progress: &Progress) -> Result<()> {
+    let empty = Fmu::open(&bench::empty_fmu(folder)?)?;
+    for (law, p) in bench::LAWS {
+        for (inputs, what) in [
+            (Inputs::Held, "doStep + getReal, inputs held"),
+            (Inputs::Contact, "setReal + doStep + getReal, in contact"),
+            (Inputs::Moving, "setReal + doStep + getReal, to and fro"),
+        ] {
+            progress.stage(&format!("{what}, {law}"));
+            let pair = bench::against_empty(fmu, &empty, p, inputs, rounds, STEPS, || ())?;
+            rows.push(Row::of(
+                &format!("{what}, {law}"),
+                "an empty FMU, both through our host",
+                &pair,
+                "ns",
+                Aim::Below(2.0),
+            ));
+            progress.add(1);
+        }
+    }
+    for (law, p) in bench::LAWS {
+        for (ask, what) in [(Ask::Force, "force tried"), (Ask::Step, "step and force")] {
+            progress.stage(&format!("{what}, {law}"));
+            let pair = against_direct(fmu, p, ask, rounds, STEPS)?;
+            rows.push(Row::of(
+                &format!("{what} through the FMU, {law}"),
+                "the law called directly",
+                &pair,
+                "ns",
+                Aim::None,
+            ));
+            progress.add(1);
+        }
+    }
+    Ok(())
+}
+
+fn powers(rounds: usize, rows: &mut Vec<Row>, progress: &Progress) {
+    for (exponents, aim) in [(pow::COMMON.as_slice(), Aim::Below(1.0)), (pow::OTHERS.as_slice(), Aim::Below(2.0))] {
+        for p in exponents {
+            progress.stage(&format!("x^{p}"));
+            for (chained, how) in [(true, "one after another"), (false, "independent")] {
+                let pair = pow::against_platform(*p, chained, rounds);
+                rows.push(Row::of(&format!("x^{p}, calls {how}"), "the platform's pow", &pair, "ns", aim));
+            }
+            progress.add(1);
+        }
+    }
+}
+
+fn fits(f: &BaseFit, rows: &mut Vec<Row>) {
+    let what = format!("base fit, {} parameters, {} samples", f.parameters, f.size.1);
+    let mut row = |other: &str, t: &bench::fit::Theirs, times: f64| {
+        let ours = Spread { min: f.seconds.min * 1e3, median: f.seconds.median * 1e3, max: f.seconds.max * 1e3 };
+        rows.push(Row::one(&what, other, ours, (t.seconds * 1e3, t.arrived), "ms", times));
+    };
+    row("scipy: solve_ivp + Nelder-Mead", &f.simplex, 500.0);
+    row("scipy: least_squares over numba", &f.plain, 5.0);
+    row("scipy: least_squares over numba, its Jacobian's blocks given", &f.structured, 5.0);
+}
+
+fn found(f: &BaseFit) {
+    println!("\nWhere the base fits ended (k N/m^p, mu_d N s/m^(p+1); chi^2 at the start {:.0}):\n", f.start);
+    println!("| | chi^2 | k | p | mu_d |\n|---|---|---|---|---|");
+    for (name, x) in [
+        ("touchdown", f.found),
+        ("solve_ivp + Nelder-Mead", f.simplex.found),
+        ("least_squares over numba", f.plain.found),
+        ("least_squares, blocks given", f.structured.found),
+    ] {
+        println!("| {name} | {:.1} | {:.5e} | {:.6} | {:.5e} |", x.chi2, x.k, x.p, x.mu_d);
+    }
+    println!(
+        "\nNelder-Mead's clock stops when chi^2 is within {} % of ours, the others' when they have converged.",
+        SHARE * 100.0
+    );
+}
+
+pub fn run(a: &Arguments) -> Result<ExitCode> {
+    let rounds = a.rounds as usize;
+    let folder = tempfile::tempdir().context("no temporary folder; see TMPDIR")?;
+    let [to_fit, to_diagnose] = campaigns(a.campaign.as_deref(), folder.path())?;
+    let campaign = record::load(&to_fit)?;
+    let ours = bench::our_fmu(folder.path())?;
+    let fmu = Fmu::open(&ours)?;
+    let parts = DIAGNOSES + 5 * bench::LAWS.len() + pow::COMMON.len() + pow::OTHERS.len();
+    let progress = Progress::new("bench", (parts + if a.python.is_some() { 3 } else { 0 }) as u64);
+    let mut rows = Vec::new();
+    let mut words = Vec::new();
+    diagnoses(&to_diagnose, folder.path(), &mut rows, &progress)?;
+    let mut fitted = None;
+    if let Some(python) = &a.python {
+        let f = base_fit(&campaign, python, folder.path(), rounds, a.patience, &|s| progress.stage(s))?;
+        progress.add(1);
+        fits(&f, &mut rows);
+        let mut side = Python::start(python, FMPY_SIDE, &[&ours, &bench::empty_fmu(folder.path())?])?;
+        progress.stage("stepping loops");
+        let (looped, simulated) = bench::against_fmpy(&fmu, &mut side, rounds, || ())?;
+        progress.add(1);
+        let loops = "stepping loop: set, step, read";
+        rows.push(Row::of(loops, "fmpy's slave in a Python loop", &looped, "ns", Aim::Times(30.0)));
+        rows.push(Row::of(loops, "fmpy.simulate_fmu", &simulated, "ns", Aim::Times(30.0)));
+        let beside = bench::against_empty_in_fmpy(&mut side, rounds)?;
+        let what = "doStep + getReal through fmpy, inputs held, p = 1.5";
+        rows.push(Row::of(what, "an empty FMU through fmpy", &beside, "ns", Aim::Below(2.0)));
+        progress.stage("a drop test");
+        let dropped = bench::drop_test(&ours, python, &mut side, folder.path(), rounds)?;
+        progress.add(1);
+        let what = format!("drop test through the FMU, {} impacts", bench::DropTest::IMPACTS);
+        let inside = format!("{what}: loaded and stepped");
+        rows.push(Row::of(&inside, "fmpy and scipy's DOP853, imports done", &dropped.inside, "ms", Aim::Times(50.0)));
+        let whole = format!("{what}: `run`, the whole process");
+        rows.push(Row::of(
+            &whole,
+            "a Python process, fmpy and scipy's DOP853",
+            &dropped.process,
+            "ms",
+            Aim::Times(50.0),
+        ));
+        let apart = |(name, x, y): &(&str, f64, f64)| format!("{name} {}", figure(((x - y) / y).abs() * 1e9));
+        words.push(format!(
+            "The drop test's last impact, both sides apart in parts of 1e9: {}.",
+            dropped.figures.iter().map(apart).collect::<Vec<_>>().join(", ")
+        ));
+        words.push(format!("Beside: {}; {}.", f.versions, side.versions));
+        fitted = Some(f);
+    }
+    steps(&fmu, folder.path(), rounds, &mut rows, &progress)?;
+    powers(rounds, &mut rows, &progress);
+    drop(progress);
+    print!("{}", markdown(&rows));
+    if let Some(f) = &fitted {
+        found(f);
+    } else {
+        words.push("With --python PYTHON it also measures against scipy, numba and fmpy: see tests/bench/run.".into());
+    }
+    println!("\n{rounds} rounds of each, ours and theirs in turn; medians; all but the wall time is CPU time.");
+    for w in words {
+        println!("{w}");
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,137 @@
+//! `touchdown demo`: the main job on data of the repository, every step a command that can be run again by hand.
+
+use anyhow::{ensure, Context, Result};
+use chart::{lead, picture, Page};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use touchdown::progress::{catch_interrupts, interrupted, INTERRUPTED_CODE};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Folder for everything the demo makes
+    #[arg(long)]
+    out: PathBuf,
+}
+
+macro_rules! input {
+    ($($name:literal),* $(,)?) => {
+        [$(($name, include_bytes!(concat!("../../../examples/", $name)))),*]
+    };
+}
+
+/// What the steps read: written beside their answers, so that a step can be changed and run again.
+const INPUT: [(&str, &[u8]); 13] = input![
+    "drop_test.toml",
+    "contactor_opening.toml",
+    "bench_drop/campaign.toml",
+    "bench_drop/r01.csv",
+    "bench_drop/r02.csv",
+    "bench_drop/r03.csv",
+    "bench_drop/r04.csv",
+    "bench_drop/r05.csv",
+    "bench_drop/r06.csv",
+    "bench_drop/r07.csv",
+    "bench_drop/r08.csv",
+    "bench_drop/r09.csv",
+    "bench_drop/r10.csv",
+];
+
+/// A step: what it does, the words of its command (`{}` is the demo's folder), the report it leaves.
+struct Step {
+    title: &'static str,
+    words: &'static [&'static str],
+    report: Option<&'static str>,
+}
+
+const STEPS: [Step; 6] = [
+    Step { title: "Pack the element as an FMU", words: &["pack", "--out", "{}/HysteresisContact.fmu"], report: None },
+    Step {
+        title: "Run a drop test through the FMU",
+        words: &["run", "{}/input/drop_test.toml", "--fmu", "{}/HysteresisContact.fmu", "--out", "{}/drop_test"],
+        report: Some("drop_test/report.html"),
+    },
+    Step {
+        title: "Open a magnetic contactor, its stop the FMU",
+        words: &[
+            "run",
+            "{}/input/contactor_opening.toml",
+            "--fmu",
+            "{}/HysteresisContact.fmu",
+            "--out",
+            "{}/contactor",
+        ],
+        report: Some("contactor/report.html"),
+    },
+    Step {
+        title: "Estimate the law from recordings",
+        words: &["fit", "{}/input/bench_drop", "--out", "{}/fit"],
+        report: Some("fit/report.html"),
+    },
+    Step {
+        title: "Say what physics that simulation leaves out",
+        words: &["diagnose", "{}/input/bench_drop", "--out", "{}/diagnosis"],
+        report: Some("diagnosis/bench_drop/report.html"),
+    },
+    Step {
+        title: "Run the same drops through the FMU that holds it",
+        words: &["run", "{}/input/same_drops.toml", "--out", "{}/same_drops"],
+        report: Some("same_drops/report.html"),
+    },
+];
+
+/// The drops of bench_drop; law and missing physics are the FMU's start values.
+const DROPS: &str = "\
+# the drops of bench_drop on the FMU that the diagnosis wrote: no parameter of the contact is given here
+kind = \"drop_test\"
+mass = 0.32622          # kg
+drop_heights = [0.005, 0.01, 0.02, 0.035, 0.12]   # m
+gravity = true
+
+[contact]
+fmu = \"../diagnosis/bench_drop/HysteresisContact.fmu\"
+";
+
+/// The demo's folder in a word of a command.
+fn fill(word: &str, out: &Path) -> String {
+    word.replace("{}", &out.display().to_string())
+}
+
+pub fn run(a: &Arguments) -> Result<ExitCode> {
+    ensure!(
+        !a.out.exists() || a.out.join("index.html").exists() || std::fs::read_dir(&a.out)?.next().is_none(),
+        "{}: holds files that are no demo of touchdown; give another --out",
+        a.out.display()
+    );
+    catch_interrupts();
+    let input = INPUT.iter().map(|(name, bytes)| (*name, *bytes));
+    for (name, bytes) in input.chain([("same_drops.toml", DROPS.as_bytes())]) {
+        let path = a.out.join("input").join(name);
+        output::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))?;
+    }
+    let mut page = Page::new("touchdown: the main job, step by step")
+        .paragraph("Every step is one command; its input lies in input/ beside this page.");
+    for (i, step) in STEPS.iter().enumerate() {
+        let words: Vec<String> = step.words.iter().map(|w| fill(w, &a.out)).collect();
+        println!("\n{} of {}: {}\n$ touchdown {}", i + 1, STEPS.len(), step.title, words.join(" "));
+        let code = super::dispatch(words.iter().map(String::as_str))?;
+        if interrupted() {
+            return Ok(ExitCode::from(INTERRUPTED_CODE));
+        }
+        if code != ExitCode::SUCCESS {
+            return Ok(code);
+        }
+        page = page.section(&format!("{}. {}", i + 1, step.title)).code(&format!("touchdown {}", words.join(" ")));
+        if let Some(report) = step.report {
+            let path = a.out.join(report);
+            let html = std::fs::read_to_string(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+            if let Some(text) = lead(&html) {
+                page = page.sentence(&text);
+            }
+            page = page.figure(picture(&html).unwrap_or_default(), "").link(report, "the whole report");
+        }
+    }
+    let index = a.out.join("index.html");
+    output::write(&index, page.html().as_bytes()).with_context(|| format!("{}: cannot be written", index.display()))?;
+    println!("\npictures: {}", index.display());
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,93 @@
+//! `touchdown diagnose`.
+
+use anyhow::{anyhow, Context, Result};
+use diagnose::answer;
+use diagnose::run::{self as diagnosis, Failure, Settings};
+use record;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use touchdown::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Campaign folders of format recordings/1
+    #[arg(required = true)]
+    campaigns: Vec<PathBuf>,
+    /// Folder the answers go to, one subfolder a campaign
+    #[arg(long)]
+    out: PathBuf,
+    /// Threads (default: one a processor)
+    #[arg(long)]
+    jobs: Option<usize>,
+    /// Simulate and judge N whole campaigns without the effect for the false-alarm probability, some seconds each
+    /// (default: nulls made of the residual)
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    bootstrap: usize,
+}
+
+pub fn run(a: &Arguments) -> Result<ExitCode> {
+    if let Some(n) = a.jobs {
+        if n == 0 {
+            return Err(anyhow!("--jobs 0 leaves no thread; give 1 or more"));
+        }
+        rayon::ThreadPoolBuilder::new().num_threads(n).build_global().ok();
+    }
+    // all input is read before any answer is written
+    let mut campaigns = Vec::new();
+    for dir in &a.campaigns {
+        let c = record::load(dir)?;
+        if campaigns.iter().any(|b: &record::Campaign| b.folder == c.folder) {
+            return Err(anyhow!(
+                "two campaigns are called {}; their answers would overwrite each other: rename one folder",
+                c.folder
+            ));
+        }
+        let dir = a.out.join(&c.folder);
+        answer::room(&dir).with_context(|| format!("{}: cannot be written", dir.display()))?;
+        campaigns.push(c);
+    }
+    for c in &campaigns {
+        for w in &c.warnings {
+            eprintln!("touchdown: {}: {w}", c.dir.display());
+        }
+    }
+    catch_interrupts();
+    let count = campaigns.len();
+    let progress = Progress::new("diagnose", count as u64);
+    let mut failed = false;
+    for (i, c) in campaigns.iter().enumerate() {
+        let stage = |text: &str| progress.stage(&format!("{}: {text}", c.folder));
+        let settings = Settings {
+            bootstrap: a.bootstrap,
+            element: true,
+            others: &campaigns,
+            stage: &stage,
+            stopped: &interrupted,
+        };
+        match diagnosis::diagnose_with(c, &settings) {
+            Ok(o) => {
+                let dir = a.out.join(&c.folder);
+                answer::write(c, &o, &dir).with_context(|| format!("{}: cannot be written", dir.display()))?;
+                progress.aside(|| print!("{}", answer::summary(&o)));
+            }
+            Err(Failure::Stopped) => {
+                drop(progress);
+                eprintln!(
+                    "touchdown: stopped; the answers of {i} of {count} campaigns are whole in {}",
+                    a.out.display()
+                );
+                return Ok(ExitCode::from(INTERRUPTED_CODE));
+            }
+            Err(e) => {
+                failed = true;
+                progress.aside(|| eprintln!("touchdown: {}: {e}", c.dir.display()));
+            }
+        }
+        progress.add(1);
+    }
+    drop(progress);
+    if !failed {
+        println!("answers, each with a report.html: {}", a.out.display());
+    }
+    Ok(if failed { ExitCode::from(2) } else { ExitCode::SUCCESS })
+}

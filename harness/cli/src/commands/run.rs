@@ -1,0 +1,110 @@
+//! `touchdown run`.
+
+use anyhow::{Context, Result};
+use report::run::{page, Done};
+use scenario::{simulate, table, Case, Outcome, Scenario, Source, Through};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use touchdown::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Scenario file (TOML), system of FMUs (TOML) or SSP 1.0 archive
+    scenario: PathBuf,
+    /// Folder for results.csv, summary.json and report.html
+    #[arg(long)]
+    out: PathBuf,
+    /// FMU to run instead of our own, which is packed on the fly
+    #[arg(long, conflicts_with = "direct")]
+    fmu: Option<PathBuf>,
+    /// Call the law directly, without an FMU
+    #[arg(long)]
+    direct: bool,
+    /// Write results.parquet too
+    #[arg(long)]
+    parquet: bool,
+}
+
+impl Arguments {
+    fn through(&self, case: &Case) -> Through {
+        match (&self.fmu, &case.fmu) {
+            _ if self.direct => Through::Direct,
+            (Some(f), _) => Through::Fmu(f.clone()),
+            (None, Some(f)) => Through::Fmu(self.scenario.parent().map_or(f.clone(), |d| d.join(f))),
+            (None, None) => Through::Own,
+        }
+    }
+}
+
+/// Sees that files can be written in a folder, or in the one it will be made in, before anything is computed.
+fn writable(out: &Path) -> Result<()> {
+    let mut at = out;
+    while !at.as_os_str().is_empty() && !at.exists() {
+        at = at.parent().unwrap_or(Path::new(""));
+    }
+    let there = if at.as_os_str().is_empty() { Path::new(".") } else { at };
+    tempfile::tempfile_in(there)
+        .map(drop)
+        .with_context(|| format!("{}: cannot be written; give --out a folder that can", at.display()))
+}
+
+pub fn run(a: &Arguments) -> Result<ExitCode> {
+    if host::master::System::is_one(&a.scenario) {
+        return super::system::run(&a.scenario, &a.out, a.parquet);
+    }
+    let scenario = Scenario::load(&a.scenario)?;
+    writable(&a.out)?;
+    let mut cases = scenario.cases();
+    let mut source = Source::new();
+    catch_interrupts();
+    let progress = Progress::new("run", cases.len() as u64);
+    let mut outcomes: Vec<(usize, Outcome, String)> = Vec::new();
+    for (i, case) in cases.iter_mut().enumerate() {
+        let of = if case.name.is_empty() { String::new() } else { format!(" ({})", case.name) };
+        let named = || format!("{}{of}", a.scenario.display());
+        let (mut element, name) = source.element(&a.through(case), case).with_context(named)?;
+        let case = &*case;
+        let mut watch = |m: &scenario::Moment| {
+            progress.note(&|| format!("{:.6} s simulated, impact {}, {} steps", m.time, m.impacts, m.steps));
+            !interrupted()
+        };
+        let o = simulate(case, element.as_mut(), &mut watch).with_context(named)?;
+        progress.add(1);
+        let stop = o.interrupted || interrupted();
+        outcomes.push((i, o, name));
+        if stop {
+            break;
+        }
+    }
+    drop(progress);
+    let cut = interrupted() && (outcomes.len() < cases.len() || outcomes.last().is_some_and(|o| o.1.interrupted));
+    let title = a.scenario.file_stem().map_or(String::from("run"), |n| n.to_string_lossy().into_owned());
+    let done: Vec<Done> =
+        outcomes.iter().map(|(i, o, element)| Done { case: &cases[*i], outcome: o, element }).collect();
+    let summary = report::run::summary(&title, &done, cases.len(), cut);
+    let pairs: Vec<(&Case, &Outcome)> = done.iter().map(|d| (d.case, d.outcome)).collect();
+    let rows = table(&pairs);
+    let json = serde_json::to_string_pretty(&summary)? + "\n";
+    let mut out = vec![
+        ("results.csv", rows.csv().into_bytes()),
+        ("summary.json", json.into_bytes()),
+        ("report.html", page(&title, &done, &summary).html().into_bytes()),
+    ];
+    if a.parquet {
+        out.push(("results.parquet", rows.parquet().context("results.parquet: cannot be made")?));
+    }
+    for (name, bytes) in &out {
+        let path = a.out.join(name);
+        output::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))?;
+    }
+    let mut told = report::run::lines(&done, &summary);
+    told.push(format!("pictures: {}", a.out.join("report.html").display()));
+    if cut {
+        told.push(format!("interrupted: {} of {} runs, the last one as far as it came", done.len(), cases.len()));
+    }
+    told.push(String::new());
+    // who stops listening, as `| head` does, has heard enough
+    let _ = std::io::stdout().write_all(told.join("\n").as_bytes());
+    Ok(if cut { ExitCode::from(INTERRUPTED_CODE) } else { ExitCode::SUCCESS })
+}

@@ -1,0 +1,111 @@
+//! `touchdown run` on a system of FMUs, and `touchdown export-ssp`.
+
+use anyhow::{Context, Result};
+use host::master::{build, export_ssp, run as step, Sink, System};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use touchdown::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
+
+/// Runs a system file or an SSP archive: results.csv (or .parquet) while it runs, log.txt, summary.json.
+pub fn run(path: &Path, out: &Path, parquet: bool) -> Result<ExitCode> {
+    let s = System::load(path)?;
+    let mut b = build(&s)?;
+    for n in &b.notes {
+        eprintln!("touchdown: {n}");
+    }
+    catch_interrupts();
+    let name = if parquet || b.parquet { "results.parquet" } else { "results.csv" };
+    let mut head: Vec<String> = vec!["time [s]".into()];
+    head.extend(b.columns.iter().map(|c| c.head.clone()));
+    let mut sink = Sink::new(&out.join(name), &head, parquet || b.parquet)?;
+    let whole = 1000u64;
+    let progress = Progress::new("run", whole);
+    let (start, stop) = (b.options.start, b.options.stop);
+    let (mut shown, mut since) = (0u64, 0u64);
+    let mut row = Vec::with_capacity(head.len());
+    let (columns, every) = (&b.columns, b.every);
+    let done = step(&mut b.network, &b.options, b.start.clone(), &mut |network, m| {
+        let last = m.time >= stop;
+        if m.touch || last || since % every == 0 {
+            row.clear();
+            row.push(m.time);
+            for c in columns {
+                row.push(network.parts[c.part].slave.read(c.kind, c.reference)?);
+            }
+            sink.row(&row)?;
+        }
+        since += u64::from(!m.touch);
+        let now = (whole as f64 * (m.time - start) / (stop - start)) as u64;
+        if now > shown {
+            progress.add(now - shown);
+            shown = now;
+        }
+        Ok(!interrupted())
+    });
+    drop(progress);
+    // what was computed stays, whatever came between
+    sink.finish()?;
+    let mut log = String::new();
+    for p in &b.network.parts {
+        for line in p.slave.log() {
+            log += &format!("{}: {line}\n", p.name);
+        }
+    }
+    if !log.is_empty() {
+        let path = out.join("log.txt");
+        output::write(&path, log.as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))?;
+    }
+    let done =
+        done.with_context(|| format!("{}: the results so far are in {}", path.display(), out.join(name).display()))?;
+    let summary = serde_json::json!({
+        "system": s.title(),
+        "order": b.network.stepping_order(),
+        "end": done.time,
+        "interrupted": done.interrupted,
+        "macro_steps": done.steps,
+        "macro_steps_taken_back": done.rejected,
+        "do_step_calls": done.slave_steps,
+        "touches": done.touches,
+        "energy_made_up": done.made_up,
+        "notes": b.notes,
+    });
+    let file = out.join("summary.json");
+    let text = serde_json::to_string_pretty(&summary)? + "\n";
+    output::write(&file, text.as_bytes()).with_context(|| format!("{}: cannot be written", file.display()))?;
+    println!(
+        "{}: to {} s in {} macro-steps ({} taken back), {} calls of fmi2DoStep, order {}",
+        s.title(),
+        done.time,
+        done.steps,
+        done.rejected,
+        done.slave_steps,
+        b.network.stepping_order().join(", ")
+    );
+    if !done.touches.is_empty() {
+        println!("touches located: {}", done.touches.len());
+    }
+    for (bond, e) in s.bond.iter().zip(&done.made_up) {
+        println!("energy made up by the coupling at {}: {e:.6e} J", bond.force.get_ref());
+    }
+    println!("results: {}", out.join(name).display());
+    if done.interrupted {
+        println!("interrupted at {} s", done.time);
+        return Ok(ExitCode::from(INTERRUPTED_CODE));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+#[derive(clap::Args)]
+pub struct ExportArguments {
+    /// System file (TOML) or SSP archive
+    system: PathBuf,
+    /// The archive to write
+    #[arg(long)]
+    out: PathBuf,
+}
+
+pub fn export(a: &ExportArguments) -> Result<ExitCode> {
+    export_ssp(&System::load(&a.system)?, &a.out)?;
+    println!("{}", a.out.display());
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,4 @@
+//! What the `touchdown` command does beyond its crates: benchmarks, studies, progress.
+pub mod bench;
+pub mod progress;
+pub mod study;

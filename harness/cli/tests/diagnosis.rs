@@ -1,0 +1,183 @@
+//! The diagnosis on campaigns made by the harness itself: silent when nothing is missing, the right name when something is.
+
+use diagnose::answer::summary;
+use diagnose::run::{diagnose, diagnose_with, Outcome, Settings};
+use plant::recipe::{write_campaign, Recipe};
+use record;
+
+fn outcome(recipe: &Recipe) -> Outcome {
+    let dir = tempfile::tempdir().unwrap();
+    write_campaign(dir.path(), recipe).unwrap();
+    diagnose(&record::load(dir.path()).unwrap()).unwrap()
+}
+
+fn names(o: &Outcome) -> Vec<String> {
+    o.verdict["missing"].as_array().unwrap().iter().map(|m| m["mechanism"].as_str().unwrap().to_string()).collect()
+}
+
+#[test]
+fn nothing_is_reported_where_nothing_is_missing() {
+    for seed in [1, 2] {
+        let o = outcome(&Recipe { seed, ..Recipe::default() });
+        assert_eq!(o.verdict["mismatch"]["detected"], false, "{:?}", o.candidates.first());
+        assert!(names(&o).is_empty() && o.after.is_none());
+    }
+}
+
+/// The campaign of `recipe` with one channel kept.
+fn only(recipe: &Recipe, channel: &str) -> Outcome {
+    let dir = tempfile::tempdir().unwrap();
+    write_campaign(dir.path(), recipe).unwrap();
+    for i in 1..=10 {
+        let path = dir.path().join(format!("r{i:02}.csv"));
+        let text = std::fs::read_to_string(&path).unwrap();
+        let keep = text.lines().next().unwrap().split(',').position(|h| h.starts_with(channel)).unwrap();
+        let cut = |l: &str| {
+            let v: Vec<&str> = l.split(',').collect();
+            format!("{},{}\n", v[0], v[keep])
+        };
+        std::fs::write(&path, text.lines().map(cut).collect::<String>()).unwrap();
+    }
+    diagnose(&record::load(dir.path()).unwrap()).unwrap()
+}
+
+#[test]
+fn one_channel_alone_raises_no_alarm_and_says_what_it_cannot_tell() {
+    for channel in ["force", "acceleration", "penetration"] {
+        let o = only(&Recipe { seed: 5, ..Recipe::default() }, channel);
+        assert_eq!(o.verdict["mismatch"]["detected"], false, "{channel}: {:?}", o.candidates.first());
+        assert!(o.findings.caveats.iter().any(|c| c.starts_with("One channel only")), "{:?}", o.findings.caveats);
+    }
+}
+
+#[test]
+fn hidden_friction_is_named_sized_and_improves_levels_not_seen() {
+    let mut r = Recipe::default();
+    r.physics.friction = 0.8;
+    let o = outcome(&r);
+    assert_eq!(names(&o), ["guide_friction"]);
+    assert_eq!(o.verdict["mismatch"]["where"][0]["origin"], "motion");
+    let p = &o.verdict["missing"][0]["parameters"]["friction"];
+    let v = p["value"].as_f64().unwrap();
+    assert!((v - 0.8).abs() < 0.12, "{p}");
+    assert!(o.after.unwrap().nrmse < o.before.nrmse);
+}
+
+#[test]
+fn gravity_left_out_is_found_wherever_the_speeds_were_measured() {
+    for speed_at_touch in [false, true] {
+        let dir = tempfile::tempdir().unwrap();
+        write_campaign(dir.path(), &Recipe { speed_at_touch, ..Recipe::default() }).unwrap();
+        let head = dir.path().join("campaign.toml");
+        let text = std::fs::read_to_string(&head).unwrap();
+        std::fs::write(&head, text.replace("\"gravity\", ", "")).unwrap();
+        let o = diagnose(&record::load(dir.path()).unwrap()).unwrap();
+        assert_eq!(names(&o), ["gravity"], "at touch: {speed_at_touch}");
+        let p = &o.verdict["missing"][0]["parameters"]["gravity"];
+        let bounds = (p["ci95"][0].as_f64().unwrap(), p["ci95"][1].as_f64().unwrap());
+        assert!(bounds.0 < 9.81 && 9.81 < bounds.1, "at touch: {speed_at_touch}: {p}");
+    }
+}
+
+#[test]
+fn a_permanent_set_is_named_and_located_in_the_unloading() {
+    let mut r = Recipe::default();
+    r.physics.law.plastic_ratio = 0.15;
+    r.physics.law.yield_penetration = 5e-5;
+    let o = outcome(&r);
+    assert_eq!(names(&o), ["plastic_indentation"]);
+    assert_eq!(o.verdict["mismatch"]["where"][0]["phase"], "unloading");
+    assert!(o.law.plastic_ratio > 0.1);
+    // the FMU holds it, and what it does is the answer's prediction
+    let packed = o.element.as_ref().unwrap();
+    let starts: Vec<&str> = packed.starts.iter().map(|s| s.0).collect();
+    assert!(starts.contains(&"plastic_ratio") && starts.contains(&"yield_penetration"), "{starts:?}");
+    let through = packed.through.as_ref().unwrap();
+    assert!(through.difference < 1e-4, "{}", through.difference);
+    assert_eq!(through.readings, o.after.as_ref().unwrap().readings);
+    assert_eq!(o.verdict["element"]["right"], false);
+}
+
+#[test]
+fn a_low_pass_filter_in_the_chain_leaves_the_element_right() {
+    use mechanisms::physics::LowPass;
+    use record::Channel;
+    let mut r = Recipe::default();
+    r.physics.low_pass = Some(LowPass::new(2.0e4, 1, Channel::Force));
+    // the same impacts, seen by sensors without the filter and with hardly any of this noise
+    let dir = tempfile::tempdir().unwrap();
+    let quiet = Recipe { noise: [0.1, 0.2, 2e-7], ..Recipe::default() };
+    let [slow, quick] = [("slow", r), ("quick", quiet)].map(|(name, recipe)| {
+        write_campaign(&dir.path().join(name), &recipe).unwrap();
+        record::load(&dir.path().join(name)).unwrap()
+    });
+    let o = diagnose_with(&slow, &Settings { others: &[quick], ..Settings::default() }).unwrap();
+    let n = names(&o);
+    assert!(n == ["lowpass_lag"] || n == ["channel_skew"], "{n:?}");
+    assert_eq!(o.verdict["mismatch"]["where"][0]["origin"], "chain");
+    assert_eq!(o.verdict["element"]["right"], true);
+    let beside = o.verdict["other_sensors"].as_array().unwrap();
+    let of = |channel: &str| beside.iter().find(|b| b["channel"] == channel).unwrap();
+    let (force, acceleration) = (of("force"), of("acceleration"));
+    assert_eq!((&force["campaign"], &force["mechanism"]), (&"quick".into(), &"lowpass_lag".into()));
+    assert!((force["lag"]["value"].as_f64().unwrap() - 5e-5).abs() < 5e-6, "{force}");
+    assert!(acceleration["mechanism"].is_null(), "{acceleration}");
+    assert!(summary(&o).contains("lags behind by 0.0"), "{}", summary(&o));
+}
+
+#[test]
+fn a_form_that_extends_another_is_found_from_it_and_nothing_stays_unexplained() {
+    // an amplifier of which a share is AC-coupled: the plain droop would leave a shelf
+    let mut r = Recipe::default();
+    (r.physics.droop, r.physics.droop_share) = (40.0, 0.5);
+    let o = outcome(&r);
+    assert_eq!(names(&o), ["charge_droop"]);
+    assert_eq!(o.verdict["unexplained"]["detected"], false);
+    let found = &o.verdict["missing"][0];
+    assert_eq!(found["form"], "a share of it, first order");
+    for (name, want) in [("droop_rate", 40.0), ("droop_share", 0.5)] {
+        let value = found["parameters"][name]["value"].as_f64().unwrap();
+        assert!((value / want - 1.0).abs() < 0.1, "{name} {value}");
+    }
+}
+
+#[test]
+fn the_same_campaign_gives_the_same_verdict_on_one_thread_and_on_many() {
+    let r = Recipe { seed: 3, ..Recipe::default() };
+    let verdict = |threads| {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap()
+            .install(|| outcome(&r).verdict.to_string())
+    };
+    let (a, b) = (verdict(1), verdict(4));
+    // the folder's name is a temporary one
+    let fit = |v: &str| v[v.find("\"fit\"").unwrap()..v.find("\"format\"").unwrap()].to_string();
+    assert_eq!(fit(&a), fit(&b));
+}
+
+#[test]
+fn the_force_it_takes_is_found_where_it_acts() {
+    use diagnose::candidate::Candidate;
+    use diagnose::latent::{latent, Place};
+    use diagnose::run::ready;
+    use diagnose::search::Search;
+    let mut r = Recipe::default();
+    r.physics.ripple_force = 25.0;
+    r.physics.ripple_length = 1.2e-4;
+    let dir = tempfile::tempdir().unwrap();
+    write_campaign(dir.path(), &r).unwrap();
+    let c = record::load(dir.path()).unwrap();
+    let (data, guess) = ready(&c).unwrap();
+    let search = Search::new(&c, &data);
+    let base = Candidate { make_up: Default::default(), fit: search.base(&c, &guess) };
+    let l = latent(&search, &base).unwrap();
+    assert_eq!(l.place, Place::Contact, "{:?}", l.scores);
+    // it swings as the ripple does, well out of its band, in the hardest drop
+    let hardest = l.records.last().unwrap();
+    let (low, high) = hardest.force.iter().fold((0.0f64, 0.0f64), |(a, b), v| (a.min(*v), b.max(*v)));
+    assert!(low < -8.0 && low > -60.0 && high > 8.0 && high < 60.0, "{low} to {high}");
+    let out = hardest.force.iter().zip(&hardest.band).filter(|(f, b)| f.abs() > **b).count();
+    assert!(out > 40, "{out}");
+}

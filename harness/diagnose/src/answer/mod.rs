@@ -1,0 +1,112 @@
+//! What a diagnosis leaves on disk: verdict.json, predictions, report.html and what goes with them; and its words.
+
+pub mod findings;
+mod page;
+pub mod verdict;
+mod words;
+
+pub use words::{figure, sentence, summary};
+
+use super::heldout::HeldOut;
+use super::run::Outcome;
+use record::{Campaign, Channel, Recording};
+use std::path::Path;
+
+/// A recording's prediction in the file's own columns and units.
+fn csv(r: &Recording, y: &[Vec<f64>; 3]) -> String {
+    let head: Vec<String> = r.columns.iter().map(|c| format!("{} [{}]", c.name, c.unit)).collect();
+    let mut s = head.join(",") + "\n";
+    let column = |name: &str| Channel::ALL.into_iter().find(|c| c.name() == name);
+    for i in 0..r.time.len() {
+        for (k, c) in r.columns.iter().enumerate() {
+            let v = column(&c.name).map_or(r.time[i], |ch| y[ch.index()][i]);
+            if k > 0 {
+                s.push(',');
+            }
+            s += &format!("{:e}", v / c.to_si);
+        }
+        s.push('\n');
+    }
+    s
+}
+
+fn predictions(c: &Campaign, h: &HeldOut, dir: &Path) -> std::io::Result<()> {
+    for (r, y) in c.recordings.iter().zip(&h.readings) {
+        output::write(&dir.join(&r.file), csv(r, y).as_bytes())?;
+    }
+    Ok(())
+}
+
+/// latent_force/<recording>.csv: time, d, and the ends of its 95 % band.
+fn latent(o: &Outcome, dir: &Path) -> std::io::Result<()> {
+    let Some(l) = &o.findings.latent else { return Ok(()) };
+    let u = l.place.unit();
+    for r in &l.records {
+        let mut s = format!("time [s],d [{u}],low [{u}],high [{u}]\n");
+        for ((t, f), b) in r.time.iter().zip(&r.force).zip(&r.band) {
+            s += &format!("{t:e},{f:e},{:e},{:e}\n", f - b, f + b);
+        }
+        output::write(&dir.join(&r.file), s.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// without_clipping/<recording>.csv: the clipped channel as its chain would have read it without a limit.
+fn unclipped(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
+    let Some((channel, list)) = &o.findings.unclipped else { return Ok(()) };
+    for u in list {
+        let Some(r) = c.recordings.iter().find(|r| r.file == u.file) else { continue };
+        let column = |name: &str| r.columns.iter().find(|c| c.name == name);
+        let (Some(t), Some(y)) = (column("time"), column(channel.name())) else { continue };
+        let mut s = format!("time [{}],{} [{}]\n", t.unit, y.name, y.unit);
+        for (a, b) in r.time.iter().zip(&u.curve) {
+            s += &format!("{:e},{:e}\n", a / t.to_si, b / y.to_si);
+        }
+        output::write(&dir.join(&u.file), s.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Whether an answer may take the place of `dir`: nothing there, an empty folder, or an earlier answer.
+///
+/// # Errors
+/// Says why not: a campaign or somebody's files would be lost.
+pub fn room(dir: &Path) -> std::io::Result<()> {
+    let refuse = |why: &str| Err(std::io::Error::new(std::io::ErrorKind::AlreadyExists, why.to_string()));
+    if !dir.exists() {
+        return Ok(());
+    }
+    if !dir.is_dir() {
+        return refuse("a file is in the way; give another --out");
+    }
+    if dir.join("campaign.toml").exists() {
+        return refuse("holds a campaign, which an answer would replace; give another --out");
+    }
+    if std::fs::read_dir(dir)?.next().is_some() && !dir.join("verdict.json").exists() {
+        return refuse("holds files that are no answer of touchdown; empty it or give another --out");
+    }
+    Ok(())
+}
+
+/// Writes everything to `dir`, which appears whole or stays as it was.
+///
+/// # Errors
+/// As the file system gives them.
+pub fn write(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
+    room(dir)?;
+    output::folder(dir, |dir| {
+        if !o.before.readings.is_empty() {
+            predictions(c, &o.before, &dir.join("predictions/before"))?;
+            predictions(c, o.after.as_ref().unwrap_or(&o.before), &dir.join("predictions/after"))?;
+        }
+        latent(o, &dir.join("latent_force"))?;
+        unclipped(c, o, &dir.join("without_clipping"))?;
+        if let Ok(e) = &o.element {
+            output::write(&dir.join("HysteresisContact.fmu"), &e.fmu)?;
+        }
+        output::write(&dir.join("report.html"), page::html(c, o).as_bytes())?;
+        let mut text = serde_json::to_string_pretty(&o.verdict).unwrap_or_default();
+        text.push('\n');
+        output::write(&dir.join("verdict.json"), text.as_bytes())
+    })
+}

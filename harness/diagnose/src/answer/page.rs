@@ -1,0 +1,379 @@
+//! report.html: what a test engineer reads in a minute, the sentence on top.
+
+use super::verdict::unit;
+use super::words::{advice, bias, figure, parameters, sensors, sentence, share, through};
+use crate::acts::PHASES;
+use crate::run::Outcome;
+use chart::{Chart, Heat, Page, Style};
+use estimate::levels::nrmse;
+use record::{Campaign, Channel, Kind};
+
+/// The whole report.
+pub fn html(c: &Campaign, o: &Outcome) -> String {
+    let v = &o.verdict;
+    let mut page = Page::new(&format!("Diagnosis of {}", c.name)).sentence(&sentence(o));
+    if o.invalid.is_none() {
+        for a in advice(o) {
+            page = page.paragraph(&a);
+        }
+        page = facts(page, c, o);
+        page = first_sight(page, c, o);
+        page = heat(page, c, o);
+        for m in v["missing"].as_array().into_iter().flatten() {
+            page = mechanism(page, m);
+        }
+        page = clipping(page, c, o);
+        page = other_sensors(page, o);
+        page = experiments(page, o);
+        page = latent(page, o);
+        page = bias_table(page, o);
+        page = candidates(page, o);
+        page = element(page, o);
+    }
+    if !o.findings.caveats.is_empty() {
+        page = page.section("To know before believing this");
+        for n in &o.findings.caveats {
+            page = page.paragraph(n);
+        }
+    }
+    if !o.before.readings.is_empty() {
+        page = page.folded("Every recording, predicted without its own level", |mut p| {
+            for i in 0..c.recordings.len() {
+                for ch in Channel::ALL {
+                    p = p.figure(&overlay(c, o, i, ch, (400, 210)), "");
+                }
+            }
+            p
+        });
+    }
+    page.html()
+}
+
+fn facts(page: Page, c: &Campaign, o: &Outcome) -> Page {
+    let m = &o.verdict["mismatch"];
+    let kind = match c.kind {
+        Kind::DropTest => "drop test",
+        Kind::ContactorOpening => "contactor opening",
+        Kind::Indentation => "indentation",
+    };
+    let alarm = m["false_alarm_probability"].as_f64().unwrap_or(f64::NAN);
+    let by = match &o.findings.bootstrap {
+        Some(b) => format!("{alarm:.3} ({} nulls simulated)", b.nulls),
+        None if o.findings.alarm.is_some_and(|a| a.as_bad > 0) => format!("{alarm:.3} (nulls of the residual)"),
+        None if o.findings.alarm.is_some() && alarm < 1e-6 => "below 1e-6 (tail of nulls of the residual)".into(),
+        None if o.findings.alarm.is_some() => format!("{alarm:.1e} (tail of nulls of the residual)"),
+        None if alarm < 1e-6 => "below 1e-6 (theory)".into(),
+        None => format!("{alarm:.1e} (theory)"),
+    };
+    let after = o.after.as_ref().map_or("-".into(), |a| format!("{:.3} %", 100.0 * a.nrmse));
+    page.table(
+        &["campaign", "recordings", "levels", "misfit of range before, held out", "after", "false-alarm probability"],
+        &[vec![
+            kind.into(),
+            c.recordings.len().to_string(),
+            c.levels.iter().map(|l| l.1.clone()).collect::<Vec<_>>().join(", "),
+            format!("{:.3} %", 100.0 * o.before.nrmse),
+            after,
+            by,
+        ]],
+    )
+}
+
+/// Measured, before and after of one channel on one axis; empty where it was not recorded.
+fn overlay(c: &Campaign, o: &Outcome, i: usize, ch: Channel, size: (u32, u32)) -> String {
+    let r = &c.recordings[i];
+    let Some(y) = &r.channels[ch.index()] else { return String::new() };
+    if o.before.readings[i][ch.index()].len() != y.len() {
+        return String::new();
+    }
+    let mut chart =
+        Chart::new(&format!("{} {}", r.file, ch.name()), "time [s]", &format!("{} [{}]", ch.name(), unit(ch)))
+            .size(size.0, size.1)
+            .series("measured", &r.time, y, Style::Measured)
+            .series("before", &r.time, &o.before.readings[i][ch.index()], Style::Before);
+    if let Some(a) = &o.after {
+        chart = chart.series("after", &r.time, &a.readings[i][ch.index()], Style::After);
+    }
+    if let Some((k, list)) = &o.findings.unclipped {
+        if let Some(u) = list.iter().find(|u| *k == ch && u.file == r.file && u.clipped) {
+            chart = chart.series("without clipping", &r.time, &u.curve, Style::Inferred);
+        }
+    }
+    chart.svg()
+}
+
+/// What is measured less what was predicted, before and after.
+fn remainder(c: &Campaign, o: &Outcome, i: usize, ch: Channel) -> String {
+    let r = &c.recordings[i];
+    let Some(y) = &r.channels[ch.index()] else { return String::new() };
+    let less = |p: &[f64]| -> Vec<f64> { y.iter().zip(p).map(|(a, b)| a - b).collect() };
+    let mut chart = Chart::new("measured - predicted", "time [s]", &format!("[{}]", unit(ch)))
+        .size(420, 170)
+        .without_names()
+        .series("before", &r.time, &less(&o.before.readings[i][ch.index()]), Style::Before);
+    if let Some(a) = &o.after {
+        chart = chart.series("after", &r.time, &less(&a.readings[i][ch.index()]), Style::After);
+    }
+    chart.svg()
+}
+
+/// The recording whose prediction gained most (or, with nothing found, fits worst).
+fn telling(c: &Campaign, o: &Outcome) -> usize {
+    let score = |i: usize| -> f64 {
+        let of = |p: &[Vec<f64>; 3]| -> f64 {
+            c.recordings[i].channels.iter().zip(p).filter_map(|(y, p)| nrmse(y.as_ref()?, p)).sum()
+        };
+        of(&o.before.readings[i]) - o.after.as_ref().map_or(0.0, |a| of(&a.readings[i]))
+    };
+    (0..c.recordings.len()).max_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(0)
+}
+
+fn first_sight(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
+    let i = telling(c, o);
+    let what = if o.after.is_some() { "Before and after" } else { "Measured and simulated" };
+    page = page.section(&format!("{what}: {}, predicted from the other levels alone", c.recordings[i].file));
+    let channels: Vec<Channel> =
+        Channel::ALL.into_iter().filter(|ch| c.recordings[i].channels[ch.index()].is_some()).collect();
+    for ch in &channels {
+        page = page.figure(&overlay(c, o, i, *ch, (420, 260)), "");
+    }
+    page = page.paragraph("");
+    for ch in &channels {
+        page = page.figure(&remainder(c, o, i, *ch), "");
+    }
+    page
+}
+
+fn heat(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
+    let map = &o.findings.map;
+    if map.is_empty() {
+        return page;
+    }
+    page = page.section("Where the mismatch sits");
+    for w in o.verdict["mismatch"]["where"].as_array().into_iter().flatten() {
+        page = page.paragraph(&format!(
+            "In the {}: {}.",
+            w["origin"].as_str().unwrap_or(""),
+            w["text"].as_str().unwrap_or("")
+        ));
+    }
+    let channels: Vec<Channel> = Channel::ALL.into_iter().filter(|ch| map.iter().any(|m| m.channel == *ch)).collect();
+    let phases: Vec<usize> = (0..4).filter(|p| map.iter().any(|m| m.phase == *p)).collect();
+    let columns: Vec<String> =
+        channels.iter().flat_map(|c| phases.iter().map(move |p| format!("{}\n{}", short(*c), PHASES[*p]))).collect();
+    let table = |title: &str, after: bool| {
+        let mut h = Heat::new(title, &columns);
+        for (l, (_, name)) in c.levels.iter().enumerate() {
+            let values: Vec<Option<f64>> = channels
+                .iter()
+                .flat_map(|ch| phases.iter().map(move |p| (*ch, *p)))
+                .map(|(ch, p)| {
+                    let cell = map.iter().find(|m| m.level == l && m.phase == p && m.channel == ch)?;
+                    Some(if after { cell.after } else { cell.before })
+                })
+                .collect();
+            h = h.row(name, &values);
+        }
+        h.svg()
+    };
+    page = page.figure(&table("before", false), "");
+    if o.after.is_some() {
+        page = page.figure(&table("after", true), "");
+    }
+    page.paragraph("Misfit over noise by level, channel and phase, all recordings fitted; 1 is noise alone.")
+}
+
+fn short(c: Channel) -> &'static str {
+    match c {
+        Channel::Force => "force",
+        Channel::Acceleration => "accel.",
+        Channel::Penetration => "penetr.",
+    }
+}
+
+fn mechanism(page: Page, m: &serde_json::Value) -> Page {
+    let text = |k: &str| m[k].as_str().unwrap_or("").to_string();
+    let rows: Vec<Vec<String>> = parameters(m).into_iter().map(|(n, v, ci)| vec![n, v, ci]).collect();
+    page.section(&format!("{} ({})", text("mechanism"), text("form")))
+        .paragraph(&text("text"))
+        .paragraph(&format!("{} ({})", text("equation"), text("source")))
+        .table(&["parameter", "value", &format!("95 % interval by {}", text("intervals_by"))], &rows)
+}
+
+fn clipping(page: Page, c: &Campaign, o: &Outcome) -> Page {
+    let Some((channel, list)) = &o.findings.unclipped else { return page };
+    let rows: Vec<Vec<String>> = list
+        .iter()
+        .filter(|u| u.clipped)
+        .map(|u| {
+            let level =
+                c.recordings.iter().find(|r| r.file == u.file).map_or(String::new(), |r| c.levels[r.level].1.clone());
+            let q = unit(*channel);
+            vec![
+                u.file.clone(),
+                level,
+                figure(u.read, q),
+                figure(u.peak, q),
+                format!("{} to {}", figure(u.peak - 1.96 * u.sd, ""), figure(u.peak + 1.96 * u.sd, q)),
+            ]
+        })
+        .collect();
+    page.section("The peak before the clip")
+        .table(&["recording", "level", "largest reading", "peak without clipping", "95 % interval"], &rows)
+        .paragraph(
+            "The green curves show the channel without clipping; they are written to without_clipping/. Where the model \
+             leaves more than noise, what it has beyond the limit is scaled until the readings add up to the change of speed.",
+        )
+}
+
+fn other_sensors(mut page: Page, o: &Outcome) -> Page {
+    for (a, words) in o.findings.sensors.iter().zip(sensors(o)) {
+        let rows: Vec<Vec<String>> = a
+            .readings
+            .iter()
+            .map(|r| {
+                let (q, percent) = (unit(a.channel), |v: f64| format!("{:.2} %", 100.0 * v));
+                vec![
+                    r.file.clone(),
+                    format!("{} ms", figure(1e3 * r.lag, "")),
+                    figure(r.gain, ""),
+                    percent(r.before),
+                    percent(r.after),
+                    figure(r.read, q),
+                    figure(r.expected, q),
+                ]
+            })
+            .collect();
+        page = page.section(&format!("Beside the sensor of {}", a.other)).paragraph(&words).table(
+            &[
+                "recording",
+                "lag",
+                "gain",
+                "misfit of range without a lag",
+                "with it",
+                "largest reading",
+                "by the other sensor, without a limit",
+            ],
+            &rows,
+        );
+    }
+    page
+}
+
+fn experiments(mut page: Page, o: &Outcome) -> Page {
+    for t in o.findings.ties.iter().flatten() {
+        page = page.section(&format!("What these recordings cannot part: {}", t.set.join(", ")));
+        page = page.paragraph(&format!(
+            "The trace left after refit is {:.1} sigma long, the closest pair has a cosine of {:.4}: P(right) = {:.2}.",
+            t.trace, t.rho, t.p_right
+        ));
+        if let Some(p) = t.proposals.first() {
+            page = page.paragraph(&format!(
+                "The experiment that parts them best: {}. Simulated, the names then lie {:.1} sigma apart and P(right) is {:.3}.",
+                p.text, p.sigmas, p.p_right
+            ));
+        }
+        let rows: Vec<Vec<String>> = t
+            .proposals
+            .iter()
+            .map(|p| vec![p.name.into(), p.text.clone(), format!("{:.1}", p.sigmas), format!("{:.3}", p.p_right)])
+            .collect();
+        page = page.table(&["experiment", "what to do", "separation after refit [sigma]", "P(right) then"], &rows);
+    }
+    page
+}
+
+fn latent(mut page: Page, o: &Outcome) -> Page {
+    let Some(l) = &o.findings.latent else { return page };
+    page = page.section("Unexplained: the force it takes").paragraph(&l.text);
+    let mut shown = Vec::new();
+    for r in &l.records {
+        if shown.contains(&r.level) {
+            continue;
+        }
+        shown.push(r.level);
+        let low: Vec<f64> = r.force.iter().zip(&r.band).map(|(f, b)| f - b).collect();
+        let high: Vec<f64> = r.force.iter().zip(&r.band).map(|(f, b)| f + b).collect();
+        let chart = Chart::new(&r.file, "time [s]", &format!("d [{}]", l.place.unit()))
+            .size(420, 240)
+            .band(&r.time, &low, &high)
+            .series("d(t), 95 % band", &r.time, &r.force, Style::Inferred);
+        page = page.figure(&chart.svg(), "");
+    }
+    let rows: Vec<Vec<String>> = l.scores.iter().map(|(p, g)| vec![p.words(), format!("{g:.0}")]).collect();
+    page.table(&["taken as", "fall of chi^2, less twice the freedom spent"], &rows)
+        .paragraph("Every recording's curve is in latent_force/.")
+}
+
+fn bias_table(page: Page, o: &Outcome) -> Page {
+    if o.findings.bias.is_empty() {
+        return page;
+    }
+    let moved = bias(o);
+    let said = if moved.is_empty() {
+        "The calibration had absorbed nothing beyond two sigma.".to_string()
+    } else {
+        format!("Calibrated without the missing physics, the simulation had been off: {}.", moved.join(", "))
+    };
+    let rows: Vec<Vec<String>> = o
+        .findings
+        .bias
+        .iter()
+        .map(|b| {
+            vec![
+                b.name.to_string(),
+                figure(b.before, &b.unit),
+                figure(b.after, &b.unit),
+                share(b),
+                format!("{:+.1}", b.sigmas),
+            ]
+        })
+        .collect();
+    page.section("How far the calibration had been biased")
+        .paragraph(&said)
+        .table(&["parameter", "without it", "with it", "off by", "off by [sigma]"], &rows)
+}
+
+fn element(page: Page, o: &Outcome) -> Page {
+    let Ok(p) = &o.element else { return page };
+    let rows: Vec<Vec<String>> = p.starts.iter().map(|(n, v, u)| vec![n.to_string(), figure(*v, u)]).collect();
+    page.section("Back in the simulator: HysteresisContact.fmu")
+        .paragraph(&format!("{}.", through(o, p)))
+        .table(&["parameter", "start value"], &rows)
+}
+
+fn candidates(page: Page, o: &Outcome) -> Page {
+    let score = |h: Option<f64>| h.map_or("-".into(), |h| format!("{:.3} %", 100.0 * h));
+    let mut rows =
+        vec![vec!["(as given)".into(), String::new(), String::new(), score(Some(o.before.nrmse)), String::new()]];
+    let wrong = o
+        .findings
+        .rivals
+        .iter()
+        .filter(|r| !r.chosen && !r.tied)
+        .filter_map(|r| r.heldout.map(|h| (h, r.name.clone())))
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    for r in o.findings.rivals.iter().take(12) {
+        let mark = if r.chosen && !r.named {
+            "stand-in for the unknown"
+        } else if r.chosen {
+            "named"
+        } else if r.tied {
+            "tied"
+        } else if wrong.as_ref().is_some_and(|w| w.1 == r.name) {
+            "best wrong name"
+        } else {
+            ""
+        };
+        rows.push(vec![
+            format!("{} ({})", r.name, r.form),
+            r.origin.into(),
+            format!("{:.1}", r.gain),
+            score(r.heldout),
+            mark.into(),
+        ]);
+    }
+    page.section("Candidates, each alone")
+        .table(&["mechanism (form)", "part", "fall of chi^2", "misfit of range, held out", ""], &rows)
+        .paragraph("Held-out misfit is worked out for the names that matter; fall of chi^2 for all.")
+}

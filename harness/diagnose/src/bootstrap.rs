@@ -1,0 +1,87 @@
+//! How often noise alone would look as bad: parametric bootstrap of the whole detection on the campaign itself.
+
+use super::candidate::Candidate;
+use super::search::Search;
+use estimate::prepare::Guess;
+use estimate::problem::{Data, Nuisance, Problem};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use record::Campaign;
+
+/// Nulls drawn and judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bootstrap {
+    /// Nulls judged.
+    pub nulls: usize,
+    /// Nulls in which the pipeline saw a mismatch at all.
+    pub detected: usize,
+    /// Nulls that looked at least as bad as the campaign.
+    pub as_bad: usize,
+}
+
+impl Bootstrap {
+    /// (1 + as bad) / (1 + nulls): never zero, for N nulls say nothing below 1/N (Davison and Hinkley 1997, eq. 4.11).
+    pub fn probability(&self) -> f64 {
+        (1 + self.as_bad) as f64 / (1 + self.nulls) as f64
+    }
+}
+
+/// A campaign as the base fit would give it: noise in the fitted colours, speeds measured with their scatter.
+pub fn null(search: &Search<'_>, base: &Candidate, seed: u64) -> Data {
+    let model = search.model(&base.make_up, 1.0, 1.0, 0.0);
+    let problem = Problem::new(search.data, &model);
+    let mut data = search.data.clone();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let at_speed = problem.nuisances().iter().position(|n| *n == Nuisance::Speed);
+    for r in 0..data.records.len() {
+        let (trace, y) = problem.predict(&base.fit.point.theta, r, &base.fit.point.locals[r]);
+        let noise = data.noise;
+        let rec = &mut data.records[r];
+        for c in 0..3 {
+            let Some(read) = &mut rec.y[c] else { continue };
+            if y[c].len() != read.len() || (search.data.kind == record::Kind::Indentation && c == 2) {
+                continue;
+            }
+            let mut w: Vec<f64> = (0..read.len()).map(|_| rng.sample(StandardNormal)).collect();
+            noise[c].colour(&mut w);
+            for k in 0..read.len() {
+                read[k] = y[c][k] + if rec.weight[c][k] > 0.0 { w[k] / rec.weight[c][k] } else { w[k] };
+            }
+        }
+        if let Some(s) = &mut rec.speed {
+            let z: f64 = rng.sample(StandardNormal);
+            let drawn = match at_speed {
+                Some(i) if !rec.at_first => base.fit.point.locals[r][i],
+                _ => trace.first_speed,
+            };
+            s.0 = drawn + s.1 * z;
+        }
+    }
+    data
+}
+
+/// Judges `nulls` nulls; `observed` is the campaign's own false-alarm probability. Stops early where `stopped` says so.
+pub fn bootstrap(
+    c: &Campaign,
+    guess: &Guess,
+    search: &Search<'_>,
+    base: &Candidate,
+    nulls: usize,
+    observed: f64,
+    each: &dyn Fn(usize) -> bool,
+) -> Bootstrap {
+    let mut out = Bootstrap { nulls: 0, detected: 0, as_bad: 0 };
+    for i in 0..nulls {
+        if !each(i) {
+            break;
+        }
+        let data = null(search, base, 1 + i as u64);
+        let s = Search::new(c, &data);
+        let d = s.decide(s.base(c, guess));
+        out.nulls += 1;
+        out.detected += usize::from(d.detected);
+        out.as_bad += usize::from(d.false_alarm_probability <= observed);
+    }
+    out
+}

@@ -1,0 +1,134 @@
+//! 95 % intervals of a mechanism's parameters: by profile likelihood where cheap, else from the covariance.
+
+use super::candidate::Candidate;
+use super::search::Search;
+use estimate::problem::{Options, Point, Problem};
+use rayon::prelude::*;
+
+/// An interval of one described parameter, SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Interval {
+    pub name: &'static str,
+    pub value: f64,
+    pub unit: &'static str,
+    pub low: f64,
+    pub high: f64,
+}
+
+/// The intervals of one term.
+#[derive(Clone, Debug, Default)]
+pub struct Intervals {
+    pub of: Vec<Interval>,
+    /// True: profile likelihood (Venzon and Moolgavkar 1988); false: covariance of the linearised fit.
+    pub profiled: bool,
+}
+
+/// Rise of chi^2 at the ends of a 95 % interval of one parameter.
+const RISE: f64 = 3.841;
+/// Samples times parameters up to which profiles are cheap: some seconds on one core.
+const CHEAP: usize = 1_200_000;
+/// Trials per end of an interval.
+const TRIALS: usize = 4;
+
+/// Intervals of every term of `chosen`; `wander` inflates the noise's variance where the residual is not white.
+pub fn intervals(search: &Search<'_>, chosen: &Candidate, wander: f64) -> Vec<Intervals> {
+    let model = search.model(&chosen.make_up, 1.0, 1.0, 0.0);
+    let problem = Problem::new(search.data, &model);
+    let point = &chosen.fit.point;
+    let first = search.first_term(&model, &chosen.make_up);
+    let count = model.parameters.len() - first;
+    let wander = wander.max(1.0);
+    let sd: Vec<f64> = match problem.covariance(point) {
+        Some(c) => (first..first + count).map(|j| (c[(j, j)].max(0.0) * wander).sqrt()).collect(),
+        None => vec![f64::NAN; count],
+    };
+    let cheap = search.data.samples() * model.parameters.len() * count <= CHEAP;
+    // ends of every parameter's interval, as whole vectors: the others follow
+    let ends: Vec<[Option<Vec<f64>>; 2]> = if cheap {
+        (0..count)
+            .into_par_iter()
+            .map(|k| {
+                let end = |side: f64| profile_end(search, chosen, first + k, side, sd[k], RISE * wander);
+                [end(-1.0), end(1.0)]
+            })
+            .collect()
+    } else {
+        Vec::new()
+    };
+    let profiled = cheap && ends.iter().flatten().all(Option::is_some);
+    let mut at = first;
+    chosen
+        .make_up
+        .terms
+        .iter()
+        .map(|t| {
+            let n = t.form.parameters.len();
+            let values = &point.theta[at..at + n];
+            let said = (t.form.describe)(values, &search.context);
+            let mut of: Vec<Interval> = said
+                .iter()
+                .map(|(name, value, unit)| Interval { name, value: *value, unit, low: *value, high: *value })
+                .collect();
+            if profiled {
+                for theta in ends.iter().flatten().flatten() {
+                    for (o, d) in of.iter_mut().zip((t.form.describe)(&theta[at..at + n], &search.context)) {
+                        o.low = o.low.min(d.1);
+                        o.high = o.high.max(d.1);
+                    }
+                }
+            } else {
+                let mut var = vec![0.0; of.len()];
+                for j in 0..n {
+                    let mut v = values.to_vec();
+                    v[j] += sd[at - first + j];
+                    for (s, (q, d)) in var.iter_mut().zip((t.form.describe)(&v, &search.context).iter().zip(&said)) {
+                        *s += (q.1 - d.1).powi(2);
+                    }
+                }
+                for (o, s) in of.iter_mut().zip(var) {
+                    o.low -= 1.96 * s.sqrt();
+                    o.high += 1.96 * s.sqrt();
+                }
+            }
+            at += n;
+            Intervals { of, profiled }
+        })
+        .collect()
+}
+
+/// The parameters where the profile of parameter `j` has risen by `rise` on one side, or at its bound.
+fn profile_end(search: &Search<'_>, chosen: &Candidate, j: usize, side: f64, sd: f64, rise: f64) -> Option<Vec<f64>> {
+    if !(sd.is_finite() && sd > 0.0) {
+        return None;
+    }
+    let best = &chosen.fit.point;
+    let (mut value, centre) = (best.theta[j] + side * 1.96 * sd, best.theta[j]);
+    let mut from: Point = best.clone();
+    for trial in 0..TRIALS {
+        let mut model = search.model(&chosen.make_up, 1.0, 1.0, 0.0);
+        let p = &mut model.parameters[j];
+        value = value.clamp(p.lower, p.upper);
+        let at_bound = value == p.lower || value == p.upper;
+        // a parameter between equal bounds is held
+        (p.lower, p.upper) = (value, value);
+        let problem = Problem::new(search.data, &model);
+        let mut theta = from.theta.clone();
+        theta[j] = value;
+        let start = problem.evaluate(theta, from.locals.clone());
+        if !start.chi2.is_finite() {
+            return None;
+        }
+        let f = problem.fit(start, &Options { iterations: 8, tolerance: 1e-6, ..Options::default() });
+        let risen = (f.point.chi2 - best.chi2).max(0.0);
+        let done = (risen / rise - 1.0).abs() < 0.12 || (at_bound && risen <= rise);
+        from = f.point;
+        if done {
+            return Some(from.theta);
+        }
+        if trial + 1 < TRIALS {
+            // chi^2 rises by the square of the distance, nearly
+            value = centre + (value - centre) * (rise / risen.max(0.04 * rise)).sqrt().clamp(0.3, 4.0);
+        }
+    }
+    Some(from.theta)
+}

@@ -1,0 +1,29 @@
+//! Diagnosis: where the simulation misses the recordings, which physics is missing, and how much better it fits.
+
+pub mod acts;
+pub mod alarm;
+pub mod answer;
+pub mod bias;
+pub mod bootstrap;
+pub mod candidate;
+pub mod case;
+pub mod decide;
+pub mod element;
+pub mod expand;
+pub mod experiment;
+pub mod fit_out;
+pub mod heldout;
+mod impulse;
+pub mod intervals;
+pub mod latent;
+pub mod map;
+pub mod plausible;
+mod ring;
+pub mod rivals;
+pub mod run;
+pub mod search;
+pub mod second;
+pub mod sensors;
+pub mod sift;
+pub mod unclipped;
+mod weigh;

@@ -1,0 +1,260 @@
+//! Whether channels and speeds agree at all: a wrong unit is no physics, nor are two campaigns in one folder.
+
+use estimate::prepare::{median, Invalid};
+use estimate::problem::{Data, Record};
+use nalgebra::{DMatrix, DVector};
+use record::{Campaign, Kind};
+
+/// Factor beyond which two measurements of one thing are in different units: the smallest step between neighbouring
+/// SI prefixes is 1000, g and m/s^2 differ by 9.8, mm and cm by 10.
+const APART: f64 = 6.0;
+
+fn refused(file: &str, what: String, cure: &str) -> Invalid {
+    Invalid(format!("{file}: {what}; {cure}"))
+}
+
+/// Checks force against mass times acceleration and against a calibrated simulation, what the push adds up to against
+/// the speed of the impact, and that the recordings are of one campaign.
+///
+/// # Errors
+/// Names the recording, what disagrees and by what factor, and the cure.
+pub fn check(c: &Campaign, data: &Data) -> Result<(), Invalid> {
+    against_given(c, data)?;
+    if c.kind == Kind::Indentation {
+        return one_campaign(c, data);
+    }
+    for rec in &data.records {
+        let n = rec.setup.time.len();
+        let quiet = (n / 20).max(4);
+        let centred = |y: &[f64]| -> Vec<f64> {
+            let mut start = y[..quiet].to_vec();
+            start.sort_by(f64::total_cmp);
+            y.iter().map(|v| v - start[quiet / 2]).collect()
+        };
+        if let (Some(f), Some(a)) = (&rec.y[0], &rec.y[1]) {
+            let (f, a) = (centred(f), centred(a));
+            let mut sorted = f.clone();
+            sorted.sort_by(f64::total_cmp);
+            // the middle of the ratios while the push is strong: a spike does not move it
+            let strong = 0.3 * sorted[n - 1 - n / 100];
+            let mut ratios: Vec<f64> = f
+                .iter()
+                .zip(&a)
+                .filter(|(f, _)| **f > strong)
+                .map(|(f, a)| f / (-data.mass * a))
+                .filter(|q| q.is_finite())
+                .collect();
+            ratios.sort_by(f64::total_cmp);
+            if ratios.len() >= 5 {
+                let ratio = ratios[ratios.len() / 2];
+                if ratio < 0.0 && ratios[ratios.len() * 9 / 10] < 0.0 {
+                    return Err(refused(
+                        &rec.file,
+                        "acceleration is positive while the stop pushes back".into(),
+                        "turn the sign of acceleration (negative while the stop pushes) or of force",
+                    ));
+                }
+                if ratio > 0.0 && !(1.0 / APART..=APART).contains(&ratio) {
+                    return Err(refused(
+                        &rec.file,
+                        format!("force is {ratio:.3e} times mass times acceleration"),
+                        "correct the unit of force or acceleration in its header, or moving_mass (kg) in campaign.toml",
+                    ));
+                }
+            }
+        }
+        let Some((v, _)) = rec.speed else { continue };
+        if let Some(x) = &rec.y[2] {
+            // from the start to 0.8 of the deepest point the body covers that distance at most at impact speed
+            let deep = x.iter().cloned().fold(f64::MIN, f64::max);
+            let reach = x[0] + 0.8 * (deep - x[0]);
+            if let Some(i) = x.iter().position(|x| *x >= reach) {
+                let t = rec.setup.time[i] - rec.setup.time[0];
+                let ratio = (x[i] - x[0]) / (v * t).max(1e-300);
+                if i > 4 && !(1.0 / (3.0 * APART)..=APART).contains(&ratio) {
+                    return Err(refused(
+                        &rec.file,
+                        format!("penetration moves {ratio:.3e} times as fast as the speed given, {v} m/s"),
+                        "correct the unit of penetration or time in its header, or the speed (m/s) in campaign.toml",
+                    ));
+                }
+            }
+        }
+        let push = match (&rec.y[1], &rec.y[0]) {
+            (Some(a), _) => Some(("acceleration", -data.mass, a)),
+            (None, Some(f)) => Some(("force", 1.0, f)),
+            _ => None,
+        };
+        if let Some((what, mass, y)) = push {
+            let dt = (rec.setup.time[n - 1] - rec.setup.time[0]) / (n - 1) as f64;
+            let (mut speed, mut most): (f64, f64) = (0.0, 0.0);
+            for u in centred(y) {
+                speed += mass * u / data.mass * dt;
+                most = most.max(speed);
+            }
+            let ratio = most / v.max(1e-300);
+            if !(0.1 / APART..=2.0 * APART).contains(&ratio) {
+                return Err(refused(
+                    &rec.file,
+                    format!("{what} adds up to {ratio:.3e} times the speed given, {v} m/s"),
+                    &format!(
+                        "correct the unit of {what} or time in its header, moving_mass (kg) or the speed (m/s) in \
+                         campaign.toml, or leave a recording without an impact out"
+                    ),
+                ));
+            }
+        }
+    }
+    one_campaign(c, data)
+}
+
+/// Force against what the simulation as given makes of the penetration.
+fn against_given(c: &Campaign, data: &Data) -> Result<(), Invalid> {
+    let (Some(k), Some(p)) = (c.simulation.k, c.simulation.p) else { return Ok(()) };
+    let ratio = |rec: &Record| -> Option<f64> {
+        let (f, x) = (rec.y[0].as_ref()?, rec.y[2].as_ref()?);
+        let deep = x.iter().cloned().fold(f64::MIN, f64::max);
+        let ratios = f.iter().zip(x).filter(|(_, x)| **x > 0.7 * deep).map(|(f, x)| f / (k * x.powf(p)));
+        let ratios: Vec<f64> = ratios.filter(|r| r.is_finite()).collect();
+        (ratios.len() >= 5).then(|| median(ratios))
+    };
+    let told: Vec<(&Record, f64)> = data.records.iter().filter_map(|r| Some((r, ratio(r)?))).collect();
+    let Some(i) = wrong_unit(&told.iter().map(|(r, q)| (r.level, *q)).collect::<Vec<_>>()) else { return Ok(()) };
+    let (rec, ratio) = told[i];
+    Err(refused(
+        &rec.file,
+        format!("force is {ratio:.3e} times the k x^p of [simulation]"),
+        "correct the unit of force or penetration in its header, or k (N/m^p) and p in campaign.toml; without k and p the \
+         simulation counts as not calibrated yet",
+    ))
+}
+
+/// The first of (level, force over the given simulation's) that a wrong unit must have made: far off where the campaign
+/// as a whole is, or where others of its level are not. Some levels alone are off where the given law is a bad one.
+fn wrong_unit(told: &[(usize, f64)]) -> Option<usize> {
+    let off = |ratio: f64| !(1.0 / GIVEN..=GIVEN).contains(&ratio);
+    let all_off = !told.is_empty() && off(median(told.iter().map(|t| t.1).collect()));
+    let mate_fine = |level: usize| told.iter().any(|(l, q)| *l == level && !off(*q));
+    told.iter().position(|(level, ratio)| off(*ratio) && (all_off || mate_fine(*level)))
+}
+
+/// Factor between force and a calibrated k x^p that no physics left out makes.
+const GIVEN: f64 = 100.0;
+/// Natural logarithm of the factor by which the peaks of two sets have to differ before they count as two.
+const SETS_APART: f64 = 0.25;
+
+/// Refuses recordings that fall into two sets: at the same speed, preload or depth their peaks differ by a factor
+/// while within a set they agree. Nothing that happens to one contact does that.
+fn one_campaign(c: &Campaign, data: &Data) -> Result<(), Invalid> {
+    let mut points: Vec<(f64, f64, &str)> = Vec::new();
+    for (rec, r) in data.records.iter().zip(&c.recordings) {
+        let drive = match c.kind {
+            Kind::DropTest => rec.speed.map(|v| v.0),
+            Kind::ContactorOpening => r.spring_preload,
+            Kind::Indentation => rec.y[2].as_ref().map(|x| x.iter().cloned().fold(f64::MIN, f64::max)),
+        };
+        let peak = match (&rec.y[0], &rec.y[1]) {
+            (Some(f), _) => f.iter().cloned().fold(f64::MIN, f64::max),
+            (None, Some(a)) => data.mass * a.iter().fold(f64::MIN, |m, a| m.max(-a)),
+            _ => continue,
+        };
+        if let Some(d) = drive.filter(|d| *d > 0.0 && peak > 0.0) {
+            points.push((d.ln(), peak.ln(), &rec.file));
+        }
+    }
+    let Some((groups, factor)) = two_sets(&points.iter().map(|p| (p.0, p.1)).collect::<Vec<_>>()) else {
+        return Ok(());
+    };
+    let list = |which: bool| -> String {
+        let names: Vec<&str> = points.iter().zip(&groups).filter(|(_, g)| **g == which).map(|(p, _)| p.2).collect();
+        match names.len() {
+            0..=3 => names.join(", "),
+            n => format!("{}, {} and {} more", names[0], names[1], n - 2),
+        }
+    };
+    Err(Invalid(format!(
+        "the recordings fall into two sets, {} and {}: driven alike, their peaks differ by a factor of {factor:.2}; put \
+         two campaigns in two folders, correct the units of one set, or leave it out",
+        list(false),
+        list(true)
+    )))
+}
+
+/// Membership in the upper of two parallel lines, and the factor between them, where two lines explain
+/// (ln drive, ln peak) and one parabola does not.
+fn two_sets(points: &[(f64, f64)]) -> Option<(Vec<bool>, f64)> {
+    let n = points.len();
+    if n < 6 {
+        return None;
+    }
+    let mean = points.iter().map(|p| p.0).sum::<f64>() / n as f64;
+    // least squares on 1, x, x^2 and, with groups, membership; the residuals and the last coefficient
+    let fit = |groups: Option<&[bool]>| -> Option<(Vec<f64>, f64)> {
+        let spread = points.iter().map(|p| (p.0 - mean).abs()).fold(0.0, f64::max);
+        let powers = if spread < 1e-6 { 1 } else { 3 };
+        let m = powers + usize::from(groups.is_some());
+        let a = DMatrix::from_fn(n, m, |i, j| match (j < powers, groups) {
+            (true, _) => ((points[i].0 - mean) / spread.max(1e-6)).powi(j as i32),
+            (false, Some(g)) => f64::from(u8::from(g[i])),
+            _ => 0.0,
+        });
+        let y = DVector::from_fn(n, |i, _| points[i].1);
+        let x = a.clone().svd(true, true).solve(&y, 1e-9).ok()?;
+        Some(((&y - a * &x).iter().cloned().collect(), x[m - 1]))
+    };
+    let rms = |r: &[f64]| (r.iter().map(|v| v * v).sum::<f64>() / n as f64).sqrt();
+    let (single, _) = fit(None)?;
+    if rms(&single) < 0.1 {
+        return None;
+    }
+    // above and below the one curve, then by the nearer of the two lines until nothing moves
+    let mut groups: Vec<bool> = single.iter().map(|r| *r > 0.0).collect();
+    let mut last = fit(Some(&groups))?;
+    for _ in 0..20 {
+        let (residual, step) = &last;
+        let next: Vec<bool> = (0..n)
+            .map(|i| {
+                let low = residual[i] + if groups[i] { *step } else { 0.0 };
+                (low - step).abs() < low.abs()
+            })
+            .collect();
+        if next == groups {
+            break;
+        }
+        groups = next;
+        last = fit(Some(&groups))?;
+    }
+    let (residual, step) = last;
+    let members = groups.iter().filter(|g| **g).count();
+    let both = members >= 2 && n - members >= 2;
+    (both && step.abs() > SETS_APART && rms(&residual) < 0.2 * rms(&single)).then(|| (groups, step.abs().exp()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_unit_is_off_everywhere_or_among_its_like_a_bad_law_at_some_levels() {
+        assert_eq!(wrong_unit(&[(0, 2e3), (0, 1.5e3), (1, 1.1e3)]), Some(0));
+        assert_eq!(wrong_unit(&[(0, 1.2), (0, 1.1e3), (1, 0.9)]), Some(1));
+        assert_eq!(wrong_unit(&[(0, 130.0), (0, 140.0), (1, 12.0), (1, 11.0), (2, 1.5), (2, 1.6)]), None);
+        assert_eq!(wrong_unit(&[]), None);
+    }
+
+    #[test]
+    fn two_parallel_lines_are_two_sets_and_one_bent_line_is_one() {
+        let line = |i: usize, shift: f64| {
+            let x = 0.3 * (i / 2) as f64;
+            (x, 1.2 * x + 0.05 * x * x + shift + 0.004 * ((i * 7919) % 13) as f64)
+        };
+        let one: Vec<(f64, f64)> = (0..10).map(|i| line(i, 0.0)).collect();
+        assert_eq!(two_sets(&one), None);
+        let bent: Vec<(f64, f64)> = one.iter().map(|(x, y)| (*x, y + if *x > 0.8 { x - 0.8 } else { 0.0 })).collect();
+        assert_eq!(two_sets(&bent), None);
+        let both: Vec<(f64, f64)> = one.iter().copied().chain((0..8).map(|i| line(i, 0.7))).collect();
+        let (groups, factor) = two_sets(&both).unwrap();
+        assert!(groups[..10].iter().all(|g| !g) && groups[10..].iter().all(|g| *g));
+        assert!((factor.ln() - 0.7).abs() < 0.02, "{factor}");
+    }
+}

@@ -1,0 +1,314 @@
+//! What an estimation leaves behind: fit.json, certificate.json and report.html.
+
+use super::case::{Case, Estimate, Interval, Method, CLOSE};
+use super::levels::{name as name_of, nrmse, Level, Readings};
+use chart::{Chart, Page, Style};
+use record::{Campaign, Channel, Kind};
+use serde_json::{json, Map, Value};
+use std::path::Path;
+
+/// Everything the files show.
+pub struct Answer<'a, 'b> {
+    pub campaign: &'a Campaign,
+    pub case: &'a Case<'b>,
+    pub estimate: &'a Estimate,
+    /// Readings at the start and at the end.
+    pub initial: Readings,
+    pub last: Readings,
+    pub levels: Vec<Level>,
+}
+
+const LAW: [(&str, &str); 3] = [("k", "N/m^p"), ("p", "1"), ("mu_d", "N s/m^(p+1)")];
+
+/// What is not finite becomes null in JSON anyway; said here so that it is meant.
+fn bounds(i: &Interval) -> Value {
+    if i.low.is_finite() && i.high.is_finite() {
+        json!([i.low, i.high])
+    } else {
+        Value::Null
+    }
+}
+
+impl Answer<'_, '_> {
+    /// fit.json: k N/m^p, p, mu_d N s/m^(p+1); an interval that is not finite is null.
+    pub fn json(&self) -> Value {
+        let e = self.estimate;
+        let data = self.case.data;
+        let law = e.law(self.case);
+        let (mut parameters, mut ci) = (Map::new(), Map::new());
+        for ((name, _), i) in LAW.iter().zip(&law) {
+            parameters.insert(name.to_string(), json!(i.value));
+            ci.insert(name.to_string(), bounds(i));
+        }
+        let mut shares = Map::new();
+        for (r, rec) in data.records.iter().enumerate() {
+            let mut of = Map::new();
+            for c in data.compared(r) {
+                let share = rec.y[c.index()].as_ref().and_then(|m| nrmse(m, &self.last[r][c.index()]));
+                of.insert(c.name().into(), json!(share));
+            }
+            shares.insert(rec.file.clone(), Value::Object(of));
+        }
+        json!({
+            "parameters": parameters,
+            "ci95": ci,
+            "converged": e.converged,
+            "iterations": e.iterations,
+            "objective": e.objective,
+            "nrmse": shares,
+        })
+    }
+
+    /// certificate.json: why the answer may be believed or not, the terms beyond the law, and each level.
+    pub fn certificate(&self) -> Value {
+        let e = self.estimate;
+        let terms: Map<String, Value> = e
+            .terms(self.case)
+            .into_iter()
+            .map(|(name, unit, i)| (name, json!({"value": i.value, "unit": unit, "ci95": bounds(&i)})))
+            .collect();
+        let reference = e.reference_force();
+        json!({
+            "campaign": self.campaign.folder,
+            "method": match e.method { Method::Simplex => "simplex", Method::LevenbergMarquardt => "lm" },
+            "converged": e.converged,
+            "stopped": e.stopped,
+            "held": if self.case.hysteresis { vec![] } else { vec!["mu_d"] },
+            "at_bounds": e.bounds,
+            "terms": terms,
+            "reference": {"depth": self.case.data.scales.x_ref, "force": reference.value, "ci95": bounds(&reference)},
+            "gradient_in_standard_errors": e.gradient,
+            "least_rise_when_probed": e.rise,
+            "variance_widened_by": e.widening,
+            "starts": e.runs.iter().map(|r| json!({
+                "origin": r.origin, "objective_first": r.first, "objective_last": r.last,
+                "iterations": r.iterations, "distance_in_standard_errors": r.distance,
+            })).collect::<Vec<_>>(),
+            "levels": self.levels.iter().map(|l| json!({
+                "level": l.text, "recordings": l.recordings,
+                "nrmse": by_channel(&l.nrmse), "rms_over_noise": by_channel(&l.noises), "peak_error": by_channel(&l.peak),
+                "alone": l.alone.map(|a| json!({"force_at_reference_depth": a.0, "p": a.1, "nrmse": a.2})),
+            })).collect::<Vec<_>>(),
+        })
+    }
+
+    /// The sentence to take away.
+    pub fn sentence(&self) -> String {
+        let e = self.estimate;
+        let [k, p, mu] = e.law(self.case).map(|i| i.value);
+        let end = match (e.converged, e.stopped) {
+            (true, _) => format!("converged after {} iterations", e.iterations),
+            (_, Some(why)) => format!("not converged: {why} after {} iterations", e.iterations),
+            _ => format!("not converged after {} iterations: see the certificate", e.iterations),
+        };
+        format!(
+            "k = {k:.4e} N/m^p, p = {p:.4}, mu_d = {mu:.4e} N s/m^(p+1); misfit {:.2} % of range; {end}.",
+            100.0 * self.misfit()
+        )
+    }
+
+    /// How far the law is from each level, a line each.
+    pub fn by_level(&self) -> String {
+        let mut out = String::new();
+        for l in &self.levels {
+            out += &format!("level {}:", l.text);
+            for c in self.channels() {
+                let i = c.index();
+                if let (Some(n), Some(s), Some(p)) = (l.nrmse[i], l.noises[i], l.peak[i]) {
+                    out += &format!(
+                        " {} off by {:.2} % of range ({s:.1} noise), peak by {:+.2} %;",
+                        c.name(),
+                        100.0 * n,
+                        100.0 * p
+                    );
+                }
+            }
+            if let Some((_, p, m)) = l.alone {
+                out += &format!(" alone {:.2} % with p = {p:.3}", 100.0 * m);
+            }
+            out = out.trim_end_matches(';').to_string() + "\n";
+        }
+        out
+    }
+
+    /// Mean nrmse over recordings and channels.
+    pub fn misfit(&self) -> f64 {
+        let data = self.case.data;
+        let all: Vec<f64> = (0..data.records.len())
+            .flat_map(|r| {
+                data.compared(r).filter_map(move |c| {
+                    data.records[r].y[c.index()].as_ref().and_then(|m| nrmse(m, &self.last[r][c.index()]))
+                })
+            })
+            .collect();
+        all.iter().sum::<f64>() / all.len().max(1) as f64
+    }
+
+    /// report.html.
+    pub fn page(&self) -> String {
+        let e = self.estimate;
+        let data = self.case.data;
+        let row = |name: &str, unit: &str, i: &Interval, first: String| {
+            vec![
+                name.to_string(),
+                unit.to_string(),
+                first,
+                format!("{:.5e}", i.value),
+                format!("{:.5e} to {:.5e}", i.low, i.high),
+            ]
+        };
+        let first = Estimate::law_at(self.case, &e.start.theta);
+        let mut rows: Vec<Vec<String>> = LAW
+            .iter()
+            .zip(&e.law(self.case))
+            .zip(first)
+            .filter(|((l, _), _)| l.0 != "mu_d" || self.case.hysteresis)
+            .map(|(((name, unit), i), f)| row(name, unit, i, format!("{f:.5e}")))
+            .collect();
+        let r = e.reference_force();
+        rows.push(row(
+            &format!("force at {:.3e} m", data.scales.x_ref),
+            "N",
+            &r,
+            format!("{:.5e}", e.start.theta[0].exp()),
+        ));
+        for (name, unit, i) in e.terms(self.case) {
+            rows.push(row(&name, unit, &i, String::new()));
+        }
+        let runs: Vec<Vec<String>> = e
+            .runs
+            .iter()
+            .map(|r| {
+                let far = if r.distance.is_nan() { "not followed".into() } else { format!("{:.3}", r.distance) };
+                vec![
+                    r.origin.into(),
+                    format!("{:.6e}", r.first),
+                    format!("{:.6e}", r.last),
+                    r.iterations.to_string(),
+                    far,
+                ]
+            })
+            .collect();
+        let n: Vec<f64> = (0..e.objective.len()).map(|i| i as f64).collect();
+        let fall: Vec<f64> = e.objective.iter().map(|v| v.log10()).collect();
+        let chart = Chart::new("Objective by iteration", "iteration", "log10 of the objective");
+        let mut page = Page::new(&format!("Fit of {}", self.campaign.name))
+            .sentence(&self.sentence())
+            .table(&["parameter", "unit", "start", "estimate", "95 % interval"], &rows)
+            .section("Initial and final curves")
+            .paragraph("One recording a level. Grey: measured. Red: the start. Blue: the estimate.");
+        for (svg, caption) in self.curves() {
+            page = page.figure(&svg, &caption);
+        }
+        page = page
+            .section("Objective by iteration")
+            .figure(&chart.series(name(e.method), &n, &fall, Style::After).svg(), "Sum of squared whitened residuals and priors")
+            .section("Certificate")
+            .paragraph(&format!(
+                "Steps of {CLOSE} standard errors both ways along every principal axis raise the objective by {:.3} or more, in units of the misfit's own wander; a parabola rises by {:.3}. The gradient is {:.3} standard errors long. Variances are widened {:.2} times for a misfit that wanders more than noise. Starts:",
+                e.rise, CLOSE * CLOSE, e.gradient, e.widening
+            ))
+            .paragraph(&if e.bounds.is_empty() {
+                "No parameter rests at a bound.".to_string()
+            } else {
+                format!("At a bound, so that its interval has one side only: {}.", e.bounds.join(", "))
+            })
+            .table(&["start", "objective, first", "objective, last", "iterations", "distance, standard errors"], &runs)
+            .section("Level by level: how far the law alone is")
+            .paragraph("Misfit: rms over range, in brackets in standard deviations of the noise. Peak: simulated over measured, less 1. The last columns hold the law fitted to the level alone: where they drift from level to level, the law lacks something.")
+            .table(&self.level_head(), &self.level_rows());
+        page.html()
+    }
+
+    /// Writes the files to `dir`, fit.json last.
+    ///
+    /// # Errors
+    /// As the file system gives them.
+    pub fn write(&self, dir: &Path) -> std::io::Result<()> {
+        let text =
+            |v: &Value| Ok::<_, std::io::Error>(serde_json::to_string_pretty(v).map_err(std::io::Error::other)? + "\n");
+        output::write(&dir.join("report.html"), self.page().as_bytes())?;
+        output::write(&dir.join("certificate.json"), text(&self.certificate())?.as_bytes())?;
+        output::write(&dir.join("fit.json"), text(&self.json())?.as_bytes())
+    }
+
+    fn channels(&self) -> Vec<Channel> {
+        Channel::ALL.into_iter().filter(|c| self.levels.iter().any(|l| l.nrmse[c.index()].is_some())).collect()
+    }
+
+    fn level_head(&self) -> Vec<&'static str> {
+        let mut head = vec!["level", "recordings"];
+        for c in self.channels() {
+            head.push(c.name());
+            head.push("peak");
+        }
+        head.extend(["alone: force at reference depth, N", "alone: p", "alone: misfit"]);
+        head
+    }
+
+    fn level_rows(&self) -> Vec<Vec<String>> {
+        let percent = |v: Option<f64>| v.map_or(String::from("-"), |v| format!("{:.2} %", 100.0 * v));
+        self.levels
+            .iter()
+            .map(|l| {
+                let mut row = vec![l.text.clone(), l.recordings.to_string()];
+                for c in self.channels() {
+                    let i = c.index();
+                    let noises = l.noises[i].map_or(String::from("-"), |v| format!("{v:.1}"));
+                    row.push(format!("{} ({noises})", percent(l.nrmse[i])));
+                    row.push(percent(l.peak[i]));
+                }
+                match l.alone {
+                    Some((f, p, m)) => row.extend([format!("{f:.4e}"), format!("{p:.3}"), percent(Some(m))]),
+                    None => row.extend(["-".into(), "-".into(), "-".into()]),
+                }
+                row
+            })
+            .collect()
+    }
+
+    /// (SVG, caption): the first recording of every level, each channel; an indentation against its depth.
+    fn curves(&self) -> Vec<(String, String)> {
+        let data = self.case.data;
+        let mut seen = Vec::new();
+        let mut out = Vec::new();
+        for (r, rec) in data.records.iter().enumerate() {
+            if seen.contains(&rec.level) || seen.len() >= MOST_LEVELS {
+                continue;
+            }
+            seen.push(rec.level);
+            let level = name_of(self.campaign, rec.level);
+            for c in data.compared(r) {
+                let i = c.index();
+                let Some(y) = &rec.y[i] else { continue };
+                let indentation = data.kind == Kind::Indentation;
+                let (x, axis) =
+                    if indentation { (&rec.setup.imposed, "penetration [m]") } else { (&rec.setup.time, "time [s]") };
+                let unit = ["force [N]", "acceleration [m/s^2]", "penetration [m]"][i];
+                let mut chart = Chart::new(&rec.file, axis, unit).series("measured", x, y, Style::Measured);
+                if !self.initial[r][i].is_empty() {
+                    chart = chart.series("initial", x, &self.initial[r][i], Style::Before);
+                }
+                if !self.last[r][i].is_empty() {
+                    chart = chart.series("final", x, &self.last[r][i], Style::After);
+                }
+                out.push((chart.svg(), format!("{}, level {level}", c.name())));
+            }
+        }
+        out
+    }
+}
+
+/// Levels drawn at most.
+const MOST_LEVELS: usize = 8;
+
+fn name(m: Method) -> &'static str {
+    match m {
+        Method::Simplex => "simplex",
+        Method::LevenbergMarquardt => "Levenberg-Marquardt",
+    }
+}
+
+fn by_channel(v: &[Option<f64>; 3]) -> Value {
+    Value::Object(Channel::ALL.iter().filter_map(|c| v[c.index()].map(|x| (c.name().to_string(), json!(x)))).collect())
+}

@@ -1,0 +1,201 @@
+//! What an estimation starts from: recordings, their noise and scales, and the nuisances each carries.
+
+pub use mechanisms::mechanism::{Parameter, Scales};
+use plant::noise::Noise;
+use plant::simulate::{Local, Setup, COARSE};
+use record::{Channel, Kind};
+
+/// One recording ready for estimation.
+#[derive(Clone, Debug)]
+pub struct Record {
+    pub setup: Setup,
+    pub file: String,
+    pub level: usize,
+    /// SI readings by channel.
+    pub y: [Option<Vec<f64>>; 3],
+    /// Weight of each sample (noise sigma over local sigma; 0: left out), by channel.
+    pub weight: [Vec<f64>; 3],
+    /// Speed and its std, m/s; at the first sample where `at_first`.
+    pub speed: Option<(f64, f64)>,
+    pub at_first: bool,
+    /// Instant of touch (release for a contactor) guessed from the data, s.
+    pub start: f64,
+}
+
+/// A campaign ready for estimation.
+#[derive(Clone, Debug)]
+pub struct Data {
+    pub kind: Kind,
+    pub mass: f64,
+    pub records: Vec<Record>,
+    pub noise: [Noise; 3],
+    pub scales: Scales,
+    /// Range of each channel over the campaign.
+    pub range: [f64; 3],
+    /// Standard deviation of ln stiffness between repeats.
+    pub repeat_scatter: f64,
+}
+
+/// Name of the parameter ln F_ref, the force at the reference depth: what scales every recording's stiffness.
+pub const STIFFNESS_SCALE: &str = "ln F_ref";
+
+/// Names the nuisances of a recording, in the order of its vector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Nuisance {
+    Start,
+    Speed,
+    Stiffness,
+    Zero(Channel),
+    Offset,
+}
+
+impl Data {
+    /// The nuisances of every recording of this campaign.
+    pub fn nuisances(&self) -> Vec<Nuisance> {
+        let mut v = match self.kind {
+            Kind::DropTest => vec![Nuisance::Start, Nuisance::Speed, Nuisance::Stiffness],
+            Kind::ContactorOpening => vec![Nuisance::Start, Nuisance::Stiffness],
+            Kind::Indentation => vec![Nuisance::Stiffness, Nuisance::Offset],
+        };
+        for c in Channel::ALL {
+            if self.has(c) && !(self.kind == Kind::Indentation && c == Channel::Penetration) {
+                v.push(Nuisance::Zero(c));
+            }
+        }
+        v
+    }
+
+    /// Whether any recording has the channel.
+    pub fn has(&self, c: Channel) -> bool {
+        self.records.iter().any(|r| r.y[c.index()].is_some())
+    }
+
+    /// Channels that the fit compares, in order.
+    pub fn compared(&self, r: usize) -> impl Iterator<Item = Channel> + '_ {
+        let indentation = self.kind == Kind::Indentation;
+        Channel::ALL
+            .into_iter()
+            .filter(move |c| self.records[r].y[c.index()].is_some() && !(indentation && *c == Channel::Penetration))
+    }
+
+    /// (mean, std) of a nuisance of a recording, where it has one.
+    pub fn prior(&self, r: usize, n: Nuisance) -> Option<(f64, f64)> {
+        match n {
+            Nuisance::Start => None,
+            Nuisance::Speed => self.records[r].speed.filter(|_| !self.records[r].at_first),
+            Nuisance::Stiffness => Some((0.0, self.repeat_scatter)),
+            Nuisance::Zero(Channel::Penetration) => Some((0.0, (5e-6_f64).min(0.05 * self.range[2]))),
+            Nuisance::Zero(c) => Some((0.0, 0.0012 * self.range[c.index()])),
+            Nuisance::Offset => Some((0.0, (5e-6_f64).min(0.02 * self.range[2]))),
+        }
+    }
+
+    /// First guess of the nuisances.
+    pub fn local_start(&self, r: usize) -> Vec<f64> {
+        let rec = &self.records[r];
+        self.nuisances()
+            .into_iter()
+            .map(|n| match n {
+                Nuisance::Start => rec.start,
+                Nuisance::Speed => rec.speed.map_or(self.scales.speed, |s| s.0),
+                _ => 0.0,
+            })
+            .collect()
+    }
+
+    pub(super) fn local_step(&self, n: Nuisance) -> f64 {
+        match n {
+            Nuisance::Start => 2e-3 * self.scales.duration,
+            Nuisance::Speed => 1e-3 * self.scales.speed,
+            Nuisance::Stiffness => 2e-3,
+            Nuisance::Zero(c) => 1e-3 * self.range[c.index()],
+            Nuisance::Offset => 1e-3 * self.scales.depth,
+        }
+    }
+
+    /// The same with coarser integration, for sifting. Bounces grow what a step leaves: there it stays as it is.
+    pub fn coarse(&self) -> Data {
+        let mut d = self.clone();
+        if self.kind != Kind::ContactorOpening {
+            d.records.iter_mut().for_each(|r| r.setup.tolerance = COARSE);
+        }
+        d
+    }
+
+    /// Keeps only the recordings whose index `keep` accepts.
+    pub fn subset(&self, keep: impl Fn(usize) -> bool) -> Data {
+        let mut d = self.clone();
+        let mut i = 0;
+        d.records.retain(|_| {
+            i += 1;
+            keep(i - 1)
+        });
+        d
+    }
+
+    /// `e` of a channel of recording `r`, weighted and whitened by its noise.
+    pub fn whitened(&self, r: usize, c: Channel, e: &[f64]) -> Vec<f64> {
+        let i = c.index();
+        let weighted: Vec<f64> = e.iter().zip(&self.records[r].weight[i]).map(|(e, w)| e * w).collect();
+        let mut out = vec![0.0; e.len()];
+        self.noise[i].whiten(&weighted, &mut out);
+        out
+    }
+
+    /// One recording of the force alone, of a body of `mass` kg, in white noise; scales of its setup and of `force` N.
+    pub fn of_force(setup: Setup, mass: f64, force: f64, y: Vec<f64>) -> Data {
+        let (n, dt) = (y.len(), setup.time[1] - setup.time[0]);
+        let scales = Scales {
+            force,
+            depth: setup.depth,
+            speed: setup.speed,
+            duration: setup.duration,
+            mass,
+            length: n as f64 * dt,
+            dt,
+            x_ref: 0.6 * setup.depth,
+            v_ref: setup.speed,
+            orders: 1.0,
+            peak: force,
+        };
+        let kind = setup.kind;
+        let record = Record {
+            setup,
+            file: "r01.csv".into(),
+            level: 0,
+            y: [Some(y), None, None],
+            weight: [vec![1.0; n], vec![1.0; n], vec![1.0; n]],
+            speed: None,
+            at_first: false,
+            start: 0.0,
+        };
+        Data {
+            kind,
+            mass,
+            records: vec![record],
+            noise: [Noise::white(1.0); 3],
+            scales,
+            range: [force, 0.0, 0.0],
+            repeat_scatter: 0.006,
+        }
+    }
+
+    /// Samples compared in all.
+    pub fn samples(&self) -> usize {
+        (0..self.records.len()).map(|r| self.compared(r).map(|_| self.records[r].setup.time.len()).sum::<usize>()).sum()
+    }
+}
+
+pub(super) fn local_of(nuisances: &[Nuisance], v: &[f64]) -> Local {
+    let mut l = Local { start: 0.0, speed: 0.0, stiffness: 0.0, offset: 0.0 };
+    for (n, x) in nuisances.iter().zip(v) {
+        match n {
+            Nuisance::Start => l.start = *x,
+            Nuisance::Speed => l.speed = *x,
+            Nuisance::Stiffness => l.stiffness = *x,
+            Nuisance::Offset => l.offset = *x,
+            Nuisance::Zero(_) => {}
+        }
+    }
+    l
+}

@@ -1,0 +1,436 @@
+//! A fit linearised: sensitivities, covariance, and scores of what the fit does not hold.
+
+use super::fit::Part;
+use super::{Nuisance, Point, Problem, STIFFNESS_SCALE};
+use mechanisms::physics::Physics;
+use nalgebra::{DMatrix, DVector};
+use plant::chain::readings;
+use plant::kernels::{add_scaled, dot, dots};
+use plant::simulate::{simulate, Local};
+use rayon::prelude::*;
+
+/// Linearisation of a fit: whitened residuals and their sensitivities, recording by recording.
+pub struct Linear {
+    pub blocks: Vec<Block>,
+    /// Cholesky of the reduced normal matrix of the globals.
+    reduced: Option<nalgebra::Cholesky<f64, nalgebra::Dyn>>,
+}
+
+/// One recording's part.
+pub struct Block {
+    pub residual: Vec<f64>,
+    /// Whitened sensitivities: globals first, then locals.
+    pub columns: Vec<Vec<f64>>,
+    /// Readings without the channels' zeros.
+    bare: [Vec<f64>; 3],
+    local: Option<nalgebra::Cholesky<f64, nalgebra::Dyn>>,
+    cross: DMatrix<f64>,
+}
+
+/// Change of a channel's readings over them (root mean squares) up to which a step's difference is a sensitivity; the
+/// change that a shorter step aims at, and the least share of a step that it is.
+const STRAIGHT: f64 = 0.03;
+const AIMED: f64 = 0.01;
+const SHORTEST: f64 = 1e-3;
+
+impl Problem<'_> {
+    /// Residual and sensitivities of recording `r` at a point, by differences; inactive globals have none.
+    pub(super) fn part(&self, point: &Point, r: usize, active: &[bool]) -> Option<Part> {
+        let data = self.data;
+        let rec = &data.records[r];
+        let ps = &self.model.parameters;
+        let (g, l) = (ps.len(), self.nuisances.len());
+        let local = &point.locals[r];
+        let phys = self.physics(&point.theta);
+        let lo = self.local(local);
+        let trace = simulate(&phys, &rec.setup, &lo);
+        if !trace.ok {
+            return None;
+        }
+        let bare = readings(&phys, &trace, &rec.setup.time);
+        let mut y = bare.clone();
+        self.add_zeros(&mut y, local);
+        let mut residual = Vec::new();
+        self.whiten_into(r, &y, Some(&rec.y), &mut residual);
+        let mut columns = vec![Vec::new(); g + l];
+        let mut first = vec![0.0; g + l];
+        // sensitivity of the speed at the first sample, and how far the step has changed the readings
+        let difference = |phys: &Physics,
+                          lo: &Local,
+                          zeros: &[f64],
+                          again: bool,
+                          h: f64,
+                          col: &mut Vec<f64>|
+         -> Option<(f64, f64)> {
+            let t2;
+            let t = if again {
+                t2 = simulate(phys, &rec.setup, lo);
+                if !t2.ok {
+                    return None;
+                }
+                &t2
+            } else {
+                &trace
+            };
+            let mut z = readings(phys, t, &rec.setup.time);
+            self.add_zeros(&mut z, zeros);
+            let mut largest = 0.0f64;
+            for c in 0..3 {
+                let (mut change, mut all) = (0.0, 0.0);
+                for (a, b) in z[c].iter_mut().zip(&y[c]) {
+                    let d = *a - b;
+                    change += d * d;
+                    all += b * b;
+                    *a = d / h;
+                }
+                largest = largest.max(change / all.max(f64::MIN_POSITIVE));
+            }
+            self.whiten_into(r, &z, None, col);
+            Some(((t.first_speed - trace.first_speed) / h, largest.sqrt()))
+        };
+        for j in 0..g {
+            if !active[j] {
+                columns[j] = vec![0.0; residual.len()];
+                continue;
+            }
+            let mut along = |h: f64| {
+                let mut theta = point.theta.clone();
+                theta[j] += h;
+                difference(&self.physics(&theta), &lo, local, ps[j].dynamic, h, &mut columns[j])
+            };
+            let h = if point.theta[j] + ps[j].step > ps[j].upper { -ps[j].step } else { ps[j].step };
+            let (slope, change) = along(h)?;
+            // what shifts an impact by a share of its duration is no tangent any more
+            let shorter = h * (AIMED / change).max(SHORTEST);
+            first[j] = if change > STRAIGHT { along(shorter)?.0 } else { slope };
+        }
+        for (i, n) in self.nuisances.iter().enumerate() {
+            if let Some(j) = self.twin(&point.theta, *n).filter(|j| active[*j]) {
+                (columns[g + i], first[g + i]) = (columns[j].clone(), first[j]);
+                continue;
+            }
+            let h = data.local_step(*n);
+            let mut v = local.clone();
+            v[i] += h;
+            let lo2 = self.local(&v);
+            let again = !matches!(n, Nuisance::Zero(_));
+            first[g + i] = difference(&phys, &lo2, &v, again, h, &mut columns[g + i])?.0;
+        }
+        Some(Part { residual, columns, first, first_speed: trace.first_speed, bare })
+    }
+
+    /// The parameter that does to every recording what nuisance `n` does to its own: the scale of the stiffness, where
+    /// nothing but the hysteresis damping follows it.
+    fn twin(&self, theta: &[f64], n: Nuisance) -> Option<usize> {
+        if n != Nuisance::Stiffness {
+            return None;
+        }
+        let j = self.model.parameters.iter().position(|p| p.name == STIFFNESS_SCALE)?;
+        let before = self.physics(theta);
+        let mut theta = theta.to_vec();
+        theta[j] += self.model.parameters[j].step;
+        let after = self.physics(&theta);
+        let mut scaled = before;
+        scaled.law.stiffness = after.law.stiffness;
+        scaled.law.hysteresis_damping = after.law.hysteresis_damping;
+        let (from, to) = (before.law, after.law);
+        let ratio = from.hysteresis_damping * to.stiffness - to.hysteresis_damping * from.stiffness;
+        let alike = ratio.abs() <= 1e-9 * from.hysteresis_damping * to.stiffness;
+        let others = from.secondary_stiffness != 0.0 || from.relaxation_stiffness != 0.0;
+        (scaled == after && alike && !others).then_some(j)
+    }
+
+    /// Normal matrix and gradient of a part, priors of the recording included.
+    pub(super) fn normal(&self, part: &Part, r: usize, local: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
+        let g = self.model.parameters.len();
+        let m = part.columns.len();
+        let rec = &self.data.records[r];
+        let mut a = DMatrix::zeros(m, m);
+        let mut b = DVector::zeros(m);
+        for i in 0..m {
+            b[i] = dot(&part.columns[i], &part.residual);
+            let mut put = |j: usize, v: f64| {
+                a[(i, j)] = v;
+                a[(j, i)] = v;
+            };
+            let (fours, rest) = part.columns[..=i].as_chunks::<4>();
+            for (q, four) in fours.iter().enumerate() {
+                for (j, v) in dots(&part.columns[i], four).into_iter().enumerate() {
+                    put(4 * q + j, v);
+                }
+            }
+            for (j, column) in rest.iter().enumerate() {
+                put(4 * fours.len() + j, dot(&part.columns[i], column));
+            }
+        }
+        for (i, n) in self.nuisances.iter().enumerate() {
+            if let Some((mean, s)) = self.data.prior(r, *n) {
+                a[(g + i, g + i)] += 1.0 / (s * s);
+                b[g + i] += (mean - local[i]) / (s * s);
+            }
+        }
+        if let (true, Some((mean, s))) = (rec.at_first, rec.speed) {
+            for i in 0..m {
+                b[i] += part.first[i] * (mean - part.first_speed) / (s * s);
+                for j in 0..m {
+                    a[(i, j)] += part.first[i] * part.first[j] / (s * s);
+                }
+            }
+        }
+        (a, b)
+    }
+
+    /// One recording's block at a point, with its normal matrix and gradient.
+    pub(super) fn block(
+        &self,
+        point: &Point,
+        r: usize,
+        active: &[bool],
+    ) -> Option<(Block, DMatrix<f64>, DVector<f64>)> {
+        let part = self.part(point, r, active)?;
+        let (a, b) = self.normal(&part, r, &point.locals[r]);
+        let Part { residual, columns, bare, .. } = part;
+        Some((Block { residual, columns, bare, local: None, cross: DMatrix::zeros(0, 0) }, a, b))
+    }
+
+    /// Linearises at a point.
+    pub fn linearise(&self, point: &Point) -> Option<Linear> {
+        let ps = &self.model.parameters;
+        let (g, l) = (ps.len(), self.nuisances.len());
+        // what sits at a bound has no freedom there
+        let active: Vec<bool> = (0..g).map(|j| point.theta[j] > ps[j].lower && point.theta[j] < ps[j].upper).collect();
+        let mut s = DMatrix::<f64>::zeros(g, g);
+        for (j, p) in ps.iter().enumerate() {
+            if let Some((_, sd)) = p.prior {
+                s[(j, j)] += 1.0 / (sd * sd);
+            }
+            if !active[j] {
+                s[(j, j)] += 1.0;
+            }
+        }
+        let mut blocks = Vec::new();
+        let made: Vec<_> =
+            (0..self.data.records.len()).into_par_iter().map(|r| self.block(point, r, &active)).collect();
+        for made in made {
+            let (mut b, a, _) = made?;
+            let mut c = a.view((g, g), (l, l)).into_owned();
+            for i in 0..l {
+                c[(i, i)] += 1e-12 * (1.0 + a[(g + i, g + i)]);
+            }
+            let bt = a.view((g, 0), (l, g)).into_owned();
+            let ch = c.cholesky()?;
+            s += a.view((0, 0), (g, g)) - bt.transpose() * ch.solve(&bt);
+            b.local = Some(ch);
+            b.cross = bt;
+            blocks.push(b);
+        }
+        for j in 0..g {
+            s[(j, j)] *= 1.0 + 1e-10;
+        }
+        Some(Linear { blocks, reduced: s.cholesky() })
+    }
+
+    /// Covariance of the globals at a point, nuisances eliminated.
+    pub fn covariance(&self, point: &Point) -> Option<DMatrix<f64>> {
+        Some(self.linearise(point)?.reduced?.inverse())
+    }
+
+    /// Whitened change of the readings of every recording when the physics is `change`d by hand, from the point at
+    /// which `linear` was made.
+    pub fn signature(
+        &self,
+        linear: &Linear,
+        point: &Point,
+        change: &dyn Fn(&mut Physics),
+        h: f64,
+    ) -> Option<Vec<Vec<f64>>> {
+        let mut other = self.physics(&point.theta);
+        change(&mut other);
+        let mut out = Vec::new();
+        for (r, rec) in self.data.records.iter().enumerate() {
+            let t = simulate(&other, &rec.setup, &self.local(&point.locals[r]));
+            if !t.ok {
+                return None;
+            }
+            let mut y = readings(&other, &t, &rec.setup.time);
+            for c in 0..3 {
+                for (u, v) in y[c].iter_mut().zip(&linear.blocks[r].bare[c]) {
+                    *u = (*u - v) / h;
+                }
+            }
+            let mut w = Vec::new();
+            self.whiten_into(r, &y, None, &mut w);
+            out.push(w);
+        }
+        Some(out)
+    }
+
+    /// Squared distance of the globals from the optimum in standard errors, as Gauss and Newton's step tells it:
+    /// g' S^-1 g of the gradient with everything of the recordings eliminated. What a bound holds takes no part.
+    ///
+    /// None where the simulation or the normal matrix fails.
+    pub fn decrement(&self, point: &Point) -> Option<f64> {
+        let ps = &self.model.parameters;
+        let (g, l) = (ps.len(), self.nuisances.len());
+        let all = vec![true; g];
+        let mut s = DMatrix::<f64>::zeros(g, g);
+        let mut q = DVector::<f64>::zeros(g);
+        for (j, p) in ps.iter().enumerate() {
+            if let Some((m, sd)) = p.prior {
+                s[(j, j)] += 1.0 / (sd * sd);
+                q[j] += (m - point.theta[j]) / (sd * sd);
+            }
+        }
+        for r in 0..self.data.records.len() {
+            let (_, a, b) = self.block(point, r, &all)?;
+            let mut c = a.view((g, g), (l, l)).into_owned();
+            for i in 0..l {
+                c[(i, i)] += 1e-12 * (1.0 + a[(g + i, g + i)]);
+            }
+            let bt = a.view((g, 0), (l, g)).into_owned();
+            let ch = c.cholesky()?;
+            s += a.view((0, 0), (g, g)) - bt.transpose() * ch.solve(&bt);
+            q += b.rows(0, g) - bt.transpose() * ch.solve(&b.rows(g, l).into_owned());
+        }
+        for j in 0..g {
+            let held = (point.theta[j] <= ps[j].lower && q[j] <= 0.0) || (point.theta[j] >= ps[j].upper && q[j] >= 0.0);
+            if held {
+                s.row_mut(j).fill(0.0);
+                s.column_mut(j).fill(0.0);
+                q[j] = 0.0;
+                s[(j, j)] = 1.0;
+            }
+            s[(j, j)] *= 1.0 + 1e-10;
+        }
+        let step = s.cholesky()?.solve(&q);
+        Some(q.dot(&step).max(0.0))
+    }
+}
+
+impl Linear {
+    /// (s.r, |s|^2 with everything fitted projected out) of a signature.
+    pub fn score(&self, s: &[Vec<f64>]) -> (f64, f64) {
+        let g = self.blocks[0].cross.ncols();
+        let mut sr = 0.0;
+        let mut ss = 0.0;
+        let mut b = DVector::<f64>::zeros(g);
+        for (bl, s) in self.blocks.iter().zip(s) {
+            sr += dot(s, &bl.residual);
+            ss += dot(s, s);
+            let l = bl.columns.len() - g;
+            let local = DVector::from_iterator(l, (0..l).map(|i| dot(s, &bl.columns[g + i])));
+            if let Some(ch) = &bl.local {
+                let x = ch.solve(&local);
+                ss -= local.dot(&x);
+                b -= bl.cross.transpose() * x;
+            }
+            for j in 0..g {
+                b[j] += dot(s, &bl.columns[j]);
+            }
+        }
+        if let Some(ch) = &self.reduced {
+            ss -= b.dot(&ch.solve(&b));
+        }
+        (sr, ss.max(1e-12))
+    }
+
+    /// A signature with everything fitted projected out.
+    pub fn project(&self, s: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let g = self.blocks[0].cross.ncols();
+        let mut b = DVector::<f64>::zeros(g);
+        let locals: Vec<DVector<f64>> = self
+            .blocks
+            .iter()
+            .zip(s)
+            .map(|(bl, s)| {
+                let l = bl.columns.len() - g;
+                let local = DVector::from_iterator(l, (0..l).map(|i| dot(s, &bl.columns[g + i])));
+                if let Some(ch) = &bl.local {
+                    b -= bl.cross.transpose() * ch.solve(&local);
+                }
+                for j in 0..g {
+                    b[j] += dot(s, &bl.columns[j]);
+                }
+                local
+            })
+            .collect();
+        let global = self.reduced.as_ref().map_or_else(|| DVector::zeros(g), |ch| ch.solve(&b));
+        self.blocks
+            .iter()
+            .zip(s)
+            .zip(&locals)
+            .map(|((bl, s), local)| {
+                let mut out = s.clone();
+                for j in 0..g {
+                    add_scaled(&mut out, -global[j], &bl.columns[j]);
+                }
+                if let Some(ch) = &bl.local {
+                    let x = ch.solve(&(local - &bl.cross * &global));
+                    for (i, x) in x.iter().enumerate() {
+                        add_scaled(&mut out, -x, &bl.columns[g + i]);
+                    }
+                }
+                out
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::problem::{Data, Model, Parameter};
+    use plant::simulate::{Setup, TOLERANCE};
+    use record::{Channel, Kind};
+
+    /// A bar of 0.3 kg that a spring throws against its stop, where it bounces.
+    fn bouncing() -> Data {
+        let time: Vec<f64> = (0..1500).map(|i| 1e-5 * f64::from(i)).collect();
+        let n = time.len();
+        let setup = Setup {
+            kind: Kind::ContactorOpening,
+            travel: 3e-3,
+            preload: 90.0,
+            rate: 3e3,
+            tolerance: 1e-2 * TOLERANCE,
+            ..Setup::drop_test(time, 2e-4, 1.0, 4e-4)
+        };
+        Data::of_force(setup, 0.3, 1e3, vec![0.0; n])
+    }
+
+    /// Sensitivity of the force to a friction that counts in units of 100 N, by a step of so many units.
+    fn sensitivity(data: &Data, step: f64) -> Vec<f64> {
+        let friction = Parameter {
+            name: "friction".into(),
+            start: 0.02,
+            lower: 0.0,
+            upper: 1.0,
+            step,
+            prior: None,
+            dynamic: true,
+        };
+        let apply = |t: &[f64], p: &mut Physics| {
+            (p.law.stiffness, p.law.exponent, p.law.hysteresis_damping) = (3e7, 1.2, 6e6);
+            p.friction = 100.0 * t[0];
+        };
+        let model = Model { parameters: vec![friction], apply: Box::new(apply) };
+        let problem = Problem::new(data, &model);
+        let mut part = problem.part(&problem.start(), 0, &[true]).unwrap();
+        part.columns.swap_remove(0)
+    }
+
+    #[test]
+    fn a_step_that_shifts_a_bounce_is_shortened_until_its_difference_is_a_sensitivity() {
+        let data = bouncing();
+        assert!(data.has(Channel::Force));
+        let tangent = sensitivity(&data, 1e-5);
+        let apart = |s: &[f64]| {
+            let square = |v: f64| v * v;
+            let off: f64 = s.iter().zip(&tangent).map(|(a, b)| square(a - b)).sum();
+            (off / dot(&tangent, &tangent)).sqrt()
+        };
+        // two newtons more shift the last bounce by a share of its duration
+        let by_step = sensitivity(&data, 0.02);
+        assert!(apart(&by_step) < 0.1, "{}", apart(&by_step));
+    }
+}

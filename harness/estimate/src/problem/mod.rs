@@ -1,0 +1,240 @@
+//! Estimation of a campaign's parameters: Levenberg-Marquardt on whitened residuals, with the
+//! nuisances of each recording eliminated (Schur complement), priors on what has a tolerance.
+//!
+//! `data` says what there is to fit, `fit` minimises, `linear` says what is left and how well it is known.
+
+mod data;
+mod fit;
+mod linear;
+
+use data::local_of;
+use law::Parameters as Law;
+use mechanisms::physics::Physics;
+use plant::chain::readings;
+use plant::element::Element;
+use plant::simulate::{law_of, simulate, simulate_on, Local, Trace};
+use rayon::prelude::*;
+use record::Channel;
+
+pub use data::{Data, Nuisance, Parameter, Record, Scales, STIFFNESS_SCALE};
+pub use fit::{Fit, Options};
+pub use linear::{Block, Linear};
+
+/// A model of a campaign: its parameters and how they make physics.
+pub struct Model<'a> {
+    pub parameters: Vec<Parameter>,
+    #[allow(clippy::type_complexity)]
+    pub apply: Box<dyn Fn(&[f64], &mut Physics) + Sync + Send + 'a>,
+}
+
+/// The state of a fit.
+#[derive(Clone, Debug)]
+pub struct Point {
+    pub theta: Vec<f64>,
+    pub locals: Vec<Vec<f64>>,
+    /// Squared whitened residuals and priors; infinite where the simulation failed.
+    pub chi2: f64,
+}
+
+/// A campaign, a model and the work space that joins them.
+pub struct Problem<'a> {
+    pub data: &'a Data,
+    pub model: &'a Model<'a>,
+    nuisances: Vec<Nuisance>,
+}
+
+impl<'a> Problem<'a> {
+    /// Of a campaign and a model.
+    pub fn new(data: &'a Data, model: &'a Model<'a>) -> Self {
+        Problem { data, model, nuisances: data.nuisances() }
+    }
+
+    /// Start values of model and nuisances.
+    pub fn start(&self) -> Point {
+        let theta = self.model.parameters.iter().map(|p| p.start).collect();
+        let locals = (0..self.data.records.len()).map(|r| self.data.local_start(r)).collect();
+        self.evaluate(theta, locals)
+    }
+
+    /// Physics at `theta`.
+    pub fn physics(&self, theta: &[f64]) -> Physics {
+        let mut p = Physics { mass: self.data.mass, ..Physics::default() };
+        (self.model.apply)(theta, &mut p);
+        p
+    }
+
+    /// What a recording's vector of nuisances stands for.
+    pub fn local(&self, v: &[f64]) -> Local {
+        local_of(&self.nuisances, v)
+    }
+
+    /// A recording's trace and readings (zeros included) at a point.
+    pub fn predict(&self, theta: &[f64], r: usize, local: &[f64]) -> (Trace, [Vec<f64>; 3]) {
+        let p = self.physics(theta);
+        let rec = &self.data.records[r];
+        let t = simulate(&p, &rec.setup, &self.local(local));
+        let mut y = readings(&p, &t, &rec.setup.time);
+        self.add_zeros(&mut y, local);
+        (t, y)
+    }
+
+    /// As [`Problem::predict`], with the readings once more as they would be without the limit of the chain.
+    pub fn predict_unlimited(&self, theta: &[f64], r: usize, local: &[f64]) -> (Trace, [Vec<f64>; 3], [Vec<f64>; 3]) {
+        let (trace, limited) = self.predict(theta, r, local);
+        let p = Physics { clip: f64::INFINITY, ..self.physics(theta) };
+        let mut free = readings(&p, &trace, &self.data.records[r].setup.time);
+        self.add_zeros(&mut free, local);
+        (trace, limited, free)
+    }
+
+    /// The whitened residual of recording `r` at a point, channel after channel as [`Data::compared`] gives them, with
+    /// its trace. None where the simulation fails.
+    pub fn residual(&self, point: &Point, r: usize) -> Option<(Trace, Vec<f64>)> {
+        let (trace, y) = self.predict(&point.theta, r, &point.locals[r]);
+        let mut w = Vec::new();
+        self.whiten_into(r, &y, Some(&self.data.records[r].y), &mut w);
+        trace.ok.then_some((trace, w))
+    }
+
+    /// [`Problem::residual`] of every recording.
+    pub fn residuals(&self, point: &Point) -> Option<Vec<(Trace, Vec<f64>)>> {
+        (0..self.data.records.len()).into_par_iter().map(|r| self.residual(point, r)).collect()
+    }
+
+    /// As [`Problem::predict`], with the contact of `element` where the law stands else, at least `steps` of them a
+    /// contact; `element` is made for the law this recording has at that point.
+    ///
+    /// # Errors
+    /// What `element` and the element it makes refuse.
+    pub fn predict_on(
+        &self,
+        theta: &[f64],
+        r: usize,
+        local: &[f64],
+        element: &dyn Fn(&Law) -> anyhow::Result<Box<dyn Element>>,
+        steps: f64,
+    ) -> anyhow::Result<(Trace, [Vec<f64>; 3])> {
+        let p = self.physics(theta);
+        let rec = &self.data.records[r];
+        let l = self.local(local);
+        let t = simulate_on(element(&law_of(&p, &rec.setup, &l))?, steps, &p, &rec.setup, &l)?;
+        let mut y = readings(&p, &t, &rec.setup.time);
+        self.add_zeros(&mut y, local);
+        Ok((t, y))
+    }
+
+    /// Puts the zeros of the recording's own instruments on what an ideal chain would read: an imposed penetration is
+    /// read from where its scale has its zero, not from the touch.
+    fn add_zeros(&self, y: &mut [Vec<f64>; 3], local: &[f64]) {
+        for (n, z) in self.nuisances.iter().zip(local) {
+            let channel = match n {
+                Nuisance::Zero(c) => *c,
+                Nuisance::Offset => Channel::Penetration,
+                _ => continue,
+            };
+            y[channel.index()].iter_mut().for_each(|v| *v += z);
+        }
+    }
+
+    fn whiten_into(
+        &self,
+        r: usize,
+        e: &[Vec<f64>; 3],
+        negate_from: Option<&[Option<Vec<f64>>; 3]>,
+        out: &mut Vec<f64>,
+    ) {
+        out.clear();
+        let rec = &self.data.records[r];
+        let n = rec.setup.time.len();
+        let mut weighted = vec![0.0; n];
+        for c in self.data.compared(r) {
+            let i = c.index();
+            let at = out.len();
+            out.resize(at + n, 0.0);
+            let samples = weighted.iter_mut().zip(&e[i]).zip(&rec.weight[i]);
+            match negate_from {
+                Some(y) => {
+                    let y = y[i].as_ref().expect("compared channels are there");
+                    samples.zip(y).for_each(|(((t, e), w), y)| *t = (y - e) * w);
+                }
+                // what leaves a channel alone leaves nothing of it
+                None if e[i].iter().all(|v| *v == 0.0) => continue,
+                None => samples.for_each(|((t, e), w)| *t = e * w),
+            }
+            self.data.noise[i].whiten(&weighted, &mut out[at..]);
+        }
+    }
+
+    fn prior_terms(&self, r: usize, local: &[f64], first_speed: f64) -> f64 {
+        let mut c = 0.0;
+        for (n, x) in self.nuisances.iter().zip(local) {
+            if let Some((m, s)) = self.data.prior(r, *n) {
+                c += ((x - m) / s).powi(2);
+            }
+        }
+        let rec = &self.data.records[r];
+        if let (true, Some((m, s))) = (rec.at_first, rec.speed) {
+            c += ((first_speed - m) / s).powi(2);
+        }
+        c
+    }
+
+    fn global_prior(&self, theta: &[f64]) -> f64 {
+        self.model.parameters.iter().zip(theta).filter_map(|(p, x)| p.prior.map(|(m, s)| ((x - m) / s).powi(2))).sum()
+    }
+
+    /// chi^2 of one recording at a point.
+    pub fn chi2_of(&self, theta: &[f64], r: usize, local: &[f64]) -> f64 {
+        let (t, y) = self.predict(theta, r, local);
+        if !t.ok {
+            return f64::INFINITY;
+        }
+        let mut w = Vec::new();
+        self.whiten_into(r, &y, Some(&self.data.records[r].y), &mut w);
+        w.iter().map(|x| x * x).sum::<f64>() + self.prior_terms(r, local, t.first_speed)
+    }
+
+    /// chi^2 at a point.
+    pub fn evaluate(&self, theta: Vec<f64>, locals: Vec<Vec<f64>>) -> Point {
+        let parts: Vec<f64> = locals.par_iter().enumerate().map(|(r, l)| self.chi2_of(&theta, r, l)).collect();
+        let mut chi2 = self.global_prior(&theta) + parts.iter().sum::<f64>();
+        if !chi2.is_finite() {
+            chi2 = f64::INFINITY;
+        }
+        Point { theta, locals, chi2 }
+    }
+
+    /// The nuisances, in the order of a recording's vector.
+    pub fn nuisances(&self) -> &[Nuisance] {
+        &self.nuisances
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plant::simulate::Setup;
+    use record::Kind;
+
+    #[test]
+    fn an_imposed_penetration_is_predicted_as_it_is_read_wherever_its_zero_is() {
+        let time: Vec<f64> = (0..40).map(|i| 1e-3 * f64::from(i)).collect();
+        let read: Vec<f64> = time.iter().map(|t| 2e-4 - 1e-2 * (t - 0.02).abs()).collect();
+        let setup = Setup {
+            kind: Kind::Indentation,
+            imposed: read.clone(),
+            imposed_rate: vec![0.0; read.len()],
+            ..Setup::drop_test(time, 2e-4, 1e-2, 0.04)
+        };
+        let data = Data::of_force(setup, 1.0, 10.0, vec![0.0; read.len()]);
+        let model = Model { parameters: Vec::new(), apply: Box::new(|_, _| {}) };
+        let problem = Problem::new(&data, &model);
+        let zero = 3e-5;
+        let local: Vec<f64> =
+            problem.nuisances().iter().map(|n| if *n == Nuisance::Offset { zero } else { 0.0 }).collect();
+        let (trace, y) = problem.predict(&[], 0, &local);
+        let apart = |a: &[f64], by: f64| a.iter().zip(&read).map(|(a, b)| (a - b - by).abs()).fold(0.0, f64::max);
+        assert!(apart(&y[2], 0.0) < 1e-15, "{:e}", apart(&y[2], 0.0));
+        assert!(apart(&trace.position, -zero) < 1e-15, "the contact starts where the surface is");
+    }
+}

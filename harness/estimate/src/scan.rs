@@ -1,0 +1,110 @@
+//! A start without a guess: for a fixed exponent the force is linear in k and mu_d.
+
+use super::prepare::smooth;
+use crate::problem::Data;
+use mechanisms::physics::GRAVITY;
+use record::{Channel, Kind};
+
+/// The exponents tried.
+const FIRST: f64 = 0.9;
+const LAST: f64 = 4.0;
+const STEP: f64 = 0.05;
+
+/// (k N/m^p, p, mu_d N s/m^(p+1)) by a scan over p from 0.9 to 4, with least squares on the two columns x^p and
+/// x^p v at each; mu_d = 0 where `hysteresis` is false or the squares want it negative.
+///
+/// None where no recording holds penetration together with force or acceleration, or nothing sinks in.
+pub fn scan(data: &Data, hysteresis: bool) -> Option<(f64, f64, f64)> {
+    let s = data.scales;
+    let mut samples: Vec<(f64, f64, f64)> = Vec::new();
+    for r in &data.records {
+        let (Some(x), n) = (&r.y[Channel::Penetration.index()], r.setup.time.len()) else { continue };
+        let quiet = |y: &[f64]| {
+            let mut v = y[..(n / 20).max(4).min(n)].to_vec();
+            v.sort_by(f64::total_cmp);
+            v[v.len() / 2]
+        };
+        let push: Vec<f64> = match (&r.y[Channel::Force.index()], &r.y[Channel::Acceleration.index()]) {
+            (Some(f), _) => {
+                let zero = quiet(f);
+                f.iter().map(|v| v - zero).collect()
+            }
+            (None, Some(a)) if data.kind != Kind::Indentation => {
+                let zero = quiet(a).clamp(-0.5 * GRAVITY, 0.5 * GRAVITY);
+                a.iter().map(|v| data.mass * (zero - v)).collect()
+            }
+            _ => continue,
+        };
+        let (depth, speed) = if data.kind == Kind::Indentation {
+            (r.setup.imposed.clone(), r.setup.imposed_rate.clone())
+        } else {
+            let dt = (r.setup.time[n - 1] - r.setup.time[0]) / (n - 1) as f64;
+            let (d, v) = smooth(x, data.noise[Channel::Penetration.index()].low_frequency());
+            (d, v.iter().map(|v| v / dt).collect())
+        };
+        // shallow samples say more of the zero of the scale than of the law
+        let deep = depth.iter().cloned().fold(0.0, f64::max);
+        for i in 0..n {
+            if depth[i] > 0.15 * deep && push[i].is_finite() {
+                samples.push((depth[i] / s.x_ref, speed[i] / s.v_ref, push[i]));
+            }
+        }
+    }
+    if samples.len() < 8 {
+        return None;
+    }
+    let mut best: Option<(f64, f64, f64, f64)> = None;
+    for i in 0..=((LAST - FIRST) / STEP).round() as usize {
+        let p = FIRST + STEP * i as f64;
+        let (mut aa, mut ab, mut bb, mut af, mut bf, mut ff) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        for (x, v, f) in &samples {
+            let a = x.powf(p);
+            let b = a * v;
+            aa += a * a;
+            ab += a * b;
+            bb += b * b;
+            af += a * f;
+            bf += b * f;
+            ff += f * f;
+        }
+        let det = aa * bb - ab * ab;
+        let mut c = (af / aa, 0.0);
+        if hysteresis && det > 1e-9 * aa * bb {
+            let two = ((bb * af - ab * bf) / det, (aa * bf - ab * af) / det);
+            if two.1 > 0.0 {
+                c = two;
+            }
+        }
+        let rest = ff - c.0 * af - c.1 * bf;
+        if c.0 > 0.0 && best.is_none_or(|b| rest < b.0) {
+            best = Some((rest, c.0, p, c.1));
+        }
+    }
+    let (_, f, p, g) = best?;
+    let unit = s.x_ref.powf(p);
+    Some((f / unit, p, g / (unit * s.v_ref)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prepare::prepare;
+    use plant::recipe::{write_campaign, Recipe};
+
+    #[test]
+    fn the_scan_starts_near_the_truth_and_needs_penetration_and_force() {
+        let dir = tempfile::tempdir().unwrap();
+        let recipe = Recipe::default();
+        write_campaign(dir.path(), &recipe).unwrap();
+        let (mut data, _) = prepare(&record::load(dir.path()).unwrap()).unwrap();
+        let law = recipe.physics.law;
+        let x = data.scales.x_ref;
+        let (k, p, mu) = scan(&data, true).unwrap();
+        assert!((p - law.exponent).abs() < 0.15, "{p}");
+        assert!((k * x.powf(p) / (law.stiffness * x.powf(law.exponent)) - 1.0).abs() < 0.1, "{k}");
+        assert!((mu / k * law.stiffness / law.hysteresis_damping - 1.0).abs() < 0.3, "{mu}");
+        assert_eq!(scan(&data, false).unwrap().2, 0.0);
+        data.records.iter_mut().for_each(|r| r.y[Channel::Penetration.index()] = None);
+        assert!(scan(&data, true).is_none());
+    }
+}

@@ -1,0 +1,44 @@
+//! bent_scale: the scale of a sensor is bent
+
+use crate::mechanism::*;
+use record::Channel;
+use record::Kind;
+
+/// reading = u (1 + b u / span) (nonlinear sensor).
+pub const MECHANISM: Mechanism = Mechanism {
+    name: "bent_scale",
+    origin: Origin::Chain,
+    named: false,
+    equation: "reading = u (1 + b u / span)",
+    source: "nonlinear sensor",
+    sentence: "the scale of a sensor is bent",
+    cure: "No mechanism known explains it; the report shows the force it takes.",
+    forms,
+    acts: Acts::Reading,
+};
+
+fn bend(t: &[f64], c: &Context, p: &mut crate::physics::Physics, channel: Channel) {
+    p.scale_bend = t[0];
+    p.scale_channel = channel;
+    p.scale_span = if channel == Channel::Force { c.scales.peak } else { c.scales.depth };
+}
+
+fn forms(c: &Context) -> Vec<Form> {
+    let form = |label, apply: Apply| Form {
+        label,
+        parameters: vec![chain_parameter("bend", -0.9, 0.9, 1e-3)],
+        starts: vec![vec![0.01]],
+        linear: true,
+        extends: None,
+        apply,
+        describe: |t, _| vec![("bend", t[0], "1")],
+    };
+    let mut v = Vec::new();
+    if c.has[2] && c.kind != Kind::Indentation {
+        v.push(form("displacement", |t, c, p| bend(t, c, p, Channel::Penetration)));
+    }
+    if c.has[0] && c.kind != Kind::Indentation {
+        v.push(form("force", |t, c, p| bend(t, c, p, Channel::Force)));
+    }
+    v
+}

@@ -1,0 +1,45 @@
+//! channel_skew: one channel is sampled later than the others
+
+use crate::mechanism::*;
+use record::{Channel, Kind};
+
+/// y(t) = u(t - T) (sampling of multiplexed channels).
+pub const MECHANISM: Mechanism = Mechanism {
+    name: "channel_skew",
+    origin: Origin::Chain,
+    named: true,
+    equation: "y(t) = u(t - T)",
+    source: "sampling of multiplexed channels",
+    sentence: "one channel is sampled later than the others",
+    cure: "The contact element is right; shift the late channel back by the time given here before comparing.",
+    forms,
+    acts: Acts::Reading,
+};
+
+fn forms(c: &Context) -> Vec<Form> {
+    let form = |label, apply: Apply| Form {
+        label,
+        parameters: vec![chain_parameter("late", -0.5, 0.5, 1e-3)],
+        starts: vec![vec![0.01]],
+        linear: true,
+        extends: None,
+        apply,
+        describe: |t, c| vec![("skew", t[0] * c.scales.duration, "s")],
+    };
+    let mut v = Vec::new();
+    if c.has[0] && (c.has[1] || c.has[2]) {
+        v.push(form("force against the rest", |t, c, p| late(t, c, p, Channel::Force)));
+    }
+    if c.has[1] && c.has[2] && c.kind != Kind::Indentation {
+        v.push(form("acceleration against the rest", |t, c, p| late(t, c, p, Channel::Acceleration)));
+    }
+    if c.has[0] && c.has[1] && c.has[2] && c.kind != Kind::Indentation {
+        v.push(form("penetration against the rest", |t, c, p| late(t, c, p, Channel::Penetration)));
+    }
+    v
+}
+
+fn late(t: &[f64], c: &Context, p: &mut crate::physics::Physics, channel: Channel) {
+    p.skew = t[0] * c.scales.duration;
+    p.skew_channel = channel;
+}

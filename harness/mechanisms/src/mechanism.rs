@@ -1,0 +1,160 @@
+//! What a mechanism is: one name of the vocabulary (or beyond it), its forms, and how each enters the physics.
+
+use crate::physics::Physics;
+use record::{Channel, Kind};
+
+/// Sizes typical of the campaign, SI: what makes parameters dimensionless.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scales {
+    pub force: f64,
+    pub depth: f64,
+    pub speed: f64,
+    /// Duration of a contact, s.
+    pub duration: f64,
+    pub mass: f64,
+    /// Length of a recording, s, and its sampling interval, s.
+    pub length: f64,
+    pub dt: f64,
+    /// Depth and speed that anchor F_ref and the damping ratio.
+    pub x_ref: f64,
+    pub v_ref: f64,
+    /// Number of recordings, and largest peak force N (or m times peak acceleration).
+    pub orders: f64,
+    pub peak: f64,
+}
+
+/// A campaign-wide parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    pub name: String,
+    pub start: f64,
+    pub lower: f64,
+    pub upper: f64,
+    /// Step for differences.
+    pub step: f64,
+    /// Mean and standard deviation of a tolerance.
+    pub prior: Option<(f64, f64)>,
+    /// False where it changes the chain alone, so that no new simulation is needed.
+    pub dynamic: bool,
+}
+
+/// The part of the system a mechanism sits in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Origin {
+    Contact,
+    Motion,
+    Chain,
+}
+
+impl Origin {
+    /// The word the verdict uses.
+    pub fn name(self) -> &'static str {
+        match self {
+            Origin::Contact => "contact",
+            Origin::Motion => "motion",
+            Origin::Chain => "chain",
+        }
+    }
+}
+
+/// What a mechanism may ask of the campaign before it offers forms.
+#[derive(Clone, Debug)]
+pub struct Context {
+    pub kind: Kind,
+    /// Which channels are recorded: force, acceleration, penetration.
+    pub has: [bool; 3],
+    pub scales: Scales,
+    /// Terms the simulation holds already.
+    pub terms: Vec<String>,
+    /// Largest magnitude read on each channel, SI.
+    pub top: [f64; 3],
+    /// The channel whose recordings of different levels end in one and the same reading.
+    pub flat: Option<Channel>,
+    /// Strongest line of the force channel once the body has left, rad/s, where one stands out.
+    pub ring: Option<f64>,
+}
+
+/// Applies a form's parameters (dimensionless, in the order of `Form::parameters`) to the physics.
+pub type Apply = fn(&[f64], &Context, &mut Physics);
+
+/// (name, value, unit) of a form's parameters in SI.
+pub type Describe = fn(&[f64], &Context) -> Vec<(&'static str, f64, &'static str)>;
+
+/// One form of a mechanism.
+#[derive(Clone)]
+pub struct Form {
+    pub label: &'static str,
+    pub parameters: Vec<Parameter>,
+    /// Where a search starts; several where the effect is not convex. Of a form that extends another: the further
+    /// parameters alone.
+    pub starts: Vec<Vec<f64>>,
+    /// Whether the first parameter is an amplitude in which the effect is linear while small.
+    pub linear: bool,
+    /// Label of the form whose parameters come first in this one's, and have the same meaning: it is tried only from that
+    /// form's fit, and only where that leaves more than noise.
+    pub extends: Option<&'static str>,
+    pub apply: Apply,
+    pub describe: Describe,
+}
+
+impl Form {
+    /// This form with `further` parameters, which start from each of `starts`.
+    pub fn extended(&self, label: &'static str, further: Vec<Parameter>, starts: Vec<Vec<f64>>) -> Form {
+        let parameters = [self.parameters.clone(), further].concat();
+        Form { label, parameters, starts, extends: Some(self.label), ..self.clone() }
+    }
+}
+
+/// A mechanism.
+#[derive(Clone, Copy)]
+pub struct Mechanism {
+    pub name: &'static str,
+    pub origin: Origin,
+    /// False for what stands in for physics nobody has named: it makes a verdict "unexplained".
+    pub named: bool,
+    pub equation: &'static str,
+    pub source: &'static str,
+    pub sentence: &'static str,
+    /// What to do about it where the element itself is right, or what the element now holds.
+    pub cure: &'static str,
+    pub forms: fn(&Context) -> Vec<Form>,
+    /// What its strength is told by.
+    pub acts: Acts,
+}
+
+impl Mechanism {
+    /// Whether its parameter is one of a calibration, which the base already holds within a tolerance.
+    pub fn is_calibration(&self) -> bool {
+        self.name == "force_gain"
+    }
+}
+
+/// How the strength of an effect is spread over the phases.
+#[derive(Clone, Copy, Debug)]
+pub enum Acts {
+    /// By the difference it makes to the contact force or the reading.
+    Reading,
+    /// By the force on the body that it adds to contact and drive.
+    Force,
+    /// While the stop is pushed: proportional to the contact force.
+    Push,
+    /// By the force on the body that neither contact nor drive nor weight gives.
+    Struck,
+}
+
+/// A parameter of a form; dynamic unless `chain`.
+pub fn parameter(name: &str, lower: f64, upper: f64, step: f64) -> Parameter {
+    Parameter { name: name.to_string(), start: 0.0, lower, upper, step, prior: None, dynamic: true }
+}
+
+/// A parameter that changes the chain alone.
+pub fn chain_parameter(name: &str, lower: f64, upper: f64, step: f64) -> Parameter {
+    Parameter { dynamic: false, ..parameter(name, lower, upper, step) }
+}
+
+/// All combinations of the values given for each parameter.
+pub fn grid(values: &[&[f64]]) -> Vec<Vec<f64>> {
+    values.iter().fold(vec![Vec::new()], |acc, v| {
+        acc.iter().flat_map(|a| v.iter().map(move |x| [a.as_slice(), &[*x]].concat())).collect()
+    })
+}

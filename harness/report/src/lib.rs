@@ -1,0 +1,2 @@
+//! Pages of what was run.
+pub mod run;

@@ -1,0 +1,310 @@
+//! A scenario's page.
+
+use super::lines::headline;
+use super::summary::{Done, HeightRow, Summary};
+use chart::{Chart, Page, Style};
+use scenario::Row;
+
+/// Most runs drawn in one chart.
+const DRAWN: usize = 8;
+/// Most impacts of a run in the table.
+const IMPACTS: usize = 12;
+/// Most rows of a table.
+const TABLED: usize = 60;
+
+fn label(d: &Done) -> String {
+    if d.case.name.is_empty() {
+        "contact".into()
+    } else {
+        d.case.name.clone()
+    }
+}
+
+/// A chart of every run's rows.
+fn chart(title: &str, axes: (&str, &str), done: &[Done], xy: impl Fn(&Row) -> (f64, f64), during: bool) -> String {
+    picked(title, axes, done, xy, during, |_, _| true)
+}
+
+/// A chart of the rows picked by run and number.
+fn picked(
+    title: &str,
+    axes: (&str, &str),
+    done: &[Done],
+    xy: impl Fn(&Row) -> (f64, f64),
+    during: bool,
+    pick: impl Fn(&Done, usize) -> bool,
+) -> String {
+    let mut c = Chart::new(title, axes.0, axes.1);
+    for (i, d) in done.iter().enumerate().take(DRAWN) {
+        let b = d.outcome.bounces.first();
+        let (start, end) = match (during, b) {
+            (true, Some(b)) => (b.touch, b.separation.unwrap_or(f64::INFINITY) + 0.1 * b.duration),
+            _ => (f64::NEG_INFINITY, f64::INFINITY),
+        };
+        let zero = if during { start.max(0.0) } else { 0.0 };
+        let all = d.outcome.rows.iter().enumerate().filter(|(n, _)| pick(d, *n)).map(|(_, r)| r);
+        let rows = all.filter(|r| r.time >= start && r.time <= end);
+        let (x, y): (Vec<f64>, Vec<f64>) =
+            rows.map(|r| if axes.0.starts_with("time") { (r.time - zero, xy(r).1) } else { xy(r) }).unzip();
+        c = c.series(&label(d), &x, &y, Style::Line(i));
+    }
+    c.svg()
+}
+
+fn number(v: f64) -> String {
+    format!("{v:.6e}")
+}
+
+fn impacts(page: Page, s: &Summary) -> Page {
+    let head = [
+        "run",
+        "touch, s",
+        "speed, m/s",
+        "deepest, m",
+        "peak force, N",
+        "duration, s",
+        "restitution",
+        "lost, J",
+        "rebound, m",
+        "from exact",
+    ];
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    for r in &s.runs {
+        for b in r.impacts.iter().take(IMPACTS) {
+            let mut row = vec![r.name.clone()];
+            let f = [b.touch, b.impact_speed, b.deepest, b.peak_force, b.duration, b.restitution, b.energy_lost];
+            row.extend(f.iter().map(|v| number(*v)));
+            row.push(b.rebound_height.map_or("-".into(), number));
+            row.push(b.exact.map_or("-".into(), |e| format!("{:.1e}", e.worst())));
+            rows.push(row);
+        }
+    }
+    rows.truncate(TABLED);
+    let more = s.runs.iter().map(|r| r.impacts.len()).sum::<usize>() - rows.len();
+    let page = page.section("Impacts").table(&head, &rows);
+    if more > 0 {
+        page.paragraph(&format!("{more} more impacts are in summary.json."))
+    } else {
+        page
+    }
+}
+
+fn heights(mut page: Page, s: &Summary) -> Page {
+    if s.by_height.is_empty() {
+        return page;
+    }
+    let name = |r: &HeightRow| [r.tip.clone(), r.compare.clone()].into_iter().flatten().collect::<Vec<_>>().join(", ");
+    let rows: Vec<Vec<String>> = s
+        .by_height
+        .iter()
+        .take(TABLED)
+        .map(|r| {
+            let f = [r.drop_height, r.impact_speed, r.restitution, r.peak_force, r.deepest, r.duration];
+            std::iter::once(name(r)).chain(f.iter().map(|v| number(*v))).collect()
+        })
+        .collect();
+    let head = ["run", "height, m", "speed, m/s", "restitution", "peak force, N", "deepest, m", "duration, s"];
+    page = page.section("By drop height").table(&head, &rows);
+    let mut names: Vec<String> = s.by_height.iter().map(name).collect();
+    names.sort();
+    names.dedup();
+    for (title, unit, of) in [
+        ("Peak force", "peak force [N]", (|r| r.peak_force) as fn(&HeightRow) -> f64),
+        ("Restitution", "restitution [1]", |r| r.restitution),
+    ] {
+        let mut c = Chart::new(title, "drop height [m]", unit);
+        for (i, n) in names.iter().enumerate().take(DRAWN) {
+            let mut at: Vec<(f64, f64)> =
+                s.by_height.iter().filter(|r| name(r) == *n).map(|r| (r.drop_height, of(r))).collect();
+            at.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let (x, y): (Vec<f64>, Vec<f64>) = at.into_iter().unzip();
+            c = c.series(if n.is_empty() { "contact" } else { n }, &x, &y, Style::Line(i));
+        }
+        page = page.figure(&c.svg(), &format!("{title} by drop height"));
+    }
+    page
+}
+
+fn sensors(mut page: Page, done: &[Done], s: &Summary) -> Page {
+    let rows: Vec<Vec<String>> = s
+        .runs
+        .iter()
+        .filter_map(|r| r.sensors.map(|p| (r, p)))
+        .flat_map(|(r, p)| {
+            [("force transducer", p.transducer), ("accelerometer times all masses", p.accelerometer)].map(|(n, p)| {
+                vec![
+                    r.name.clone(),
+                    n.into(),
+                    number(p.peak),
+                    format!("{:.6}", p.over_contact),
+                    format!("{:.6}", p.over_contact_if_rigid),
+                    number(p.delay),
+                ]
+            })
+        })
+        .take(TABLED)
+        .collect();
+    if rows.is_empty() {
+        return page;
+    }
+    let head = ["run", "sensor", "largest reading, N or m/s^2", "over contact", "the same if rigid", "later by, s"];
+    page = page
+        .section("What the sensors read")
+        .paragraph(
+            "The transducer sits above the tip, so it misses the force that stops the tip; its spring rings with the \
+             tip's mass. The accelerometer's reading is turned into a force by all masses.",
+        )
+        .table(&head, &rows);
+    for d in done.iter().take(2) {
+        let Some(b) = d.outcome.bounces.first() else { continue };
+        let end = b.separation.unwrap_or(f64::INFINITY) + 0.5 * b.duration;
+        let rows: Vec<&Row> = d.outcome.rows.iter().filter(|r| r.time >= b.touch && r.time <= end).collect();
+        let t: Vec<f64> = rows.iter().map(|r| r.time - b.touch).collect();
+        let all = d.case.rig.mass();
+        let read = |f: &dyn Fn((f64, f64)) -> f64| -> Vec<f64> {
+            rows.iter().map(|r| d.case.rig.sensors(&r.state).map_or(f64::NAN, f)).collect()
+        };
+        let contact: Vec<f64> = rows.iter().map(|r| r.force).collect();
+        let c = Chart::new("Sensors and contact", "time from touch [s]", "force [N]")
+            .series("contact", &t, &contact, Style::Line(0))
+            .series("transducer", &t, &read(&|s| s.0), Style::Line(1))
+            .series("accelerometer x mass", &t, &read(&|s| -all * s.1), Style::Line(2));
+        page = page.figure(&c.svg(), &format!("What the sensors make of the contact force, {}", label(d)));
+    }
+    page
+}
+
+fn interrupter_table(page: Page, s: &Summary) -> Page {
+    let rows: Vec<Vec<String>> = s
+        .runs
+        .iter()
+        .filter_map(|r| r.photo_interrupters.as_ref().map(|p| (r, p)))
+        .take(TABLED)
+        .map(|(r, p)| {
+            let times: Vec<String> = p.times.iter().map(|t| format!("{t:.9}")).collect();
+            vec![
+                r.name.clone(),
+                times.join(", "),
+                p.recovered.map_or("-".into(), |v| number(v.impact_speed)),
+                number(p.impact_speed),
+                p.difference.map_or("-".into(), |d| format!("{d:.1e}")),
+                p.recovered.map_or("-".into(), |v| number(v.acceleration)),
+            ]
+        })
+        .collect();
+    if rows.is_empty() {
+        return page;
+    }
+    let head = ["run", "times, s", "recovered speed, m/s", "true speed, m/s", "off by", "acceleration told, m/s^2"];
+    page.section("Photo interrupters")
+        .paragraph("The speed at touch by constant acceleration through the last three times (Ahn and Ryu 2005).")
+        .table(&head, &rows)
+}
+
+fn comparison(page: Page, s: &Summary) -> Page {
+    if s.comparison.is_empty() {
+        return page;
+    }
+    let rows: Vec<Vec<String>> = s
+        .comparison
+        .iter()
+        .take(TABLED)
+        .map(|c| {
+            vec![
+                c.name.clone(),
+                number(c.stiffness),
+                number(c.deepest),
+                number(c.peak_force),
+                number(c.duration),
+                format!("{:.4}", c.peak_ratio),
+                c.free_ratio.map_or("-".into(), |f| format!("{f:.4}")),
+            ]
+        })
+        .collect();
+    let head =
+        ["run", "stiffness, N/m^p", "deepest, m", "peak force, N", "duration, s", "peak over own", "if free, undamped"];
+    page.section("Stiffnesses compared").table(&head, &rows)
+}
+
+fn energy(page: Page, done: &[Done], s: &Summary) -> Page {
+    let Some(d) = done.first() else { return page };
+    let column = |f: &dyn Fn(&Row) -> f64| -> Vec<f64> { d.outcome.rows.iter().map(f).collect() };
+    let at = d.case.rig.places();
+    let t = column(&|r| r.time);
+    let mut c = Chart::new("Energy", "time [s]", "energy [J]")
+        .series("kinetic", &t, &column(&|r| r.kinetic), Style::Line(0))
+        .series("potential", &t, &column(&|r| r.potential), Style::Line(1))
+        .series("stored in contact", &t, &column(&|r| r.stored), Style::Line(2))
+        .series("dissipated in contact", &t, &column(&|r| r.dissipated), Style::Line(3));
+    if d.case.rig.friction > 0.0 || d.case.rig.count() == 3 {
+        c = c.series("heat elsewhere", &t, &column(&|r| r.state[at.heat]), Style::Line(4));
+    }
+    let worst = s.runs.iter().filter_map(|r| r.energy.residual).fold(f64::NAN, f64::max);
+    let motion = s.runs.iter().map(|r| r.energy.residual_of_motion).fold(0.0, f64::max);
+    let told = if worst.is_nan() {
+        "the element does not tell its energies".into()
+    } else {
+        format!("within {worst:.1e} of the largest energy with what the element tells")
+    };
+    page.section("Energy")
+        .paragraph(&format!(
+            "Kinetic, potential, stored and dissipated energy together stay what they were: {told}, within \
+             {motion:.1e} with the contact's work integrated along the motion."
+        ))
+        .figure(&c.svg(), &format!("Energy against time, {}", label(d)))
+}
+
+/// The page of the runs done.
+pub fn page(title: &str, done: &[Done], s: &Summary) -> Page {
+    let mut p = Page::new(title);
+    if s.interrupted {
+        let text = format!("Interrupted: {} of {} runs, the last one as far as it came.", s.runs.len(), s.runs_asked);
+        p = p.sentence(&text);
+    }
+    let first = headline(s);
+    if !first.is_empty() {
+        p = p.sentence(&first);
+    }
+    for r in s.remarks.iter().take(5) {
+        p = p.sentence(r);
+    }
+    p = impacts(p, s);
+    p = comparison(p, s);
+    p = heights(p, s);
+    p = p.section("Contact force");
+    let time = chart("Force", ("time from touch [s]", "force [N]"), done, |r| (r.time, r.force), true);
+    p = p.figure(&time, "Force against time, first impact");
+    let depth = chart("Force", ("penetration [m]", "force [N]"), done, |r| (r.state[0], r.force), true);
+    p = p.figure(&depth, "Force against penetration, first impact");
+    let several = done.iter().any(|d| d.outcome.bounces.len() > 1);
+    if several {
+        // a flight is drawn by its two ends
+        let ends = |d: &Done, n: usize| {
+            let r = &d.outcome.rows;
+            r[n.saturating_sub(1)..(n + 2).min(r.len())].iter().any(|r| r.force != 0.0)
+        };
+        let all = picked("Force", ("time [s]", "force [N]"), done, |r| (r.time, r.force), false, ends);
+        p = p.figure(&all, "Force against time, every impact");
+    }
+    let moves = done.iter().any(|d| d.case.way().is_some());
+    if moves {
+        p = p.section("Motion");
+        let place = chart("Position", ("time [s]", "position [m]"), done, |r| (r.time, r.state[0]), false);
+        p = p.figure(&place, "Position against time; the stop's surface is at 0");
+        let speed = chart("Velocity", ("time [s]", "velocity [m/s]"), done, |r| (r.time, r.state[1]), false);
+        p = p.figure(&speed, "Velocity against time");
+        if several {
+            let mut c = Chart::new("Rebounds", "impact", "height [m]");
+            for (i, d) in done.iter().enumerate().take(DRAWN) {
+                let up = d.outcome.bounces.iter().enumerate();
+                let (n, up): (Vec<f64>, Vec<f64>) =
+                    up.filter_map(|(i, b)| b.rebound_height.map(|h| ((i + 1) as f64, h))).unzip();
+                c = c.series(&label(d), &n, &up, Style::Line(i));
+            }
+            p = p.figure(&c.svg(), "Height of the rebound after each impact");
+        }
+    }
+    p = sensors(p, done, s);
+    p = interrupter_table(p, s);
+    energy(p, done, s)
+}
