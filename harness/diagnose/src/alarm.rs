@@ -49,7 +49,7 @@ pub fn alarm(search: &Search<'_>, base: &Candidate, chosen: &Candidate, gain: f6
         .par_iter()
         .flat_map_iter(|t| t.form.starts.iter().map(move |s| (t, s)))
         .filter_map(|(t, start)| {
-            let s = problem.signature(&linear, &base.fit.point, &|p| (t.form.apply)(start, &search.context, p), 1.0)?;
+            let s = problem.signature(&linear, &base.fit.point, &|p| t.form.apply(start, &search.context, p), 1.0)?;
             let whole: f64 = s.iter().flatten().map(|v| v * v).sum();
             let s = linear.project(&s);
             let length: f64 = s.iter().flatten().map(|v| v * v).sum();

@@ -27,7 +27,7 @@ impl Search<'_> {
                 let mut out = Vec::new();
                 for t in &self.given {
                     let n = t.form.parameters.len();
-                    let of = (t.form.describe)(&theta[at..at + n], &self.context);
+                    let of = t.form.describe(&theta[at..at + n], &self.context);
                     out.extend(of.into_iter().map(|(q, v, u)| (format!("{}: {q}", t.mechanism.name), v, u)));
                     at += n;
                 }

@@ -64,14 +64,14 @@ pub fn intervals(search: &Search<'_>, chosen: &Candidate, wander: f64) -> Vec<In
         .map(|t| {
             let n = t.form.parameters.len();
             let values = &point.theta[at..at + n];
-            let said = (t.form.describe)(values, &search.context);
+            let said = t.form.describe(values, &search.context);
             let mut of: Vec<Interval> = said
                 .iter()
                 .map(|(name, value, unit)| Interval { name, value: *value, unit, low: *value, high: *value })
                 .collect();
             if profiled {
                 for theta in ends.iter().flatten().flatten() {
-                    for (o, d) in of.iter_mut().zip((t.form.describe)(&theta[at..at + n], &search.context)) {
+                    for (o, d) in of.iter_mut().zip(t.form.describe(&theta[at..at + n], &search.context)) {
                         o.low = o.low.min(d.1);
                         o.high = o.high.max(d.1);
                     }
@@ -81,7 +81,7 @@ pub fn intervals(search: &Search<'_>, chosen: &Candidate, wander: f64) -> Vec<In
                 for j in 0..n {
                     let mut v = values.to_vec();
                     v[j] += sd[at - first + j];
-                    for (s, (q, d)) in var.iter_mut().zip((t.form.describe)(&v, &search.context).iter().zip(&said)) {
+                    for (s, (q, d)) in var.iter_mut().zip(t.form.describe(&v, &search.context).iter().zip(&said)) {
                         *s += (q.1 - d.1).powi(2);
                     }
                 }

@@ -77,7 +77,7 @@ impl<'a> Search<'a> {
                     && m.name != "hysteresis_damping"
                     && !(m.name == "return_spring" && data.kind == Kind::ContactorOpening)
             })
-            .filter_map(|m| (m.forms)(&context).into_iter().next().map(|form| Term { mechanism: m, form }))
+            .filter_map(|m| m.forms(&context).into_iter().next().map(|form| Term { mechanism: m, form }))
             .collect();
         context.terms = terms.clone();
         Search {
@@ -158,7 +158,7 @@ impl<'a> Search<'a> {
                     p.gain[*c] = th[*i].exp();
                 }
                 for (t, at) in all.iter().zip(&spans) {
-                    (t.form.apply)(&th[*at..*at + t.form.parameters.len()], context, p);
+                    t.form.apply(&th[*at..*at + t.form.parameters.len()], context, p);
                 }
             }),
         }
@@ -296,7 +296,7 @@ impl<'a> Search<'a> {
         let have: Vec<&str> = self.given.iter().map(|t| t.mechanism.name).collect();
         ALL.iter()
             .filter(|m| !have.contains(&m.name))
-            .flat_map(|m| (m.forms)(&self.context).into_iter().map(move |form| Term { mechanism: m, form }))
+            .flat_map(|m| m.forms(&self.context).into_iter().map(move |form| Term { mechanism: m, form }))
             .collect()
     }
 }

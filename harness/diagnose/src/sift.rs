@@ -86,7 +86,7 @@ impl Search<'_> {
         for s in &term.form.starts {
             let change = |s: &[f64], rise: f64| -> Option<(f64, f64)> {
                 let with = |p: &mut Physics| {
-                    (term.form.apply)(s, c, p);
+                    term.form.apply(s, c, p);
                     p.law.stiffness *= rise.exp();
                     p.law.hysteresis_damping *= rise.exp();
                 };
@@ -134,7 +134,7 @@ impl Search<'_> {
     fn rise(&self, from: &Point, term: &Term, values: &[f64]) -> Option<f64> {
         let s = &self.context.scales;
         let mut p = Physics::default();
-        (term.form.apply)(values, &self.context, &mut p);
+        term.form.apply(values, &self.context, &mut p);
         if p.base_stiffness <= 0.0 || p.base_reads {
             return None;
         }
@@ -264,7 +264,7 @@ impl Search<'_> {
         let mut probe = Physics::default();
         let mut t = start.to_vec();
         t[0] = 0.01;
-        (term.form.apply)(&t, &self.context, &mut probe);
+        term.form.apply(&t, &self.context, &mut probe);
         let (mut n, mut sx, mut sy, mut sxx, mut sxy) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for (r, l) in self.data.records.iter().zip(&drifted.locals) {
             let x = (1.0 - probe.softening_factor(&r.setup.taken)) / 0.01;

@@ -98,6 +98,16 @@ pub struct Form {
 }
 
 impl Form {
+    /// Puts this form with the parameters `t`, dimensionless and in the order of [`Form::parameters`], into `p`.
+    pub fn apply(&self, t: &[f64], c: &Context, p: &mut Physics) {
+        (self.apply)(t, c, p);
+    }
+
+    /// (name, value, unit) of the parameters `t` in SI.
+    pub fn describe(&self, t: &[f64], c: &Context) -> Vec<(&'static str, f64, &'static str)> {
+        (self.describe)(t, c)
+    }
+
     /// This form with `further` parameters, which start from each of `starts`.
     pub fn extended(&self, label: &'static str, further: Vec<Parameter>, starts: Vec<Vec<f64>>) -> Form {
         let parameters = [self.parameters.clone(), further].concat();
@@ -123,6 +133,11 @@ pub struct Mechanism {
 }
 
 impl Mechanism {
+    /// Its forms for a campaign; those that extend another come behind it.
+    pub fn forms(&self, c: &Context) -> Vec<Form> {
+        (self.forms)(c)
+    }
+
     /// Whether its parameter is one of a calibration, which the base already holds within a tolerance.
     pub fn is_calibration(&self) -> bool {
         self.name == "force_gain"

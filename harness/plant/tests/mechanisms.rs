@@ -64,7 +64,7 @@ fn recording(kind: Kind) -> (Physics, Setup, Local) {
 /// What the chain reads of it with a form at `values`; None where the simulation fails.
 fn read(form: &Form, values: &[f64], kind: Kind) -> Option<[Vec<f64>; 3]> {
     let (mut p, setup, local) = recording(kind);
-    (form.apply)(values, &context(kind), &mut p);
+    form.apply(values, &context(kind), &mut p);
     let trace = simulate(&p, &setup, &local);
     trace.ok.then(|| readings(&p, &trace, &setup.time))
 }
@@ -89,7 +89,7 @@ fn every_form_starts_within_its_bounds_is_named_once_and_described_in_numbers() 
     for kind in KINDS {
         let c = context(kind);
         for m in ALL {
-            let forms = (m.forms)(&c);
+            let forms = m.forms(&c);
             for (i, f) in forms.iter().enumerate() {
                 let told = format!("{} ({}), {kind:?}", m.name, f.label);
                 assert!(forms[i + 1..].iter().all(|g| g.label != f.label), "{told} is there twice");
@@ -105,7 +105,7 @@ fn every_form_starts_within_its_bounds_is_named_once_and_described_in_numbers() 
                     if f.extends.is_some() {
                         all = [extended(&forms, f).starts[0].clone(), all].concat();
                     }
-                    let said = (f.describe)(&all, &c);
+                    let said = f.describe(&all, &c);
                     assert!(!said.is_empty() && said.iter().all(|(_, v, _)| v.is_finite()), "{told}: {said:?}");
                 }
             }
@@ -120,7 +120,7 @@ fn every_form_acts_on_what_is_read_from_one_of_its_starts() {
         let (bare, setup, local) = recording(kind);
         let none = readings(&bare, &simulate(&bare, &setup, &local), &setup.time);
         for m in ALL {
-            let forms = (m.forms)(&c);
+            let forms = m.forms(&c);
             for f in forms.iter().filter(|f| f.extends.is_none()) {
                 let most = f.starts.iter().filter_map(|s| read(f, s, kind)).map(|y| apart(&y, &none));
                 let most = most.fold(0.0, f64::max);
@@ -153,7 +153,7 @@ fn what_extends_a_form_is_that_form_where_its_further_parameters_are_neutral() {
     let mut seen = 0;
     for kind in KINDS {
         for m in ALL {
-            let forms = (m.forms)(&context(kind));
+            let forms = m.forms(&context(kind));
             for f in forms.iter().filter(|f| f.extends.is_some()) {
                 let told = format!("{} ({}), {kind:?}", m.name, f.label);
                 let (_, further, near) = neutral.iter().find(|n| n.0 == f.label).unwrap_or_else(|| panic!("{told}"));
@@ -176,10 +176,10 @@ fn what_extends_a_form_is_that_form_where_its_further_parameters_are_neutral() {
 #[test]
 fn the_clipping_level_told_is_the_one_that_acts() {
     let (c, clipping) = (context(Kind::DropTest), ALL.iter().find(|m| m.name == "clipping").expect("it is there"));
-    for form in (clipping.forms)(&c).iter().filter(|f| f.extends.is_none()) {
+    for form in clipping.forms(&c).iter().filter(|f| f.extends.is_none()) {
         let mut p = Physics::default();
-        (form.apply)(&form.starts[0], &c, &mut p);
-        let told = (form.describe)(&form.starts[0], &c)[0].1;
+        form.apply(&form.starts[0], &c, &mut p);
+        let told = form.describe(&form.starts[0], &c)[0].1;
         assert!((told / p.clip - 1.0).abs() < 1e-12, "{}: {told} told, {} acts", form.label, p.clip);
     }
 }
