@@ -155,7 +155,7 @@ impl<'a> Search<'a> {
                 p.mass = if with_mass { mass * th[at_mass].exp() } else { mass };
                 p.gravity = if gravity { GRAVITY } else { 0.0 };
                 for (i, c) in &gains {
-                    p.gain[*c] = th[*i].exp();
+                    p.force_gain.channel[*c] = th[*i].exp();
                 }
                 for (t, at) in all.iter().zip(&spans) {
                     t.form.apply(&th[*at..*at + t.form.parameters.len()], context, p);

@@ -135,11 +135,11 @@ impl Search<'_> {
         let s = &self.context.scales;
         let mut p = Physics::default();
         term.form.apply(values, &self.context, &mut p);
-        if p.base_stiffness <= 0.0 || p.base_reads {
+        if p.base_compliance.stiffness <= 0.0 || p.base_compliance.reads {
             return None;
         }
         // the stop is held by its spring, and by its inertia for as long as the contact lasts
-        let held = p.base_stiffness + p.base_mass * (std::f64::consts::PI / s.duration).powi(2);
+        let held = p.base_compliance.stiffness + p.base_compliance.mass * (std::f64::consts::PI / s.duration).powi(2);
         let share = (s.force / held / s.depth).min(MOST_GIVEN);
         Some(-from.theta[1] * (1.0 - share).ln())
     }
@@ -267,7 +267,7 @@ impl Search<'_> {
         term.form.apply(&t, &self.context, &mut probe);
         let (mut n, mut sx, mut sy, mut sxx, mut sxy) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for (r, l) in self.data.records.iter().zip(&drifted.locals) {
-            let x = (1.0 - probe.softening_factor(&r.setup.taken)) / 0.01;
+            let x = (1.0 - probe.wear(&r.setup.history).stiffness) / 0.01;
             let y = l[i].exp();
             n += 1.0;
             sx += x;

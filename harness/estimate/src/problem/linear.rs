@@ -411,7 +411,7 @@ mod tests {
         };
         let apply = |t: &[f64], p: &mut Physics| {
             (p.law.stiffness, p.law.exponent, p.law.hysteresis_damping) = (3e7, 1.2, 6e6);
-            p.friction = 100.0 * t[0];
+            p.guide_friction.coulomb = 100.0 * t[0];
         };
         let model = Model { parameters: vec![friction], apply: Box::new(apply) };
         let problem = Problem::new(data, &model);
