@@ -100,10 +100,10 @@ fn a_permanent_set_is_named_and_located_in_the_unloading() {
 
 #[test]
 fn a_low_pass_filter_in_the_chain_leaves_the_element_right() {
-    use mechanisms::lowpass_lag::LowPass;
+    use mechanisms::lowpass_lag::{Filter, LowPass};
     use record::Channel;
     let mut r = Recipe::default();
-    r.physics.low_pass = Some(LowPass::new(2.0e4, 1, Channel::Force));
+    r.physics.low_pass = Some(LowPass::new(2.0e4, Filter::Pole, Channel::Force));
     // the same impacts, seen by sensors without the filter and with hardly any of this noise
     let dir = tempfile::tempdir().unwrap();
     let quiet = Recipe { noise: [0.1, 0.2, 2e-7], ..Recipe::default() };

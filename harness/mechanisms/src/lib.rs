@@ -8,6 +8,7 @@ pub mod mechanism;
 pub mod part;
 pub mod physics;
 pub mod signal;
+pub mod wear;
 
 use mechanism::Mechanism;
 
