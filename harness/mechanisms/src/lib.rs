@@ -18,6 +18,7 @@ macro_rules! parts {
     ($list:ident) => {
         $list! {
             cyclic_softening => cyclic_softening: cyclic_softening::CyclicSoftening;
+            cyclic_hardening => cyclic_hardening: cyclic_hardening::CyclicHardening;
             residual_magnetism => residual_magnetism: residual_magnetism::ResidualMagnetism;
             guide_friction => guide_friction: guide_friction::GuideFriction;
             fluid_drag => fluid_drag: fluid_drag::FluidDrag;
@@ -48,6 +49,7 @@ pub mod bent_scale;
 pub mod channel_skew;
 pub mod charge_droop;
 pub mod clipping;
+pub mod cyclic_hardening;
 pub mod cyclic_softening;
 pub mod fluid_drag;
 pub mod force_gain;
