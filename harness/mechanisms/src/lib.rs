@@ -27,6 +27,7 @@ macro_rules! parts {
             gravity;
             base_compliance => base_compliance: base_compliance::BaseCompliance;
             loose_part => loose_part: loose_part::LoosePart;
+            attached_mass => attached_mass: attached_mass::AttachedMass;
             sensor_resonance => sensor_resonance: sensor_resonance::Tip;
             lowpass_lag => low_pass: Option<lowpass_lag::LowPass>;
             charge_droop => charge_droop: charge_droop::ChargeDroop;
@@ -44,6 +45,7 @@ macro_rules! parts {
 pub(crate) use parts;
 
 mod adhesion;
+pub mod attached_mass;
 pub mod base_compliance;
 pub mod bent_scale;
 pub mod channel_skew;

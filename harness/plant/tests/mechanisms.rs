@@ -133,7 +133,8 @@ fn every_form_acts_on_what_is_read_from_one_of_its_starts() {
 #[test]
 fn what_extends_a_form_is_that_form_where_its_further_parameters_are_neutral() {
     // value of the further parameters at which they change nothing, and how near the forms then are
-    let neutral: [(&str, &[f64], f64); 14] = [
+    let neutral: [(&str, &[f64], f64); 15] = [
+        ("hardening spring", &[0.0], 1e-12),
         ("neck near the surface, while leaving", &[9.0], 0.05),
         ("reading rings at two frequencies", &[0.6, 0.0], 1e-12),
         ("a share of it, first order", &[1.0], 1e-12),

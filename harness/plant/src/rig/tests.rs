@@ -165,3 +165,30 @@ fn a_body_that_bears_its_loose_part_falls_faster_than_gravity() {
         assert!(t.force.iter().fold(0.0f64, |m, f| m.max(*f)) > 100.0);
     }
 }
+
+#[test]
+fn an_attached_mass_keeps_momentum_and_rings_at_its_own_frequency() {
+    let (mut p, setup, local) = rig();
+    p.gravity = 0.0;
+    p.law.hysteresis_damping = 0.0;
+    let alone = simulate(&p, &setup, &local);
+    let (m, w) = (0.2, 3000.0);
+    (p.attached_mass.mass, p.attached_mass.stiffness) = (m, m * w * w);
+    let t = simulate(&p, &setup, &local);
+    assert!(alone.ok && t.ok);
+    // the impulse of the contact goes into both: the body alone swings about the centre of mass behind it
+    let dt = setup.time[1] - setup.time[0];
+    let impulse: f64 = t.force.iter().sum::<f64>() * dt;
+    let after: Vec<f64> = (0..900).filter(|i| setup.time[*i] > t.leave).map(|i| t.velocity[i]).collect();
+    // a whole number of periods of the free pair, m (M - m)/M on the spring
+    let period = std::f64::consts::TAU / (w * (0.8 / (0.8 - m)).sqrt());
+    let whole = (after.len() as f64 * dt / period).floor() * period / dt;
+    let mean = after.iter().take(whole.round() as usize).sum::<f64>() / whole.round();
+    assert!((impulse - 0.8 * (0.6 - mean)).abs() < 2e-3 * impulse, "{impulse} {mean}");
+    let (high, low) = after.iter().fold((f64::MIN, f64::MAX), |(h, l), v| (h.max(*v), l.min(*v)));
+    assert!(high - low > 0.02, "it rings: {}", high - low);
+    // as stiff as it gets it is one with the body
+    p.attached_mass.stiffness = m * 2e5f64.powi(2);
+    let stiff = simulate(&p, &setup, &local);
+    assert!(apart(&alone.position, &stiff.position) < 2e-3);
+}
