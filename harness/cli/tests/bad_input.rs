@@ -203,8 +203,8 @@ fn no_open_campaign_is_refused() {
             let dir = entry.unwrap().path();
             if dir.join("campaign.toml").exists() {
                 let c = record::load(&dir).unwrap();
-                let (data, _) = estimate::prepare::prepare(&c).unwrap();
-                diagnose::plausible::check(&c, &data).unwrap();
+                let conditioned = estimate::condition::condition(&c).unwrap();
+                diagnose::plausible::check(&c, &conditioned.data).unwrap();
                 seen += 1;
             }
         }

@@ -159,20 +159,17 @@ fn the_same_campaign_gives_the_same_verdict_on_one_thread_and_on_many() {
 
 #[test]
 fn the_force_it_takes_is_found_where_it_acts() {
-    use diagnose::candidate::Candidate;
     use diagnose::latent::{latent, Place};
-    use diagnose::run::ready;
-    use diagnose::search::Search;
+    use estimate::fitted::Fitted;
+    use estimate::prepare::Prepared;
     let mut r = Recipe::default();
     r.physics.ripple.force = 25.0;
     r.physics.ripple.length = 1.2e-4;
     let dir = tempfile::tempdir().unwrap();
     write_campaign(dir.path(), &r).unwrap();
     let c = record::load(dir.path()).unwrap();
-    let (data, guess) = ready(&c).unwrap();
-    let search = Search::new(&c, &data);
-    let base = Candidate { make_up: Default::default(), fit: search.base(&c, &guess) };
-    let l = latent(&search, &base).unwrap();
+    let Prepared { data, guess, structure } = Prepared::new(&c).unwrap();
+    let l = latent(&Fitted::base(&data, &structure, &guess)).unwrap();
     assert_eq!(l.place, Place::Contact, "{:?}", l.scores);
     // it swings as the ripple does, well out of its band, in the hardest drop
     let hardest = l.records.last().unwrap();

@@ -1,90 +1,84 @@
 //! When an effect acts: its own share in approach, loading, unloading and after.
 
-use super::candidate::Candidate;
-use super::search::Search;
-use estimate::problem::{Model, Problem};
+use estimate::fitted::Fitted;
+use estimate::problem::Problem;
 use mechanisms::mechanism::{Acts, Origin};
 use plant::chain::readings;
 use plant::simulate::{force_on_body, simulate, Local, Setup, Trace};
 use record::Kind;
 
-impl Search<'_> {
-    /// Share of a term's own action in approach, loading, unloading and after: of the square of the force or, for the
-    /// measuring chain, of the reading over its noise that it adds; every recording weighs alike.
-    pub fn acts(&self, chosen: &Candidate, term: usize) -> [f64; 4] {
-        let model: Model<'_> = self.model(&chosen.make_up, 1.0, 1.0, 0.0);
-        let problem = Problem::new(self.data, &model);
-        let t = &chosen.make_up.terms[term];
-        let (without, theta) = self.drop_term(&model, &chosen.make_up, &chosen.fit.point.theta, term);
-        let base_model = self.model(&without, 1.0, 1.0, 0.0);
-        let base_problem = Problem::new(self.data, &base_model);
-        let (with, bare) = (problem.physics(&chosen.fit.point.theta), base_problem.physics(&theta));
-        let mut share = [0.0; 4];
-        for (r, rec) in self.data.records.iter().enumerate() {
-            let local = &chosen.fit.point.locals[r];
-            let (trace, _) = problem.predict(&chosen.fit.point.theta, r, local);
-            if !trace.ok {
-                continue;
+/// Share of the action of `chosen`'s term `term` in approach, loading, unloading and after: of the square of the force or,
+/// for the measuring chain, of the reading over its noise that it adds; every recording weighs alike.
+pub fn shares(chosen: &Fitted, term: usize) -> [f64; 4] {
+    let data = &chosen.data;
+    let problem = chosen.problem();
+    let t = &chosen.structure.terms()[term];
+    let without = chosen.structure.without(term);
+    let theta = chosen.structure.theta_without(&chosen.fit.point.theta, term);
+    let (with, bare) = (chosen.physics(), Problem::new(data, without.model()).physics(&theta));
+    let mut share = [0.0; 4];
+    for (r, rec) in data.records.iter().enumerate() {
+        let local = &chosen.fit.point.locals[r];
+        let (trace, _) = chosen.predict(r);
+        if !trace.ok {
+            continue;
+        }
+        let n = trace.force.len();
+        let squared: Vec<f64> = match t.mechanism.acts {
+            Acts::Force => {
+                let start = problem.local(local).start;
+                (0..n)
+                    .map(|i| {
+                        let (t, x, v) = (rec.setup.time[i] - start, trace.position[i], trace.velocity[i]);
+                        let f = |p| force_on_body(p, &rec.setup, t.max(0.0), x, v);
+                        (f(&with) - f(&bare)).powi(2)
+                    })
+                    .collect()
             }
-            let n = trace.force.len();
-            let squared: Vec<f64> = match t.mechanism.acts {
-                Acts::Force => {
-                    let start = problem.local(local).start;
-                    (0..n)
-                        .map(|i| {
-                            let (t, x, v) = (rec.setup.time[i] - start, trace.position[i], trace.velocity[i]);
-                            let f = |p| force_on_body(p, &rec.setup, t.max(0.0), x, v);
-                            (f(&with) - f(&bare)).powi(2)
-                        })
-                        .collect()
-                }
-                Acts::Struck => {
-                    let (body, borne) = (with.body_mass(), with.borne_weight());
-                    let drive = |x: f64| rec.setup.preload - rec.setup.rate * (x + rec.setup.travel);
-                    (0..n)
-                        .map(|i| {
-                            (body * trace.acceleration[i] + trace.force[i] - drive(trace.position[i]) - borne).powi(2)
-                        })
-                        .collect()
-                }
-                Acts::Push => trace.force.iter().map(|f| f * f).collect(),
-                Acts::Reading if t.mechanism.origin == Origin::Chain => {
-                    let (y, z) = (readings(&with, &trace, &rec.setup.time), readings(&bare, &trace, &rec.setup.time));
-                    let mut sum = vec![0.0; n];
-                    for c in self.data.compared(r).map(|c| c.index()) {
-                        let sigma = self.data.noise[c].marginal();
-                        for (s, (a, b)) in sum.iter_mut().zip(y[c].iter().zip(&z[c])) {
-                            *s += ((a - b) / sigma).powi(2);
-                        }
+            Acts::Struck => {
+                let (body, borne) = (with.body_mass(), with.borne_weight());
+                let drive = |x: f64| rec.setup.preload - rec.setup.rate * (x + rec.setup.travel);
+                (0..n)
+                    .map(|i| (body * trace.acceleration[i] + trace.force[i] - drive(trace.position[i]) - borne).powi(2))
+                    .collect()
+            }
+            Acts::Push => trace.force.iter().map(|f| f * f).collect(),
+            Acts::Reading if t.mechanism.origin == Origin::Chain => {
+                let (y, z) = (readings(&with, &trace, &rec.setup.time), readings(&bare, &trace, &rec.setup.time));
+                let mut sum = vec![0.0; n];
+                for c in data.compared(r).map(|c| c.index()) {
+                    let sigma = data.noise[c].marginal();
+                    for (s, (a, b)) in sum.iter_mut().zip(y[c].iter().zip(&z[c])) {
+                        *s += ((a - b) / sigma).powi(2);
                     }
-                    sum
                 }
-                Acts::Reading => {
-                    // both laws along the same path
-                    let imposed = Setup {
-                        kind: Kind::Indentation,
-                        imposed: trace.position.clone(),
-                        imposed_rate: trace.velocity.clone(),
-                        ..rec.setup.clone()
-                    };
-                    let l = Local { start: 0.0, speed: 0.0, stiffness: 0.0, offset: 0.0 };
-                    let (a, b) = (simulate(&with, &imposed, &l), simulate(&bare, &imposed, &l));
-                    a.force.iter().zip(&b.force).map(|(a, b)| (a - b).powi(2)).collect()
-                }
-            };
-            let sum: f64 = squared.iter().sum();
-            if sum > 0.0 {
-                for (s, p) in squared.iter().zip(phases(&trace)) {
-                    share[p] += s / sum;
-                }
+                sum
+            }
+            Acts::Reading => {
+                // both laws along the same path
+                let imposed = Setup {
+                    kind: Kind::Indentation,
+                    imposed: trace.position.clone(),
+                    imposed_rate: trace.velocity.clone(),
+                    ..rec.setup.clone()
+                };
+                let l = Local { start: 0.0, speed: 0.0, stiffness: 0.0, offset: 0.0 };
+                let (a, b) = (simulate(&with, &imposed, &l), simulate(&bare, &imposed, &l));
+                a.force.iter().zip(&b.force).map(|(a, b)| (a - b).powi(2)).collect()
+            }
+        };
+        let sum: f64 = squared.iter().sum();
+        if sum > 0.0 {
+            for (s, p) in squared.iter().zip(phases(&trace)) {
+                share[p] += s / sum;
             }
         }
-        let sum: f64 = share.iter().sum();
-        if sum > 0.0 {
-            share.iter_mut().for_each(|s| *s /= sum);
-        }
-        share
     }
+    let sum: f64 = share.iter().sum();
+    if sum > 0.0 {
+        share.iter_mut().for_each(|s| *s /= sum);
+    }
+    share
 }
 
 /// The phase each sample lies in, as an index into [`PHASES`]: every time in contact loads up to its deepest point and

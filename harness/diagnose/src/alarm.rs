@@ -1,13 +1,12 @@
 //! The false-alarm probability, calibrated on the campaign itself: nulls are made of the residual that the chosen
 //! model leaves, block by block with random signs (wild bootstrap: Liu 1988; in blocks, Shao 2010), and each is given
-//! to every candidate at once. What wanders in these recordings wanders in the nulls.
+//! to every candidate at once. Overdispersion of these recordings is in the nulls, too.
 //!
 //! The candidates are taken linear here, which makes a thousand nulls cost less than one fit; `bootstrap` simulates and
 //! judges whole campaigns instead.
 
-use super::candidate::Candidate;
 use super::search::Search;
-use estimate::problem::Problem;
+use estimate::fitted::Fitted;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -37,19 +36,18 @@ pub struct Alarm {
 
 /// The alarm of a campaign whose best candidate gained `gain` in chi^2 over `base`; nulls are made of what `chosen`
 /// leaves over. None where nothing can be linearised.
-pub fn alarm(search: &Search<'_>, base: &Candidate, chosen: &Candidate, gain: f64) -> Option<Alarm> {
-    let model = search.model(&base.make_up, 1.0, 1.0, 0.0);
-    let problem = Problem::new(search.data, &model);
+pub fn alarm(search: &Search, base: &Fitted, chosen: &Fitted, gain: f64) -> Option<Alarm> {
+    let problem = base.problem();
     let linear = problem.linearise(&base.fit.point)?;
-    let left = search.model(&chosen.make_up, 1.0, 1.0, 0.0);
-    let left = Problem::new(search.data, &left).residuals(&chosen.fit.point)?;
+    let left = chosen.residuals()?;
+    let context = &base.structure.base().context;
     // of each direction: the share of every block in its score of the left-over residual, over its length
     let parts: Vec<Vec<f64>> = search
         .candidates()
         .par_iter()
         .flat_map_iter(|t| t.form.starts.iter().map(move |s| (t, s)))
         .filter_map(|(t, start)| {
-            let s = problem.signature(&linear, &base.fit.point, &|p| t.form.apply(start, &search.context, p), 1.0)?;
+            let s = problem.signature(&linear, &base.fit.point, &|p| t.form.apply(start, context, p), 1.0)?;
             let whole: f64 = s.iter().flatten().map(|v| v * v).sum();
             let s = linear.project(&s);
             let length: f64 = s.iter().flatten().map(|v| v * v).sum();
@@ -115,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_that_wanders_makes_the_same_gain_ordinary() {
+    fn overdispersed_noise_makes_the_same_gain_ordinary() {
         let a = judged(&parts(20, 3.0), 20.0);
         assert!(a.probability > 0.2, "{a:?}");
     }

@@ -1,8 +1,6 @@
 //! How far the simulation's own parameters had been biased by what it leaves out.
 
-use super::candidate::Candidate;
-use super::search::Search;
-use estimate::problem::Problem;
+use estimate::fitted::Fitted;
 
 /// One parameter of the base, as calibrated without and with the mechanisms found.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,16 +16,16 @@ pub struct Bias {
 }
 
 /// Stiffness, exponent and damping before and after, with the force at the reference depth, in which the first two
-/// do not trade off. `wander` inflates the noise's variance.
-pub fn biases(search: &Search<'_>, base: &Candidate, chosen: &Candidate, wander: f64) -> Vec<Bias> {
-    let model = search.model(&chosen.make_up, 1.0, 1.0, 0.0);
-    let covariance = Problem::new(search.data, &model).covariance(&chosen.fit.point);
+/// do not trade off. `overdispersion` inflates the noise's variance.
+pub fn biases(base: &Fitted, chosen: &Fitted, overdispersion: f64) -> Vec<Bias> {
+    let covariance = chosen.problem().covariance(&chosen.fit.point);
+    let hysteresis = base.structure.base().hysteresis;
     let (b, a) = (&base.fit.point.theta, &chosen.fit.point.theta);
-    let s = search.data.scales;
+    let s = base.data.scales;
     // value of a quantity at the parameters, and its deviation carried through differences
     let quantity = |name: &'static str, unit: String, of: &dyn Fn(&[f64]) -> f64| {
         let (before, after) = (of(b), of(a));
-        let n = if search.hysteresis { 3 } else { 2 };
+        let n = if hysteresis { 3 } else { 2 };
         let sd = covariance.as_ref().map_or(f64::NAN, |c| {
             let g: Vec<f64> = (0..n)
                 .map(|j| {
@@ -37,7 +35,7 @@ pub fn biases(search: &Search<'_>, base: &Candidate, chosen: &Candidate, wander:
                 })
                 .collect();
             let var: f64 = (0..n).map(|i| (0..n).map(|j| g[i] * c[(i, j)] * g[j]).sum::<f64>()).sum();
-            (var.max(0.0) * wander.max(1.0)).sqrt()
+            (var.max(0.0) * overdispersion.max(1.0)).sqrt()
         });
         Bias {
             name,
@@ -54,7 +52,7 @@ pub fn biases(search: &Search<'_>, base: &Candidate, chosen: &Candidate, wander:
         quantity("k", "N/m^p".into(), &stiffness),
         quantity("p", "1".into(), &|t| t[1]),
     ];
-    if search.hysteresis {
+    if hysteresis {
         out.push(quantity("mu_d", "N s/m^(p+1)".into(), &move |t| t[2] * stiffness(t) / s.v_ref));
     }
     out

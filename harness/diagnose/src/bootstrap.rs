@@ -1,13 +1,16 @@
 //! How often noise alone would look as bad: parametric bootstrap of the whole detection on the campaign itself.
 
-use super::candidate::Candidate;
 use super::search::Search;
-use estimate::prepare::Guess;
-use estimate::problem::{Data, Nuisance, Problem};
+use estimate::condition::Guess;
+use estimate::fitted::Fitted;
+use estimate::prepare::Prepared;
+use estimate::problem::{Data, Nuisance};
+use estimate::structure::Structure;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use record::Campaign;
+use std::sync::Arc;
 
 /// Nulls drawn and judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,10 +31,9 @@ impl Bootstrap {
 }
 
 /// A campaign as the base fit would give it: noise in the fitted colours, speeds measured with their scatter.
-pub fn null(search: &Search<'_>, base: &Candidate, seed: u64) -> Data {
-    let model = search.model(&base.make_up, 1.0, 1.0, 0.0);
-    let problem = Problem::new(search.data, &model);
-    let mut data = search.data.clone();
+pub fn null(base: &Fitted, seed: u64) -> Data {
+    let problem = base.problem();
+    let mut data = (*base.data).clone();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let at_speed = problem.nuisances().iter().position(|n| *n == Nuisance::Speed);
     for r in 0..data.records.len() {
@@ -40,7 +42,7 @@ pub fn null(search: &Search<'_>, base: &Candidate, seed: u64) -> Data {
         let rec = &mut data.records[r];
         for c in 0..3 {
             let Some(read) = &mut rec.y[c] else { continue };
-            if y[c].len() != read.len() || (search.data.kind == record::Kind::Indentation && c == 2) {
+            if y[c].len() != read.len() || (base.data.kind == record::Kind::Indentation && c == 2) {
                 continue;
             }
             let mut w: Vec<f64> = (0..read.len()).map(|_| rng.sample(StandardNormal)).collect();
@@ -65,8 +67,7 @@ pub fn null(search: &Search<'_>, base: &Candidate, seed: u64) -> Data {
 pub fn bootstrap(
     c: &Campaign,
     guess: &Guess,
-    search: &Search<'_>,
-    base: &Candidate,
+    base: &Fitted,
     nulls: usize,
     observed: f64,
     each: &dyn Fn(usize) -> bool,
@@ -76,9 +77,10 @@ pub fn bootstrap(
         if !each(i) {
             break;
         }
-        let data = null(search, base, 1 + i as u64);
-        let s = Search::new(c, &data);
-        let d = s.decide(s.base(c, guess));
+        let data = Arc::new(null(base, 1 + i as u64));
+        let structure = Structure::given(c, &data);
+        let simulation = Fitted::base(&data, &structure, guess);
+        let d = Search::new(&Prepared { data, guess: *guess, structure }).decide(simulation);
         out.nulls += 1;
         out.detected += usize::from(d.detected);
         out.as_bad += usize::from(d.false_alarm_probability <= observed);

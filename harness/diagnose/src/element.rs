@@ -1,11 +1,10 @@
 //! Back into the simulator: the element packed with what was found as its start values, and the recordings run
 //! through that very FMU.
 
-use super::candidate::Candidate;
 use super::heldout::{misfit, HeldOut};
-use super::search::Search;
 use anyhow::{ensure, Context, Result};
-use estimate::problem::Problem;
+use estimate::fitted::Fitted;
+use estimate::problem::Data;
 use host::{Fmu, FmuElement, Names};
 use hysteresis_contact::variables::{Settings, PARAMETER_TABLE};
 use law::Parameters;
@@ -52,33 +51,32 @@ fn starts(law: &Parameters, mass: f64) -> Vec<(String, f64)> {
 /// # Errors
 /// Where the element's library is not beside the program, the law cannot be a start value (says which parameter),
 /// the FMU refuses, or the FMU and the diagnosis' own simulation part.
-pub fn packed(search: &Search<'_>, law: &Parameters, after: Option<(&Candidate, &HeldOut)>) -> Result<Packed> {
-    let mass = if search.data.mass > 0.0 { search.data.mass } else { 1.0 };
+pub fn packed(data: &Data, law: &Parameters, after: Option<(&Fitted, &HeldOut)>) -> Result<Packed> {
+    let mass = if data.mass > 0.0 { data.mass } else { 1.0 };
     let all = starts(law, mass);
     let fmu = pack::archive(&all, &[pack::built_library()?])?;
     let plain = starts(&Parameters::default(), 1.0);
-    let told = PARAMETER_TABLE
+    let changed = PARAMETER_TABLE
         .iter()
         .zip(all.iter().zip(&plain))
         .filter(|(p, (a, b))| a.1 != b.1 || ["stiffness", "exponent"].contains(&p.name))
         .map(|(p, (a, _))| (p.name, a.1, p.unit))
         .collect();
     let through = match after {
-        Some((c, h)) => Some(through(search, c, h, &fmu)?),
+        Some((c, h)) => Some(through(c, h, &fmu)?),
         None => None,
     };
-    Ok(Packed { fmu, starts: told, through })
+    Ok(Packed { fmu, starts: changed, through })
 }
 
 /// Every recording through the FMU, with the parameters it was predicted with.
-fn through(search: &Search<'_>, c: &Candidate, h: &HeldOut, fmu: &[u8]) -> Result<Through> {
+fn through(c: &Fitted, h: &HeldOut, fmu: &[u8]) -> Result<Through> {
     let folder = tempfile::tempdir().context("no temporary folder to unpack the FMU in")?;
     let path = folder.path().join("HysteresisContact.fmu");
     output::write(&path, fmu)?;
     let fmu = Fmu::open(&path)?;
-    let data = search.data;
-    let model = search.model(&c.make_up, 1.0, 1.0, 0.0);
-    let problem = Problem::new(data, &model);
+    let data = &*c.data;
+    let problem = c.problem();
     let make = |law: &Parameters| -> Result<Box<dyn Element>> {
         Ok(Box::new(FmuElement::new(&fmu, &starts(law, data.mass.max(1e-9)), &Names::default())?))
     };

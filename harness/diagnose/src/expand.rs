@@ -1,42 +1,48 @@
 //! One more effect: every mechanism sifted, the promising ones fitted.
 
 use super::candidate::{Candidate, DETECT_TOLERANCE, PENALTY};
-use super::search::{Search, Term};
+use super::search::Search;
 use super::sift::HARD;
-use estimate::problem::{Fit, Options, Point};
+use estimate::fitted::Fitted;
+use estimate::problem::{Options, Point};
+use estimate::structure::Term;
 use rayon::prelude::*;
 
 /// Share of the best gain from which a candidate is fitted out.
 const REFINED_SHARE: f64 = 0.25;
 
-impl Search<'_> {
+/// The term that a candidate of this search has been given.
+fn added(f: &Fitted) -> &Term {
+    f.structure.last().expect("one has been added")
+}
+
+impl Search {
     /// Best form of each mechanism, refined where it stands a chance.
-    pub fn expand(&self, from: &Candidate, quick: &Options, starts: usize, keep: usize) -> Vec<Candidate> {
+    pub fn expand(&self, from: &Fitted, quick: &Options, starts: usize, keep: usize) -> Vec<Fitted> {
         let list = self.candidates();
-        let first = self.screen(&from.make_up, &from.fit, &list, starts, quick);
-        let sifted = first.clone();
-        let mut best: Vec<(Term, Fit)> = Vec::new();
-        for (t, f) in first {
-            let cost = |t: &Term, f: &Fit| f.point.chi2 + PENALTY * t.form.parameters.len() as f64;
-            match best.iter_mut().find(|b| b.0.mechanism.name == t.mechanism.name) {
-                Some(b) if cost(&b.0, &b.1) <= cost(&t, &f) => {}
-                Some(b) => *b = (t, f),
-                None => best.push((t, f)),
+        let sifted = self.screen(from, &list, starts, quick);
+        let mut best: Vec<Fitted> = Vec::new();
+        for f in sifted.iter().cloned() {
+            let cost = |f: &Fitted| f.chi2() + PENALTY * added(f).form.parameters.len() as f64;
+            match best.iter_mut().find(|b| b.added() == f.added()) {
+                Some(b) if cost(b) <= cost(&f) => {}
+                Some(b) => *b = f,
+                None => best.push(f),
             }
         }
-        best.sort_by(|a, b| a.1.point.chi2.total_cmp(&b.1.point.chi2));
-        let top = best.first().map_or(0.0, |b| from.fit.point.chi2 - b.1.point.chi2);
+        best.sort_by(|a, b| a.chi2().total_cmp(&b.chi2()));
+        let top = best.first().map_or(0.0, |b| from.chi2() - b.chi2());
         if top < 0.5 * DETECT_TOLERANCE {
-            return best.into_iter().map(|(t, f)| self.candidate(from, t, f)).collect();
+            return best;
         }
         // refine: what is among the best, and what is hard to fit and so may have been missed
         let mut rank = 0;
         let refine: Vec<(usize, usize)> = best
             .iter()
             .enumerate()
-            .filter_map(|(i, (t, f))| {
-                let gain = from.fit.point.chi2 - f.point.chi2;
-                let is_hard = HARD.contains(&t.mechanism.name);
+            .filter_map(|(i, f)| {
+                let gain = from.chi2() - f.chi2();
+                let is_hard = HARD.contains(&f.added());
                 if (rank < keep && (rank < 2 || gain > REFINED_SHARE * top))
                     || (is_hard && gain > 0.1 * top && keep > 3)
                 {
@@ -48,55 +54,48 @@ impl Search<'_> {
             })
             .collect();
         let slow = Options { iterations: 60, ..Options::default() };
-        let refined: Vec<(usize, Term, Fit)> = refine
+        let refined: Vec<(usize, Fitted)> = refine
             .into_par_iter()
-            .filter_map(|(i, starts)| {
-                let (t, f) = &best[i];
+            .map(|(i, starts)| {
+                let term = added(&best[i]);
                 // go on from where the quick fit stopped
-                let slowly = |start: &Point| self.fitted(from, t.clone(), start.clone(), &slow).fit;
-                let mut out = slowly(&f.point);
+                let slowly = |start: &Point| from.with(term.clone(), start.clone(), &slow);
+                let mut out = slowly(best[i].point());
                 if starts > 1 {
-                    if let Some(g) = self.add(
-                        &from.make_up,
-                        &from.fit.point,
-                        t,
-                        starts + 1,
-                        &Options { iterations: 18, ..Options::default() },
-                    ) {
-                        if g.point.chi2 < out.point.chi2 {
-                            out = slowly(&g.point);
-                        }
+                    let other = from.add(term, starts + 1, &Options { iterations: 18, ..Options::default() });
+                    if let Some(g) = other.filter(|g| g.chi2() < out.chi2()) {
+                        out = slowly(g.point());
                     }
                 }
-                Some((i, t.clone(), out))
+                (i, out)
             })
             .collect();
-        for (i, t, f) in refined {
-            if f.point.chi2 <= best[i].1.point.chi2 {
-                best[i] = (t, f);
+        for (i, f) in refined {
+            if f.chi2() <= best[i].chi2() {
+                best[i] = f;
             }
         }
-        let mut v: Vec<Candidate> = best.into_iter().map(|(t, f)| self.candidate(from, t, f)).collect();
+        let mut v = best;
         v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         if keep > 3 {
             self.families(from, &mut v, &sifted, &slow, &|_| true);
-            let (improved, sifted) = self.borrowed(from, &mut v, quick, &slow, starts);
+            let (improved, sifted) = self.warm_started(from, &mut v, quick, &slow, starts);
             self.families(from, &mut v, &sifted, &slow, &|name| improved.contains(&name));
-            self.take_on(&mut v);
+            self.carry_on(&mut v);
         }
         v
     }
 
     /// Named candidates with one more effect than `from`, best first.
-    pub fn beside(&self, from: &Candidate, iterations: usize, starts: usize, keep: usize) -> Vec<Candidate> {
+    pub fn beside(&self, from: &Fitted, iterations: usize, starts: usize, keep: usize) -> Vec<Fitted> {
         let quick = Options { iterations, hopeless: 3.0, ..Options::default() };
         let mut v = self.expand(from, &quick, starts, keep);
-        v.retain(|c| c.make_up.terms.iter().all(|t| t.mechanism.named));
+        v.retain(Fitted::is_named);
         v
     }
 
     /// The best few named candidates with one more effect than `from`.
-    pub fn further(&self, from: &Candidate, most: usize) -> Vec<Candidate> {
+    pub fn further(&self, from: &Fitted, most: usize) -> Vec<Fitted> {
         let mut v = self.beside(from, 12, 2, 6);
         v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         v.truncate(most);

@@ -1,8 +1,8 @@
 //! Names that these recordings cannot part: how sure the choice is, and the experiment that would part them.
 
-use super::candidate::Candidate;
 use super::decide::Decision;
-use super::search::{MakeUp, Search, Term};
+use super::search::Search;
+use estimate::fitted::Fitted;
 use estimate::problem::{Data, Model, Nuisance, Options, Point, Problem};
 use mechanisms::load_history::LoadHistory;
 use mechanisms::physics::Physics;
@@ -58,35 +58,34 @@ struct Rig {
 }
 
 /// The ties of a decision, worked out term by term; at most two rivals each are simulated.
-pub fn ties(search: &Search<'_>, d: &Decision) -> Vec<Option<Tie>> {
+pub fn ties(search: &Search, d: &Decision) -> Vec<Option<Tie>> {
     if !d.detected || d.unexplained {
         return Vec::new();
     }
-    (0..d.chosen.make_up.terms.len())
+    (0..d.chosen.structure.terms().len())
         .map(|i| {
             let names = d.ties.get(i).filter(|n| !n.is_empty())?;
-            let rest = search.without(&d.chosen, i, &Options::default())?;
-            let rivals: Vec<Candidate> =
-                names.iter().filter_map(|n| alternative(search, d, &rest, n)).take(2).collect();
+            let rest = d.chosen.without(i, &Options::default())?;
+            let rivals: Vec<Fitted> = names.iter().filter_map(|n| alternative(search, d, &rest, n)).take(2).collect();
             if rivals.is_empty() {
                 return None;
             }
-            let wander = d.wander.1.max(1.0);
+            let overdispersion = d.overdispersion.1.max(1.0);
             let (mut worst, mut lambda, mut rho) = (2.0, 0.0, 0.0);
             for b in &rivals {
-                let (l, c) = likeness(search, &rest, &d.chosen, b)?;
-                let p = p_right(l / wander, c);
+                let (l, c) = likeness(&rest, &d.chosen, b)?;
+                let p = p_right(l / overdispersion, c);
                 if p < worst {
-                    (worst, lambda, rho) = (p, l / wander, c);
+                    (worst, lambda, rho) = (p, l / overdispersion, c);
                 }
             }
             let now = lambda * (1.0 - rho) * 2.0;
-            let mut proposals: Vec<Proposal> = rigs(search, d)
+            let mut proposals: Vec<Proposal> = rigs(d)
                 .into_par_iter()
                 .filter_map(|rig| {
                     let sigmas = rivals
                         .iter()
-                        .map(|b| separation(search, &d.chosen, b, &rig).map(|s| s / wander.sqrt()))
+                        .map(|b| separation(&d.chosen, b, &rig).map(|s| s / overdispersion.sqrt()))
                         .collect::<Option<Vec<f64>>>()?
                         .into_iter()
                         .fold(f64::INFINITY, f64::min);
@@ -94,8 +93,8 @@ pub fn ties(search: &Search<'_>, d: &Decision) -> Vec<Option<Tie>> {
                     Some(Proposal { name: rig.name, text: rig.text, sigmas, p_right })
                 })
                 .collect();
-            proposals.extend(rivals.iter().map(|b| hammer(search, &d.chosen, b)).reduce(f64::min).map(|s| {
-                let s = s / wander.sqrt();
+            proposals.extend(rivals.iter().map(|b| hammer(&d.chosen, b)).reduce(f64::min).map(|s| {
+                let s = s / overdispersion.sqrt();
                 Proposal {
                     name: "hammer calibration",
                     text: "strike the transducer with an instrumented hammer (hard tip, pulse an eighth as long as a \
@@ -113,44 +112,36 @@ pub fn ties(search: &Search<'_>, d: &Decision) -> Vec<Option<Tie>> {
 }
 
 /// `rest` with the mechanism `name` in its best form.
-fn alternative(search: &Search<'_>, d: &Decision, rest: &Candidate, name: &str) -> Option<Candidate> {
-    if rest.make_up.terms.is_empty() {
+fn alternative(search: &Search, d: &Decision, rest: &Fitted, name: &str) -> Option<Fitted> {
+    if rest.structure.terms().is_empty() {
         if let Some(s) = d.singles.iter().find(|s| s.names() == [name]) {
             return Some(s.clone());
         }
     }
-    let fits: Vec<(Term, estimate::problem::Fit)> = search
+    search
         .candidates()
         .into_iter()
-        .filter(|t| t.mechanism.name == name)
-        .filter_map(|t| Some((t.clone(), search.add(&rest.make_up, &rest.fit.point, &t, 2, &Options::default())?)))
-        .collect();
-    let (t, fit) = fits.into_iter().min_by(|a, b| a.1.point.chi2.total_cmp(&b.1.point.chi2))?;
-    let mut make_up: MakeUp = rest.make_up.clone();
-    make_up.terms.push(t);
-    Some(Candidate { make_up, fit })
+        .filter(|t| t.name() == name)
+        .filter_map(|t| rest.add(&t, 2, &Options::default()))
+        .min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
 }
 
 /// (lambda, rho) of two candidates against what they share: squared length of the shorter trace after refit, cosine.
-fn likeness(search: &Search<'_>, rest: &Candidate, a: &Candidate, b: &Candidate) -> Option<(f64, f64)> {
-    let model = search.model(&rest.make_up, 1.0, 1.0, 0.0);
-    let problem = Problem::new(search.data, &model);
+fn likeness(rest: &Fitted, a: &Fitted, b: &Fitted) -> Option<(f64, f64)> {
+    let data = &rest.data;
+    let problem = rest.problem();
     let linear = problem.linearise(&rest.fit.point)?;
-    let trace = |c: &Candidate| -> Option<Vec<Vec<f64>>> {
-        let m = search.model(&c.make_up, 1.0, 1.0, 0.0);
-        let p = Problem::new(search.data, &m);
-        (0..search.data.records.len())
+    let trace = |c: &Fitted| -> Option<Vec<Vec<f64>>> {
+        (0..data.records.len())
             .map(|r| {
-                let (t, y) = p.predict(&c.fit.point.theta, r, &c.fit.point.locals[r]);
-                let (u, z) = problem.predict(&rest.fit.point.theta, r, &rest.fit.point.locals[r]);
+                let (t, y) = c.predict(r);
+                let (u, z) = rest.predict(r);
                 (t.ok && u.ok).then(|| {
-                    search
-                        .data
-                        .compared(r)
+                    data.compared(r)
                         .flat_map(|ch| {
                             let i = ch.index();
                             let e: Vec<f64> = y[i].iter().zip(&z[i]).map(|(a, b)| a - b).collect();
-                            search.data.whitened(r, ch, &e)
+                            data.whitened(r, ch, &e)
                         })
                         .collect()
                 })
@@ -244,8 +235,8 @@ fn faster(data: &Data, factor: f64) -> Data {
     d
 }
 
-fn rigs(search: &Search<'_>, d: &Decision) -> Vec<Rig> {
-    let data = search.data;
+fn rigs(d: &Decision) -> Vec<Rig> {
+    let data = &*d.chosen.data;
     let rig = |name, text: String, data, mass, speed| Rig { name, text, data, mass, speed };
     let mut v = vec![rig("repeat", "repeat the campaign as it is".into(), data.clone(), 1.0, 1.0)];
     let tied: Vec<&str> = d.ties.iter().flatten().copied().chain(d.chosen.names()).collect();
@@ -284,23 +275,19 @@ fn rigs(search: &Search<'_>, d: &Decision) -> Vec<Rig> {
 }
 
 /// A candidate's model with the body's mass times `mass`.
-fn model_of<'a>(search: &'a Search<'_>, c: &Candidate, mass: f64) -> Model<'a> {
-    let m = search.model(&c.make_up, 1.0, 1.0, 0.0);
-    let apply = m.apply;
-    Model {
-        parameters: m.parameters,
-        apply: Box::new(move |t: &[f64], p: &mut Physics| {
-            apply(t, p);
-            p.mass *= mass;
-        }),
-    }
+fn model_of(c: &Fitted, mass: f64) -> Model<'_> {
+    let m = c.structure.model();
+    Model::new(m.parameters.clone(), move |t: &[f64], p: &mut Physics| {
+        m.apply(t, p);
+        p.mass *= mass;
+    })
 }
 
 /// How far `b`, refitted, stays from what `a` would read on the changed rig, in sigmas; None where it cannot be run.
-fn separation(search: &Search<'_>, a: &Candidate, b: &Candidate, rig: &Rig) -> Option<f64> {
+fn separation(a: &Fitted, b: &Fitted, rig: &Rig) -> Option<f64> {
     let mut data = rig.data.clone();
-    let model = model_of(search, a, rig.mass);
-    let locals = |c: &Candidate, d: &Data| -> Vec<Vec<f64>> {
+    let model = model_of(a, rig.mass);
+    let locals = |c: &Fitted, d: &Data| -> Vec<Vec<f64>> {
         let names = d.nuisances();
         let each = |l: &Vec<f64>| {
             l.iter().zip(&names).map(|(v, n)| if *n == Nuisance::Speed { v * rig.speed } else { *v }).collect()
@@ -333,7 +320,7 @@ fn separation(search: &Search<'_>, a: &Candidate, b: &Candidate, rig: &Rig) -> O
             }
         }
     }
-    let model = model_of(search, b, rig.mass);
+    let model = model_of(b, rig.mass);
     let problem = Problem::new(&data, &model);
     let start: Point = problem.evaluate(b.fit.point.theta.clone(), locals(b, &data));
     if !start.chi2.is_finite() {
@@ -341,7 +328,7 @@ fn separation(search: &Search<'_>, a: &Candidate, b: &Candidate, rig: &Rig) -> O
     }
     // priors cost a little even at the truth: what `a` itself pays is not separation
     let own = {
-        let model = model_of(search, a, rig.mass);
+        let model = model_of(a, rig.mass);
         Problem::new(&data, &model).evaluate(a.fit.point.theta.clone(), of_a).chi2
     };
     let fit = problem.fit(start, &Options { iterations: 12, ..Options::default() });
@@ -349,8 +336,8 @@ fn separation(search: &Search<'_>, a: &Candidate, b: &Candidate, rig: &Rig) -> O
 }
 
 /// Distance of two chains under one known pulse, in sigmas of the force (or acceleration) channel.
-fn hammer(search: &Search<'_>, a: &Candidate, b: &Candidate) -> f64 {
-    let data = search.data;
+fn hammer(a: &Fitted, b: &Fitted) -> f64 {
+    let data = &a.data;
     if data.kind == Kind::Indentation {
         return 0.0;
     }
@@ -378,10 +365,7 @@ fn hammer(search: &Search<'_>, a: &Candidate, b: &Candidate) -> f64 {
         ok: true,
         ..Trace::default()
     };
-    let read = |c: &Candidate| {
-        let m = search.model(&c.make_up, 1.0, 1.0, 0.0);
-        readings(&Problem::new(data, &m).physics(&c.fit.point.theta), &trace, &time)
-    };
+    let read = |c: &Fitted| readings(&c.physics(), &trace, &time);
     let (ya, yb) = (read(a), read(b));
     let mut sum = 0.0;
     for c in data.compared(0).filter(|c| *c != Channel::Penetration) {

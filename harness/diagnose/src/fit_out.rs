@@ -1,9 +1,11 @@
-//! Candidates fitted out: from the law that others have led to, in every form of their mechanism, with further parameters,
-//! and shaken out of false bottoms.
+//! Candidates fitted out: from the law that others have led to (warm starts), in every form of their mechanism, with
+//! further parameters, and from perturbed restarts out of local minima.
 
 use super::candidate::{Candidate, DETECT, WHITE};
-use super::search::{Search, Term};
-use estimate::problem::{Fit, Options, Problem};
+use super::search::Search;
+use estimate::fitted::Fitted;
+use estimate::problem::{Options, Problem};
+use estimate::structure::Term;
 use rayon::prelude::*;
 
 /// Mechanisms fitted in every form, and the share of the best gain within which they have to lie.
@@ -11,17 +13,17 @@ const FAMILIES: usize = 4;
 const FAMILY_SHARE: f64 = 0.25;
 /// Share of the best gain by which a form may lie above its mechanism's best after the first steps, to be taken on.
 const BEHIND: f64 = 0.1;
-/// Wander of the residual from which a form is extended.
+/// Overdispersion of the residual from which a form is extended.
 const EXTENDED: f64 = 1.05;
-/// Share of the base's wander from which what the best leaves is more than a form that is not quite the one present.
+/// Share of the base's overdispersion from which what the best leaves is more than a form that is not quite the one present.
 const LEFT: f64 = 0.05;
 /// The best few, which are taken on, and whose base parameters others start from, where the best leaves more than noise.
 const BEST: usize = 2;
 /// Changes of the exponent from which the best candidates are fitted again.
-const SHAKES: [f64; 3] = [-0.3, 0.0, 0.3];
+const PERTURBATIONS: [f64; 3] = [-0.3, 0.0, 0.3];
 
 /// Puts each candidate found in the place it was found for, where it is the better one.
-fn keep_better(v: &mut [Candidate], found: Vec<(usize, Candidate)>) {
+fn keep_better(v: &mut [Fitted], found: Vec<(usize, Fitted)>) {
     for (i, c) in found {
         if c.cost() < v[i].cost() {
             v[i] = c;
@@ -29,48 +31,50 @@ fn keep_better(v: &mut [Candidate], found: Vec<(usize, Candidate)>) {
     }
 }
 
-impl Search<'_> {
+impl Search {
     /// Every mechanism sifted once more from where the best few have led the base parameters: a base that took up part of
     /// what is missing hides the rest of it. Only where the best leaves more than noise. Names of what came out better,
     /// and all that was sifted.
-    pub(super) fn borrowed(
+    pub(super) fn warm_started(
         &self,
-        from: &Candidate,
-        v: &mut Vec<Candidate>,
+        from: &Fitted,
+        v: &mut Vec<Fitted>,
         quick: &Options,
         slow: &Options,
         starts: usize,
-    ) -> (Vec<&'static str>, Vec<(Term, Fit)>) {
-        let restless = |c: &&Candidate| {
-            let wander = self.wander_of(c);
-            wander > WHITE && wander - 1.0 > LEFT * (self.wander_of(from) - 1.0)
+    ) -> (Vec<&'static str>, Vec<Fitted>) {
+        let is_coloured = |c: &&Fitted| {
+            let overdispersion = c.overdispersion();
+            overdispersion > WHITE && overdispersion - 1.0 > LEFT * (from.overdispersion() - 1.0)
         };
-        let Some(best) = v.first().filter(restless) else { return (Vec::new(), Vec::new()) };
-        let gain = (from.fit.point.chi2 - best.fit.point.chi2).max(0.0);
-        let reach = best.fit.point.chi2 + BEHIND * gain;
-        let model = self.model(&from.make_up, 1.0, 1.0, 0.0);
-        let problem = Problem::new(self.data, &model);
-        let lent: Vec<Fit> = v
+        let Some(best) = v.first().filter(is_coloured) else { return (Vec::new(), Vec::new()) };
+        let gain = (from.chi2() - best.chi2()).max(0.0);
+        let reach = best.chi2() + BEHIND * gain;
+        let problem = from.problem();
+        let warm: Vec<Fitted> = v
             .iter()
             .take(BEST)
             .map(|c| {
-                let theta = c.fit.point.theta[..model.parameters.len()].to_vec();
-                Fit { point: problem.evaluate(theta, c.fit.point.locals.clone()), ..from.fit.clone() }
+                let theta = c.fit.point.theta[..problem.model.parameters.len()].to_vec();
+                let mut start = from.clone();
+                start.fit.point = problem.evaluate(theta, c.fit.point.locals.clone());
+                start
             })
-            .filter(|f| f.point.chi2.is_finite())
+            .filter(|f| f.chi2().is_finite())
             .collect();
         let list = self.candidates();
-        let mut sifted: Vec<(Term, Fit)> =
-            lent.iter().flat_map(|f| self.screen(&from.make_up, f, &list, starts, quick)).collect();
-        sifted.sort_by(|a, b| a.1.point.chi2.total_cmp(&b.1.point.chi2));
-        let mut promising: Vec<(Term, Fit)> = Vec::new();
-        for (t, f) in sifted.iter().filter(|s| s.1.point.chi2 <= reach) {
-            if promising.iter().all(|p| p.0.mechanism.name != t.mechanism.name) {
-                promising.push((t.clone(), f.clone()));
+        let mut sifted: Vec<Fitted> = warm.iter().flat_map(|f| self.screen(f, &list, starts, quick)).collect();
+        sifted.sort_by(|a, b| a.chi2().total_cmp(&b.chi2()));
+        let mut promising: Vec<&Fitted> = Vec::new();
+        for f in sifted.iter().filter(|s| s.chi2() <= reach) {
+            if promising.iter().all(|p| p.added() != f.added()) {
+                promising.push(f);
             }
         }
-        let fitted: Vec<Candidate> =
-            promising.into_par_iter().map(|(t, f)| self.fitted(from, t, f.point, slow)).collect();
+        let fitted: Vec<Fitted> = promising
+            .into_par_iter()
+            .map(|f| Fitted::from(&self.data, f.structure.clone(), f.fit.point.clone(), slow))
+            .collect();
         let mut improved = Vec::new();
         for c in fitted {
             let name = c.added();
@@ -89,20 +93,20 @@ impl Search<'_> {
     /// are fitted out.
     pub(super) fn families(
         &self,
-        from: &Candidate,
-        v: &mut [Candidate],
-        sifted: &[(Term, Fit)],
+        from: &Fitted,
+        v: &mut [Fitted],
+        sifted: &[Fitted],
         options: &Options,
         asked: &dyn Fn(&str) -> bool,
     ) {
         let Some(best) = v.first().map(|c| c.cost()) else { return };
-        let gain = from.fit.point.chi2 - best;
-        let named = |c: &Candidate| c.make_up.terms.last().is_some_and(|t| t.mechanism.named);
+        let gain = from.chi2() - best;
+        let named = |c: &Fitted| c.structure.last().is_some_and(|t| t.mechanism.named);
         // what stands in for the unknown takes up some of everything: names are held against the best name
         let best_named = v.iter().find(|c| named(c)).map_or(best, |c| c.cost());
-        let is_near = |c: &Candidate| {
+        let is_near = |c: &Fitted| {
             let best = if named(c) { best_named } else { best };
-            c.cost() - best < (FAMILY_SHARE * (from.fit.point.chi2 - best)).max(DETECT)
+            c.cost() - best < (FAMILY_SHARE * (from.chi2() - best)).max(DETECT)
         };
         let near = (0..v.len()).filter(|i| is_near(&v[*i])).take(FAMILIES);
         let near: Vec<usize> = near.filter(|i| asked(v[*i].added())).collect();
@@ -110,104 +114,102 @@ impl Search<'_> {
             .iter()
             .flat_map(|i| {
                 let i = *i;
-                let had = &v[i].make_up.terms[from.make_up.terms.len()];
+                let had = &v[i].structure.terms()[from.structure.terms().len()];
                 self.candidates()
                     .into_iter()
-                    .filter(|t| t.mechanism.name == had.mechanism.name && t.form.label != had.form.label)
+                    .filter(|t| t.name() == had.name() && t.form.label != had.form.label)
                     .map(move |t| (i, t))
                     .collect::<Vec<_>>()
             })
             .collect();
-        let fitted: Vec<(usize, Candidate)> = others
+        let fitted: Vec<(usize, Fitted)> = others
             .into_par_iter()
             .filter_map(|(i, t)| {
-                let before =
-                    sifted.iter().find(|s| s.0.mechanism.name == t.mechanism.name && s.0.form.label == t.form.label);
-                let quick = Options { iterations: 12, ..Options::default() };
-                let start = match before {
-                    Some((_, f)) => f.point.clone(),
-                    None => self.add(&from.make_up, &from.fit.point, &t, 2, &quick)?.point,
+                let in_that_form = |s: &&Fitted| {
+                    s.structure.last().is_some_and(|u| u.name() == t.name() && u.form.label == t.form.label)
                 };
-                let ceiling = v[i].fit.point.chi2 + (BEHIND * gain).max(DETECT);
-                Some((i, self.fitted(from, t, start, &Options { ceiling, ..*options })))
+                let quick = Options { iterations: 12, ..Options::default() };
+                let start = match sifted.iter().find(in_that_form) {
+                    Some(f) => f.fit.point.clone(),
+                    None => from.add(&t, 2, &quick)?.fit.point,
+                };
+                let ceiling = v[i].chi2() + (BEHIND * gain).max(DETECT);
+                Some((i, from.with(t, start, &Options { ceiling, ..*options })))
             })
             .collect();
-        let mut forms: Vec<(usize, Candidate)> = near.iter().map(|i| (*i, v[*i].clone())).collect();
+        let mut forms: Vec<(usize, Fitted)> = near.iter().map(|i| (*i, v[*i].clone())).collect();
         forms.extend(fitted);
         keep_better(v, forms.clone());
-        let restless: Vec<usize> = near.iter().copied().filter(|i| self.wander_of(&v[*i]) > EXTENDED).collect();
-        let extended: Vec<(usize, Candidate)> = forms
+        let coloured: Vec<usize> = near.iter().copied().filter(|i| v[*i].overdispersion() > EXTENDED).collect();
+        let extended: Vec<(usize, Fitted)> = forms
             .par_iter()
-            .filter(|(i, _)| restless.contains(i))
+            .filter(|(i, _)| coloured.contains(i))
             .flat_map_iter(|(i, c)| {
-                let ceiling = v[*i].fit.point.chi2 + (BEHIND * gain).max(DETECT);
-                self.extended(c, &Options { ceiling, ..*options }).into_iter().map(|c| (*i, c))
+                let ceiling = v[*i].chi2() + (BEHIND * gain).max(DETECT);
+                extended_forms(c, &Options { ceiling, ..*options }).into_iter().map(|c| (*i, c))
             })
             .collect();
         keep_better(v, extended);
-        let shaken: Vec<(usize, Candidate)> = near
+        let restarted: Vec<(usize, Fitted)> = near
             .into_par_iter()
-            .flat_map_iter(|i| SHAKES.map(|d| (i, d)))
-            .filter_map(|(i, d)| Some((i, self.shaken(&v[i], d, options)?)))
+            .flat_map_iter(|i| PERTURBATIONS.map(|d| (i, d)))
+            .filter_map(|(i, d)| Some((i, restarted_from(&v[i], d, options)?)))
             .collect();
-        keep_better(v, shaken);
+        keep_better(v, restarted);
         v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
     }
 
-    /// The best few taken on until they have converged: bounces make valleys that are long, and what has not come to their
-    /// end leaves more than its form does.
-    pub(super) fn take_on(&self, v: &mut [Candidate]) {
-        let restless = |c: &Candidate| !c.fit.converged && self.wander_of(c) > EXTENDED;
-        let few: Vec<(usize, &Candidate)> = v.iter().enumerate().take(BEST).filter(|(_, c)| restless(c)).collect();
-        let found: Vec<(usize, Candidate)> = few.into_par_iter().map(|(i, c)| (i, self.taken_on(c))).collect();
+    /// The best few fitted on until they have converged: bounces make valleys that are long, and what has not come to
+    /// their end leaves more than its form does.
+    pub(super) fn carry_on(&self, v: &mut [Fitted]) {
+        let unfinished = |c: &Fitted| !c.fit.converged && c.overdispersion() > EXTENDED;
+        let few: Vec<(usize, &Fitted)> = v.iter().enumerate().take(BEST).filter(|(_, c)| unfinished(c)).collect();
+        let found: Vec<(usize, Fitted)> = few.into_par_iter().map(|(i, c)| (i, c.carried_on())).collect();
         keep_better(v, found);
         v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
     }
+}
 
-    /// `c` with its last term in every form that extends the one it has, fitted from there.
-    fn extended(&self, c: &Candidate, options: &Options) -> Vec<Candidate> {
-        let Some(had) = c.make_up.terms.last() else { return Vec::new() };
-        let mut out = Vec::new();
-        for term in self.extensions(had) {
-            let starts = term.form.starts.clone();
-            let mut next = c.make_up.clone();
-            *next.terms.last_mut().expect("there is one") = term;
-            let model = self.model(&next, 1.0, 1.0, 0.0);
-            let problem = Problem::new(self.data, &model);
-            for further in starts {
-                let start = problem.evaluate([c.fit.point.theta.clone(), further].concat(), c.fit.point.locals.clone());
-                if start.chi2.is_finite() {
-                    out.push(Candidate { make_up: next.clone(), fit: problem.fit(start, options) });
-                }
+/// `c` with its last term in every form that extends the one it has, fitted from there.
+fn extended_forms(c: &Fitted, options: &Options) -> Vec<Fitted> {
+    let Some(had) = c.structure.last() else { return Vec::new() };
+    let mut out = Vec::new();
+    for term in c.structure.base().extensions(had) {
+        let starts = term.form.starts.clone();
+        let next = c.structure.with_last(term);
+        let problem = Problem::new(&c.data, next.model());
+        for further in starts {
+            let start = problem.evaluate([c.fit.point.theta.clone(), further].concat(), c.fit.point.locals.clone());
+            if start.chi2.is_finite() {
+                out.push(Fitted::from(&c.data, next.clone(), start, options));
             }
         }
-        out
     }
+    out
+}
 
-    /// A candidate fitted again from another exponent at the same force and from tolerances and scatter of zero: the
-    /// ridge of stiffness and exponent holds false bottoms. None where that leads no lower.
-    fn shaken(&self, c: &Candidate, by: f64, options: &Options) -> Option<Candidate> {
-        let model = self.model(&c.make_up, 1.0, 1.0, 0.0);
-        let coarse = self.data.coarse();
-        let sift = Problem::new(&coarse, &model);
-        let mut theta = c.fit.point.theta.clone();
-        let q = &model.parameters[1];
-        theta[1] = (theta[1] + by).clamp(q.lower + 0.05, q.upper - 0.05);
-        for (t, q) in theta.iter_mut().zip(&model.parameters) {
-            if let Some((mean, _)) = q.prior {
-                *t = mean;
-            }
+/// A perturbed restart: a candidate fitted again from another exponent at the same force and from tolerances and scatter of
+/// zero, for the ridge of stiffness and exponent holds local minima. None where that leads no lower.
+fn restarted_from(c: &Fitted, by: f64, options: &Options) -> Option<Fitted> {
+    let model = c.structure.model();
+    let coarse = c.data.coarse();
+    let sift = Problem::new(&coarse, model);
+    let mut theta = c.fit.point.theta.clone();
+    let q = &model.parameters[1];
+    theta[1] = (theta[1] + by).clamp(q.lower + 0.05, q.upper - 0.05);
+    for (t, q) in theta.iter_mut().zip(&model.parameters) {
+        if let Some((mean, _)) = q.prior {
+            *t = mean;
         }
-        let start = sift.evaluate(theta, self.without_scatter(&c.fit.point.locals));
-        let quick = sift.fit(start, &Options { iterations: 14, ..Options::default() });
-        // it has to have come near at least
-        let near = c.fit.point.chi2 + DETECT + 0.02 * (quick.objective[0] - c.fit.point.chi2).max(0.0);
-        if !quick.point.chi2.is_finite() || quick.point.chi2 > near {
-            return None;
-        }
-        let fine = Problem::new(self.data, &model);
-        let start = fine.evaluate(quick.point.theta, quick.point.locals);
-        let fit = fine.fit(start, options);
-        (fit.point.chi2 < c.fit.point.chi2).then(|| Candidate { make_up: c.make_up.clone(), fit })
     }
+    let start = sift.evaluate(theta, c.data.without_scatter(&c.fit.point.locals));
+    let quick = sift.fit(start, &Options { iterations: 14, ..Options::default() });
+    // it has to have come near at least
+    let near = c.chi2() + DETECT + 0.02 * (quick.objective[0] - c.chi2()).max(0.0);
+    if !quick.point.chi2.is_finite() || quick.point.chi2 > near {
+        return None;
+    }
+    let start = c.problem().evaluate(quick.point.theta, quick.point.locals);
+    let found = Fitted::from(&c.data, c.structure.clone(), start, options);
+    (found.chi2() < c.chi2()).then_some(found)
 }

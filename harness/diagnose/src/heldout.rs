@@ -1,7 +1,6 @@
 //! Recordings predicted by parameters fitted without any recording of their own level.
 
-use super::candidate::Candidate;
-use super::search::Search;
+use estimate::fitted::Fitted;
 use estimate::levels::nrmse;
 use estimate::problem::{Data, Nuisance, Options, Point, Problem};
 use rayon::prelude::*;
@@ -15,8 +14,8 @@ pub struct HeldOut {
 }
 
 /// Predicts every recording with `candidate` refitted without its level.
-pub fn held_out(search: &Search<'_>, candidate: &Candidate) -> HeldOut {
-    let data = search.data;
+pub fn held_out(candidate: &Fitted) -> HeldOut {
+    let data = &*candidate.data;
     let n = data.records.len();
     let mut levels: Vec<usize> = data.records.iter().map(|r| r.level).collect();
     levels.sort_unstable();
@@ -36,9 +35,7 @@ pub fn held_out(search: &Search<'_>, candidate: &Candidate) -> HeldOut {
             } else {
                 // one recording: its first half cycle
                 let mut d = data.clone();
-                let model = search.model(&candidate.make_up, 1.0, 1.0, 0.0);
-                let (t, _) =
-                    Problem::new(data, &model).predict(&candidate.fit.point.theta, 0, &candidate.fit.point.locals[0]);
+                let (t, _) = candidate.predict(0);
                 for w in &mut d.records[0].weight {
                     for (w, time) in w.iter_mut().zip(&data.records[0].setup.time) {
                         if *time > t.deepest {
@@ -48,8 +45,7 @@ pub fn held_out(search: &Search<'_>, candidate: &Candidate) -> HeldOut {
                 }
                 d
             };
-            let model = search.model(&candidate.make_up, 1.0, 1.0, 0.0);
-            let problem = Problem::new(&train, &model);
+            let problem = Problem::new(&train, candidate.structure.model());
             let kept: Vec<usize> = if n > 1 { (0..n).filter(|r| !out.contains(r)).collect() } else { vec![0] };
             let start = Point {
                 theta: candidate.fit.point.theta.clone(),
@@ -58,7 +54,7 @@ pub fn held_out(search: &Search<'_>, candidate: &Candidate) -> HeldOut {
             };
             let start = problem.evaluate(start.theta, start.locals);
             let fit = problem.fit(start, &Options { iterations: 20, ..Options::default() });
-            let full = Problem::new(data, &model);
+            let full = candidate.problem();
             out.iter()
                 .map(|r| {
                     let mut local = data.local_start(*r);

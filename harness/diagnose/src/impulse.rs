@@ -1,8 +1,8 @@
 //! The impulse that a channel at its limit did not read: speeds before and after the impact leave so much for it, and
 //! hold what a law that is not all that there is says of the peak.
 
-use super::search::GAIN;
 use estimate::problem::{Point, Problem};
+use estimate::structure::GAIN;
 use record::{largest, Channel, Kind};
 use statrs::statistics::Statistics;
 
@@ -14,7 +14,7 @@ const BELOW: f64 = 0.98;
 
 /// What one recording's readings leave of the body's change of speed, m/s.
 struct Balance {
-    /// Speed at the start as told, and its standard deviation.
+    /// Speed at the start as reported, and its standard deviation.
     speed: f64,
     sd: f64,
     /// How much more speed than in the model there is at the end, where the readings below the limit, and the model
@@ -40,7 +40,7 @@ fn one_more(v: &[f64]) -> Option<(f64, f64)> {
 /// recording; (1, 0) where nothing is known of it. `point`: a fit, of which `problem` is, that leaves more than noise.
 ///
 /// The reading of an acceleration, or a force over the mass, adds up to the change of speed. The speed at the start is
-/// told; that at the end is the model's, put right by what the recordings that stayed below the limit show to be wrong
+/// reported; that at the end is the model's, put right by what the recordings that stayed below the limit show to be wrong
 /// with it, as a share of the speed: coefficients of restitution are alike, and fall with speed as the law has it.
 pub(super) fn shares(problem: &Problem<'_>, point: &Point, channel: Channel) -> Vec<(f64, f64)> {
     let records = &problem.data.records;
@@ -59,15 +59,15 @@ pub(super) fn shares(problem: &Problem<'_>, point: &Point, channel: Channel) -> 
     let balance = |r: usize| -> Option<Balance> {
         let (record, local) = (&records[r], &point.locals[r]);
         let read = record.y[channel.index()].as_ref()?;
-        let (told, sd) = record.speed?;
+        let (reported, sd) = record.speed?;
         let (trace, kept, free) = problem.predict_unlimited(&point.theta, r, local);
         let (kept, free) = (&kept[channel.index()], &free[channel.index()]);
         let time = &record.setup.time;
         let fitted = if record.at_first { trace.first_speed } else { problem.local(local).speed };
         Some(Balance {
-            speed: told,
+            speed: reported,
             sd,
-            more: told - fitted + speed * integral(time, |i| read[i] - kept[i]),
+            more: reported - fitted + speed * integral(time, |i| read[i] - kept[i]),
             beyond: speed * integral(time, |i| free[i] - kept[i]),
             whole: largest(read) < BELOW * physics.clipping.level,
         })
@@ -76,9 +76,9 @@ pub(super) fn shares(problem: &Problem<'_>, point: &Point, channel: Channel) -> 
     let whole: Vec<&Balance> = balances.iter().flatten().filter(|b| b.whole && b.beyond == 0.0).collect();
     let ratios: Vec<f64> = whole.iter().map(|b| b.more / b.speed).collect();
     let Some((more, scatter)) = one_more(&ratios) else { return unknown };
-    // known no better than the speeds told
-    let told = whole.iter().map(|b| b.sd / b.speed.abs()).sum::<f64>() / (whole.len() as f64).powf(1.5);
-    let more_sd = scatter.max(told);
+    // known no better than the speeds reported
+    let reported = whole.iter().map(|b| b.sd / b.speed.abs()).sum::<f64>() / (whole.len() as f64).powf(1.5);
+    let more_sd = scatter.max(reported);
     let share = |b: &Balance| -> (f64, f64) {
         let measured = 1.0 + (more * b.speed - b.more) / b.beyond;
         let sd = (b.sd.powi(2) + (more_sd * b.speed).powi(2) + (GAIN * b.speed).powi(2)).sqrt() / b.beyond.abs();
@@ -91,11 +91,11 @@ pub(super) fn shares(problem: &Problem<'_>, point: &Point, channel: Channel) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::candidate::Candidate;
-    use crate::run::ready;
-    use crate::search::{MakeUp, Search, Term};
     use crate::unclipped::unclipped;
+    use estimate::fitted::Fitted;
+    use estimate::prepare::Prepared;
     use estimate::problem::Options;
+    use estimate::structure::Term;
     use plant::recipe::{write_campaign, Recipe};
     use record::{load, Campaign};
 
@@ -123,23 +123,20 @@ mod tests {
             .map(|r| largest(r.channels[Channel::Acceleration.index()].as_ref().unwrap()))
             .collect();
         let c = drops(LIMIT);
-        let (data, guess) = ready(&c).unwrap();
-        let search = Search::new(&c, &data);
-        let base = search.base(&c, &guess);
-        let clip: Term = search
+        let Prepared { data, guess, structure } = Prepared::new(&c).unwrap();
+        let base = Fitted::base(&data, &structure, &guess);
+        let clip: Term = structure
+            .base()
             .candidates()
             .into_iter()
             .find(|t| t.mechanism.name == "clipping" && t.form.label == "acceleration, hard")
             .unwrap();
-        let fit = search.add(&MakeUp::default(), &base.point, &clip, 2, &Options::default()).unwrap();
-        let base = Candidate { make_up: MakeUp::default(), fit: base };
-        let wrong = search.candidate(&base, clip, fit);
-        let (_, found) = unclipped(&search, &wrong).unwrap();
-        let model = search.model(&wrong.make_up, 1.0, 1.0, 0.0);
-        let told = shares(&Problem::new(&data, &model), &wrong.fit.point, Channel::Acceleration);
+        let wrong = base.add(&clip, 2, &Options::default()).unwrap();
+        let (_, found) = unclipped(&wrong).unwrap();
+        let shares = shares(&wrong.problem(), &wrong.fit.point, Channel::Acceleration);
         // errors of the peaks, and of those that the law has without the speeds
         let (mut by_speeds, mut by_law, mut seen) = (0.0f64, 0.0f64, 0);
-        for ((u, peak), (share, _)) in found.iter().zip(&without_limit).zip(told).filter(|((u, _), _)| u.clipped) {
+        for ((u, peak), (share, _)) in found.iter().zip(&without_limit).zip(shares).filter(|((u, _), _)| u.clipped) {
             let law = LIMIT + (u.peak - LIMIT) / share;
             by_speeds = by_speeds.max((u.peak / peak - 1.0).abs());
             by_law = by_law.max((law / peak - 1.0).abs());

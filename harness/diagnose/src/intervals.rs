@@ -1,7 +1,6 @@
 //! 95 % intervals of a mechanism's parameters: by profile likelihood where cheap, else from the covariance.
 
-use super::candidate::Candidate;
-use super::search::Search;
+use estimate::fitted::Fitted;
 use estimate::problem::{Options, Point, Problem};
 use rayon::prelude::*;
 
@@ -30,25 +29,26 @@ const CHEAP: usize = 1_200_000;
 /// Trials per end of an interval.
 const TRIALS: usize = 4;
 
-/// Intervals of every term of `chosen`; `wander` inflates the noise's variance where the residual is not white.
-pub fn intervals(search: &Search<'_>, chosen: &Candidate, wander: f64) -> Vec<Intervals> {
-    let model = search.model(&chosen.make_up, 1.0, 1.0, 0.0);
-    let problem = Problem::new(search.data, &model);
+/// Intervals of every term of `chosen`; `overdispersion` inflates the noise's variance where the residual is not white.
+pub fn intervals(chosen: &Fitted, overdispersion: f64) -> Vec<Intervals> {
+    let problem = chosen.problem();
+    let model = chosen.structure.model();
+    let context = &chosen.structure.base().context;
     let point = &chosen.fit.point;
-    let first = search.first_term(&model, &chosen.make_up);
+    let first = chosen.structure.first_term();
     let count = model.parameters.len() - first;
-    let wander = wander.max(1.0);
+    let overdispersion = overdispersion.max(1.0);
     let sd: Vec<f64> = match problem.covariance(point) {
-        Some(c) => (first..first + count).map(|j| (c[(j, j)].max(0.0) * wander).sqrt()).collect(),
+        Some(c) => (first..first + count).map(|j| (c[(j, j)].max(0.0) * overdispersion).sqrt()).collect(),
         None => vec![f64::NAN; count],
     };
-    let cheap = search.data.samples() * model.parameters.len() * count <= CHEAP;
+    let cheap = chosen.data.samples() * model.parameters.len() * count <= CHEAP;
     // ends of every parameter's interval, as whole vectors: the others follow
     let ends: Vec<[Option<Vec<f64>>; 2]> = if cheap {
         (0..count)
             .into_par_iter()
             .map(|k| {
-                let end = |side: f64| profile_end(search, chosen, first + k, side, sd[k], RISE * wander);
+                let end = |side: f64| profile_end(chosen, first + k, side, sd[k], RISE * overdispersion);
                 [end(-1.0), end(1.0)]
             })
             .collect()
@@ -58,20 +58,20 @@ pub fn intervals(search: &Search<'_>, chosen: &Candidate, wander: f64) -> Vec<In
     let profiled = cheap && ends.iter().flatten().all(Option::is_some);
     let mut at = first;
     chosen
-        .make_up
-        .terms
+        .structure
+        .terms()
         .iter()
         .map(|t| {
             let n = t.form.parameters.len();
             let values = &point.theta[at..at + n];
-            let said = t.form.describe(values, &search.context);
+            let said = t.form.describe(values, context);
             let mut of: Vec<Interval> = said
                 .iter()
                 .map(|(name, value, unit)| Interval { name, value: *value, unit, low: *value, high: *value })
                 .collect();
             if profiled {
                 for theta in ends.iter().flatten().flatten() {
-                    for (o, d) in of.iter_mut().zip(t.form.describe(&theta[at..at + n], &search.context)) {
+                    for (o, d) in of.iter_mut().zip(t.form.describe(&theta[at..at + n], context)) {
                         o.low = o.low.min(d.1);
                         o.high = o.high.max(d.1);
                     }
@@ -81,7 +81,7 @@ pub fn intervals(search: &Search<'_>, chosen: &Candidate, wander: f64) -> Vec<In
                 for j in 0..n {
                     let mut v = values.to_vec();
                     v[j] += sd[at - first + j];
-                    for (s, (q, d)) in var.iter_mut().zip(t.form.describe(&v, &search.context).iter().zip(&said)) {
+                    for (s, (q, d)) in var.iter_mut().zip(t.form.describe(&v, context).iter().zip(&said)) {
                         *s += (q.1 - d.1).powi(2);
                     }
                 }
@@ -97,7 +97,7 @@ pub fn intervals(search: &Search<'_>, chosen: &Candidate, wander: f64) -> Vec<In
 }
 
 /// The parameters where the profile of parameter `j` has risen by `rise` on one side, or at its bound.
-fn profile_end(search: &Search<'_>, chosen: &Candidate, j: usize, side: f64, sd: f64, rise: f64) -> Option<Vec<f64>> {
+fn profile_end(chosen: &Fitted, j: usize, side: f64, sd: f64, rise: f64) -> Option<Vec<f64>> {
     if !(sd.is_finite() && sd > 0.0) {
         return None;
     }
@@ -105,13 +105,13 @@ fn profile_end(search: &Search<'_>, chosen: &Candidate, j: usize, side: f64, sd:
     let (mut value, centre) = (best.theta[j] + side * 1.96 * sd, best.theta[j]);
     let mut from: Point = best.clone();
     for trial in 0..TRIALS {
-        let mut model = search.model(&chosen.make_up, 1.0, 1.0, 0.0);
+        let mut model = chosen.structure.model().clone();
         let p = &mut model.parameters[j];
         value = value.clamp(p.lower, p.upper);
         let at_bound = value == p.lower || value == p.upper;
         // a parameter between equal bounds is held
         (p.lower, p.upper) = (value, value);
-        let problem = Problem::new(search.data, &model);
+        let problem = Problem::new(&chosen.data, &model);
         let mut theta = from.theta.clone();
         theta[j] = value;
         let start = problem.evaluate(theta, from.locals.clone());

@@ -8,8 +8,7 @@
 
 use super::acts::{phases, PHASES};
 use super::answer::figure;
-use super::candidate::Candidate;
-use super::search::Search;
+use estimate::fitted::Fitted;
 use estimate::problem::{Nuisance, Point, Problem};
 use law::{Memory, Parameters};
 use nalgebra::{DMatrix, DVector};
@@ -82,20 +81,20 @@ const KNOTS: usize = 64;
 const PENALTIES: [f64; 12] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 1e2, 1e3, 1e4, 1e5];
 
 /// The latent force that the model of `reference` lacks; None where it cannot be simulated.
-pub fn latent(search: &Search<'_>, reference: &Candidate) -> Option<Latent> {
-    let model = search.model(&reference.make_up, 1.0, 1.0, 0.0);
-    let problem = Problem::new(search.data, &model);
-    let places: Vec<Place> = if search.data.kind == Kind::Indentation {
+pub fn latent(reference: &Fitted) -> Option<Latent> {
+    let data = &reference.data;
+    let problem = reference.problem();
+    let places: Vec<Place> = if data.kind == Kind::Indentation {
         vec![Place::Contact]
     } else {
         let all = [Place::Contact, Place::Motion].into_iter();
-        all.chain(Channel::ALL.into_iter().filter(|c| search.data.has(*c)).map(Place::Reading)).collect()
+        all.chain(Channel::ALL.into_iter().filter(|c| data.has(*c)).map(Place::Reading)).collect()
     };
     type Tried = (Place, f64, Vec<(Record, f64)>);
     let mut tried: Vec<Tried> = places
         .into_par_iter()
         .filter_map(|p| {
-            let parts: Vec<(Record, f64)> = (0..search.data.records.len())
+            let parts: Vec<(Record, f64)> = (0..data.records.len())
                 .map(|r| estimate(&problem, &reference.fit.point, r, p))
                 .collect::<Option<_>>()?;
             Some((p, parts.iter().map(|q| q.1).sum(), parts))
@@ -109,7 +108,7 @@ pub fn latent(search: &Search<'_>, reference: &Candidate) -> Option<Latent> {
     let mut best: Option<(f64, usize, usize)> = None;
     let mut by_phase = [0.0; 4];
     for (r, rec) in records.iter().enumerate() {
-        let (trace, _) = problem.predict(&reference.fit.point.theta, r, &reference.fit.point.locals[r]);
+        let (trace, _) = reference.predict(r);
         let phases = phases(&trace);
         for i in 0..rec.time.len() {
             let z = if rec.band[i] > 0.0 { rec.force[i].abs() / rec.band[i] } else { 0.0 };
@@ -122,7 +121,7 @@ pub fn latent(search: &Search<'_>, reference: &Candidate) -> Option<Latent> {
     let most = (0..4).max_by(|a, b| by_phase[*a].total_cmp(&by_phase[*b])).unwrap_or(1);
     let (z, r, i) = best?;
     let rec = &records[r];
-    let channels = search.data.compared(r).count();
+    let channels = data.compared(r).count();
     let apart = if channels > 1 { "" } else { " With one channel the place it enters cannot be told." };
     let unit = place.unit();
     let brief = format!(

@@ -1,9 +1,7 @@
 //! Where the misfit sits: level by phase by channel, in multiples of noise.
 
 use super::acts::phases;
-use super::candidate::Candidate;
-use super::search::Search;
-use estimate::problem::Problem;
+use estimate::fitted::Fitted;
 use plant::simulate::Trace;
 use record::Channel;
 
@@ -54,12 +52,11 @@ impl Sums {
 }
 
 /// The map of a campaign: `base` before, `chosen` after; cells without samples are left out.
-pub fn map(search: &Search<'_>, base: &Candidate, chosen: &Candidate) -> Vec<Cell> {
-    let data = search.data;
+pub fn map(base: &Fitted, chosen: &Fitted) -> Vec<Cell> {
+    let data = &base.data;
     let levels = data.records.iter().map(|r| r.level).max().unwrap_or(0) + 1;
-    let sums = |c: &Candidate, frame: Option<&[Trace]>| -> Option<(Vec<Sums>, Vec<Trace>)> {
-        let model = search.model(&c.make_up, 1.0, 1.0, 0.0);
-        let problem = Problem::new(data, &model);
+    let sums = |c: &Fitted, frame: Option<&[Trace]>| -> Option<(Vec<Sums>, Vec<Trace>)> {
+        let problem = c.problem();
         let mut cells = vec![Sums::default(); levels * 12];
         let mut traces = Vec::new();
         for (r, rec) in data.records.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Whether channels and speeds agree at all: a wrong unit is no physics, nor are two campaigns in one folder.
 
-use estimate::prepare::{median, Invalid};
+use estimate::condition::{median, Invalid};
 use estimate::problem::{Data, Record};
 use nalgebra::{DMatrix, DVector};
 use record::{Campaign, Kind};
@@ -118,9 +118,9 @@ fn against_given(c: &Campaign, data: &Data) -> Result<(), Invalid> {
         let ratios: Vec<f64> = ratios.filter(|r| r.is_finite()).collect();
         (ratios.len() >= 5).then(|| median(ratios))
     };
-    let told: Vec<(&Record, f64)> = data.records.iter().filter_map(|r| Some((r, ratio(r)?))).collect();
-    let Some(i) = wrong_unit(&told.iter().map(|(r, q)| (r.level, *q)).collect::<Vec<_>>()) else { return Ok(()) };
-    let (rec, ratio) = told[i];
+    let ratios: Vec<(&Record, f64)> = data.records.iter().filter_map(|r| Some((r, ratio(r)?))).collect();
+    let Some(i) = wrong_unit(&ratios.iter().map(|(r, q)| (r.level, *q)).collect::<Vec<_>>()) else { return Ok(()) };
+    let (rec, ratio) = ratios[i];
     Err(refused(
         &rec.file,
         format!("force is {ratio:.3e} times the k x^p of [simulation]"),
@@ -131,11 +131,11 @@ fn against_given(c: &Campaign, data: &Data) -> Result<(), Invalid> {
 
 /// The first of (level, force over the given simulation's) that a wrong unit must have made: far off where the campaign
 /// as a whole is, or where others of its level are not. Some levels alone are off where the given law is a bad one.
-fn wrong_unit(told: &[(usize, f64)]) -> Option<usize> {
+fn wrong_unit(ratios: &[(usize, f64)]) -> Option<usize> {
     let off = |ratio: f64| !(1.0 / GIVEN..=GIVEN).contains(&ratio);
-    let all_off = !told.is_empty() && off(median(told.iter().map(|t| t.1).collect()));
-    let mate_fine = |level: usize| told.iter().any(|(l, q)| *l == level && !off(*q));
-    told.iter().position(|(level, ratio)| off(*ratio) && (all_off || mate_fine(*level)))
+    let all_off = !ratios.is_empty() && off(median(ratios.iter().map(|t| t.1).collect()));
+    let mate_fine = |level: usize| ratios.iter().any(|(l, q)| *l == level && !off(*q));
+    ratios.iter().position(|(level, ratio)| off(*ratio) && (all_off || mate_fine(*level)))
 }
 
 /// Factor between force and a calibrated k x^p that no physics left out makes.

@@ -2,7 +2,6 @@
 
 use super::decide::Decision;
 use super::heldout::held_out;
-use super::search::Search;
 
 /// A candidate and how it did.
 #[derive(Clone, Debug)]
@@ -25,33 +24,34 @@ pub struct Rival {
 const SCORED: usize = 3;
 
 /// Every single candidate, best first; the chosen one, the ties and the best few wrong ones with held-out scores.
-pub fn rivals(search: &Search<'_>, d: &Decision, after: Option<f64>) -> Vec<Rival> {
+pub fn rivals(d: &Decision, after: Option<f64>) -> Vec<Rival> {
     let chosen = d.chosen.names();
     let tied: Vec<&str> = d.ties.iter().flatten().copied().collect();
     let mut scored = 0;
     d.singles
         .iter()
         .map(|s| {
-            let name = s.names()[0];
+            let term = &s.structure.terms()[0];
+            let name = term.name();
             let is_chosen = chosen.contains(&name);
-            let gain = d.base.fit.point.chi2 - s.fit.point.chi2;
+            let gain = d.base.chi2() - s.chi2();
             let heldout = if d.detected && chosen == [name] {
                 after
             } else if d.detected && scored < SCORED && gain > 0.0 {
                 scored += 1;
-                Some(held_out(search, s).nrmse)
+                Some(held_out(s).nrmse)
             } else {
                 None
             };
             Rival {
                 name: name.to_string(),
-                form: s.make_up.terms[0].form.label.to_string(),
-                origin: s.make_up.terms[0].mechanism.origin.name(),
+                form: term.form.label.to_string(),
+                origin: term.mechanism.origin.name(),
                 gain,
                 heldout,
                 chosen: is_chosen,
                 tied: tied.contains(&name),
-                named: s.make_up.terms[0].mechanism.named,
+                named: term.mechanism.named,
             }
         })
         .collect()

@@ -3,23 +3,23 @@
 use super::answer::findings::{gather, Findings};
 use super::answer::verdict;
 use super::bootstrap::bootstrap;
-use super::candidate::Candidate;
 use super::decide::Decision;
 use super::element::{packed, Packed};
 use super::heldout::{held_out, HeldOut};
-use super::search::{MakeUp, Search, Term};
+use super::search::Search;
 use super::sensors::against;
 use super::weigh::weigh_second;
-use estimate::prepare::{prepare, renewed_noise, Guess, Invalid};
-use estimate::problem::{Data, Fit, Options, Problem};
-use mechanisms::mechanism::Origin;
-use rayon::prelude::*;
+use estimate::condition::{condition, Invalid};
+use estimate::fitted::Fitted;
+use estimate::prepare::Prepared;
+use estimate::problem::{Data, Options};
 use record::{Campaign, Kind};
 use serde_json::Value;
+use std::sync::Arc;
 
 /// The outcome for one campaign.
 pub struct Outcome {
-    pub data: Data,
+    pub data: Arc<Data>,
     pub verdict: Value,
     pub before: HeldOut,
     pub after: Option<HeldOut>,
@@ -65,95 +65,27 @@ pub enum Failure {
     Stopped,
 }
 
-/// Wander of the residual from which the noise model is not trusted alone, and the share by which levels not seen then
-/// have to be predicted better: slow wander has no side, and what follows it predicts next to nothing.
-const RESTLESS: f64 = 1.5;
+/// Overdispersion of the residual from which the noise model is not trusted alone, and the share by which levels not seen
+/// then have to be predicted better: slow noise has no side, and what follows it predicts next to nothing.
+const NOISE_DOUBTED: f64 = 1.5;
 const LEAST_FALL: f64 = 0.005;
 
-/// chi^2 by which the first sample is preferred to the touch as the place where speeds were measured.
-const AT_FIRST: f64 = 50.0;
 /// Fall of chi^2 from which the speeds are taken to have been measured elsewhere than the base fit had it.
 const ELSEWHERE: f64 = 10.0;
 
-/// Prepares a campaign and settles what the base fit has to know first: whether the speed was measured at touch or
-/// at the first sample, how far the scatter of an imposed penetration counts, and which samples are spikes.
-///
-/// # Errors
-/// When the recordings cannot be judged at all.
-pub fn ready(c: &Campaign) -> Result<(Data, Guess), Invalid> {
-    let (data, guess) = prepare(c)?;
-    settle(c, data, guess)
-}
-
-/// `data` with the speeds meant at the first sample where they were meant at touch, and the other way round.
-fn with_speeds_elsewhere(data: &Data) -> Data {
-    let mut other = data.clone();
-    other.records.iter_mut().for_each(|r| r.at_first = !r.at_first);
-    other
-}
-
-/// Least chi^2 of the simulation as given, alone or beside one force that acts in flight: one that is missing there
-/// would speak for speeds measured where they were not.
-fn least_in_flight(c: &Campaign, data: &Data, guess: &Guess) -> f64 {
-    let data = data.coarse();
-    let search = Search::new(c, &data);
-    let base = search.base(c, guess);
-    let plain = |t: &Term| {
-        t.mechanism.origin == Origin::Motion && t.mechanism.named && t.form.linear && t.form.parameters.len() == 1
-    };
-    let forces: Vec<Term> = search.candidates().into_iter().filter(plain).collect();
-    let quick = Options { iterations: 12, ..Options::default() };
-    let beside = |t: &Term| search.add(&MakeUp::default(), &base.point, t, 1, &quick).map(|f| f.point.chi2);
-    let beside: Vec<f64> = forces.par_iter().filter_map(beside).collect();
-    beside.into_iter().fold(base.point.chi2, f64::min)
-}
-
-fn settle(c: &Campaign, mut data: Data, guess: Guess) -> Result<(Data, Guess), Invalid> {
-    // A photo interrupter measures the speed a little before touch. Whether the recordings' first sample or
-    // the touch itself is meant shows in the fit: free fall between the two is not free.
-    if c.kind == Kind::DropTest && data.records.iter().all(|r| !r.at_first) {
-        let first = with_speeds_elsewhere(&data);
-        if least_in_flight(c, &first, &guess) < least_in_flight(c, &data, &guess) + AT_FIRST {
-            data = first;
-        }
-    }
-    let start = Search::new(c, &data).base(c, &guess);
-    if !start.point.chi2.is_finite() {
-        return Err(Invalid(
-            "the simulation could not be brought near the recordings; check mass, units and speeds".into(),
-        ));
-    }
-    if c.kind == Kind::Indentation {
-        let weights = Search::new(c, &data).effective_weights(&start.point);
-        for (r, w) in data.records.iter_mut().zip(weights) {
-            r.weight[0] = w;
-        }
-    }
-    if c.kind == Kind::ContactorOpening {
-        // at rest, released, flying: no polynomial follows that, the fit does
-        let left = Search::new(c, &data).left(&start.point);
-        data.noise = renewed_noise(c, &data, &left);
-    }
-    let spikes = Search::new(c, &data).spikes(&start.point);
-    for (r, ch, k) in spikes {
-        data.records[r].weight[ch][k] = 0.0;
-    }
-    Ok((data, guess))
-}
-
 /// The data with the speeds measured elsewhere, if the decision's model fits that better: where the simulation as given
 /// lacks gravity, the base fit cannot tell.
-fn measured_elsewhere(c: &Campaign, search: &Search<'_>, d: &Decision) -> Option<Data> {
-    let told_at_touch = c.recordings.iter().all(|r| r.impact_speed.is_some());
-    if c.kind != Kind::DropTest || !told_at_touch || !d.detected {
+fn measured_elsewhere(c: &Campaign, d: &Decision) -> Option<Data> {
+    let reported_at_touch = c.recordings.iter().all(|r| r.impact_speed.is_some());
+    if c.kind != Kind::DropTest || !reported_at_touch || !d.detected {
         return None;
     }
-    let other = with_speeds_elsewhere(search.data);
-    let model = search.model(&d.chosen.make_up, 1.0, 1.0, 0.0);
-    let problem = Problem::new(&other, &model);
+    let other = Arc::new(d.chosen.data.with_speeds_elsewhere());
     let from = &d.chosen.fit.point;
-    let fit = problem.fit(problem.evaluate(from.theta.clone(), from.locals.clone()), &Options::default());
-    (fit.point.chi2 < from.chi2 - ELSEWHERE).then_some(other)
+    let there = d.chosen.on(other);
+    let start = there.problem().evaluate(from.theta.clone(), from.locals.clone());
+    let fit = there.problem().fit(start, &Options::default());
+    (fit.point.chi2 < from.chi2 - ELSEWHERE).then(|| (*there.data).clone())
 }
 
 /// Diagnoses a campaign.
@@ -167,13 +99,13 @@ pub fn diagnose(c: &Campaign) -> Result<Outcome, Invalid> {
     })
 }
 
-/// The base fit taken on until it has converged: what has not converged looks like physics.
-fn converged_base(search: &Search<'_>, c: &Campaign, guess: &Guess) -> Fit {
-    let fit = search.base(c, guess);
-    if fit.converged {
-        return fit;
+/// The base fit carried on until it has converged: what has not converged looks like physics.
+fn converged_base(prepared: &Prepared) -> Fitted {
+    let base = Fitted::base(&prepared.data, &prepared.structure, &prepared.guess);
+    if base.fit.converged {
+        return base;
     }
-    search.taken_on(&Candidate { make_up: MakeUp::default(), fit }).fit
+    base.carried_on()
 }
 
 /// Diagnoses a campaign as `settings` say.
@@ -189,46 +121,49 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
         Ok(())
     };
     stage("learning the noise")?;
-    let (data, guess) = prepare(c)?;
-    super::plausible::check(c, &data)?;
+    let conditioned = condition(c)?;
+    super::plausible::check(c, &conditioned.data)?;
     stage("fitting the simulation as given")?;
-    let (data, guess) = match settle(c, data.clone(), guess) {
+    let mut prepared = match Prepared::from(c, conditioned.clone()) {
         Ok(v) => v,
-        Err(e) => return Ok(unjudged(c, data, e.0, None)),
+        Err(e) => return Ok(unjudged(c, Arc::new(conditioned.data), e.0, None)),
     };
-    let mut search = Search::new(c, &data);
-    let base = converged_base(&search, c, &guess);
-    if !base.converged {
-        let reason = format!(
+    let base = converged_base(&prepared);
+    if !base.fit.converged {
+        let reason =
+            format!(
             "the fit of the simulation as given has not converged in {} iterations (chi^2 {:.1} over {} samples), and \
              what has not converged looks like physics; check mass, speeds and units, or calibrate k and p first",
-            base.iterations, base.point.chi2, base.samples
+            base.fit.iterations, base.chi2(), base.fit.samples
         );
-        let before = held_out(&search, &Candidate { make_up: Default::default(), fit: base });
-        return Ok(unjudged(c, data.clone(), reason, Some(before)));
+        let before = held_out(&base);
+        return Ok(unjudged(c, prepared.data, reason, Some(before)));
     }
     stage("searching for what is missing")?;
+    let mut search = Search::new(&prepared);
     let mut decision = search.decide(base);
-    let elsewhere;
-    if let Some(other) = measured_elsewhere(c, &search, &decision) {
+    if let Some(other) = measured_elsewhere(c, &decision) {
         stage("searching once more, the speeds measured elsewhere")?;
-        elsewhere = other;
-        search = Search::new(c, &elsewhere);
-        decision = search.decide(converged_base(&search, c, &guess));
+        prepared.data = Arc::new(other);
+        search = Search::new(&prepared);
+        decision = search.decide(converged_base(&prepared));
     }
     stage("predicting levels not seen")?;
-    let before = held_out(&search, &decision.base);
-    let mut after = if decision.detected && !decision.chosen.make_up.terms.is_empty() {
-        Some(held_out(&search, &decision.chosen))
+    let before = held_out(&decision.base);
+    let mut after = if decision.detected && !decision.chosen.structure.terms().is_empty() {
+        Some(held_out(&decision.chosen))
     } else {
         None
     };
     after = weigh_second(&search, &mut decision, &before, after);
-    // where the noise wanders more than its model knows, only what predicts levels not seen better is believed
+    // where the residual is more overdispersed than its model knows, only what predicts levels not seen better is believed
     if let Some(a) = &after {
-        if c.levels.len() > 1 && decision.wander.1 > RESTLESS && a.nrmse > (1.0 - LEAST_FALL) * before.nrmse {
-            decision.detected = decision.restless;
-            decision.unexplained = decision.restless;
+        if c.levels.len() > 1
+            && decision.overdispersion.1 > NOISE_DOUBTED
+            && a.nrmse > (1.0 - LEAST_FALL) * before.nrmse
+        {
+            decision.detected = decision.beyond_noise;
+            decision.unexplained = decision.beyond_noise;
             decision.chosen = decision.base.clone();
             decision.ties.clear();
             after = None;
@@ -243,16 +178,14 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
             (settings.stage)(&format!("judging null {} of {n}", i + 1));
             !(settings.stopped)()
         };
-        let b = bootstrap(c, &guess, &search, &decision.base, n, decision.false_alarm_probability, &each);
+        let b = bootstrap(c, &prepared.guess, &decision.base, n, decision.false_alarm_probability, &each);
         stage("writing")?;
         findings.bootstrap = Some(b);
     }
-    let model = search.model(&decision.chosen.make_up, 1.0, 1.0, 0.0);
-    let law = Problem::new(search.data, &model).physics(&decision.chosen.fit.point.theta).law;
-    drop(model);
+    let law = decision.chosen.physics().law;
     let element = if settings.element {
         stage("running the recordings through the element")?;
-        packed(&search, &law, after.as_ref().map(|a| (&decision.chosen, a))).map_err(|e| format!("{e:#}"))
+        packed(&prepared.data, &law, after.as_ref().map(|a| (&decision.chosen, a))).map_err(|e| format!("{e:#}"))
     } else {
         Err("not asked for".into())
     };
@@ -264,14 +197,14 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     if let Err(e) = &element {
         findings.caveats.push(format!("HysteresisContact.fmu is not written: {e}."));
     }
-    let mut verdict = verdict::verdict(c, &search, &decision, &findings, &before, after.as_ref());
+    let mut verdict = verdict::verdict(c, &decision, &findings, &before, after.as_ref());
     verdict["element"] = verdict::element(&decision, element.as_ref().ok());
     let candidates = findings.rivals.iter().map(|r| (format!("{} ({})", r.name, r.form), r.gain)).collect();
-    Ok(Outcome { verdict, before, after, law, candidates, findings, element, invalid: None, data: search.data.clone() })
+    Ok(Outcome { verdict, before, after, law, candidates, findings, element, invalid: None, data: prepared.data })
 }
 
 /// The outcome where nothing can be judged.
-fn unjudged(c: &Campaign, data: Data, reason: String, before: Option<HeldOut>) -> Outcome {
+fn unjudged(c: &Campaign, data: Arc<Data>, reason: String, before: Option<HeldOut>) -> Outcome {
     let before = before.unwrap_or(HeldOut { readings: Vec::new(), nrmse: f64::NAN, points: Vec::new() });
     Outcome {
         verdict: verdict::invalid(c, &reason, before.nrmse.is_finite().then_some(before.nrmse)),

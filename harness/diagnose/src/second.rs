@@ -3,14 +3,15 @@
 
 use super::candidate::{Candidate, PENALTY, WHITE};
 use super::search::Search;
-use estimate::problem::{Options, Problem};
+use estimate::fitted::Fitted;
+use estimate::problem::Options;
 
 /// A second effect has to bring this share of what the first brought.
 const SECOND_SHARE: f64 = 0.03;
 /// The part of that share which does where it takes the residual back to noise.
 const WHITENING: f64 = 0.15;
-/// Wander of the first effect's residual up to which nothing is sought beside a strong one.
-const SETTLED: f64 = 1.05;
+/// Overdispersion of the first effect's residual up to which nothing is sought beside a strong one.
+const WHITE_ALONE: f64 = 1.05;
 /// Gain of the first effect up to which a second is sought however white the residual.
 const FAINT: f64 = 3000.0;
 /// Share of the best gain from which another first effect is tried.
@@ -21,25 +22,25 @@ const PLAIN_SHARE: f64 = 0.9;
 const FIRSTS: usize = 2;
 const SECONDS: usize = 4;
 const SWAPS: usize = 2;
-/// Wander from which a pair's two effects are swapped for better ones.
-const RESTLESS: f64 = 1.1;
-/// Wander from which swaps are tried although no pair is believed yet.
-const WILD: f64 = 2.0;
+/// Overdispersion from which a pair's two effects are swapped for better ones.
+const SWAPPED: f64 = 1.1;
+/// Overdispersion from which swaps are tried although no pair is believed yet.
+const FAR_FROM_NOISE: f64 = 2.0;
 
 /// How what is left of a pair is fitted.
 const SLOW: Options = Options { iterations: 60, tolerance: 1e-5, hopeless: 0.0, ceiling: f64::INFINITY };
 
-/// chi^2 within which two fits of one make-up are the same fit.
+/// chi^2 within which two fits of one structure are the same fit.
 const SAME: f64 = 2.0;
 
 /// What was found beside a candidate, kept: swaps come back to the singles that pairs were first sought beside.
 #[derive(Default)]
-struct Beside(Vec<(Candidate, Vec<Candidate>)>);
+struct Beside(Vec<(Fitted, Vec<Fitted>)>);
 
 impl Beside {
     /// What stands beside `c`, best first.
-    fn of(&mut self, search: &Search<'_>, c: &Candidate, starts: usize, keep: usize) -> Vec<Candidate> {
-        let same = |d: &Candidate| d.forms() == c.forms() && (d.fit.point.chi2 - c.fit.point.chi2).abs() < SAME;
+    fn of(&mut self, search: &Search, c: &Fitted, starts: usize, keep: usize) -> Vec<Fitted> {
+        let same = |d: &Fitted| d.structure.forms() == c.structure.forms() && (d.chi2() - c.chi2()).abs() < SAME;
         if let Some((_, found)) = self.0.iter().find(|(d, _)| same(d)) {
             return found.clone();
         }
@@ -52,41 +53,41 @@ impl Beside {
 /// What a second effect is weighed against.
 struct Scale {
     total: f64,
-    wander: f64,
+    overdispersion: f64,
 }
 
-impl Search<'_> {
+impl Search {
     /// `first` alone, or with the second effect that the recordings carry. `named`: all single names, best first;
     /// `seen`: the first was seen without a fit, nothing else may take its place.
-    pub fn with_second(&self, base: &Candidate, first: &Candidate, named: &[&Candidate], seen: bool) -> Candidate {
-        let scale = Scale { total: first.gain(base).max(1.0), wander: self.wander_of(first) };
-        if scale.wander <= SETTLED && scale.total >= FAINT {
+    pub fn with_second(&self, base: &Fitted, first: &Fitted, named: &[&Fitted], seen: bool) -> Fitted {
+        let scale = Scale { total: first.gain(base).max(1.0), overdispersion: first.overdispersion() };
+        if scale.overdispersion <= WHITE_ALONE && scale.total >= FAINT {
             return first.clone();
         }
-        let near: Vec<&Candidate> = if seen {
+        let near: Vec<&Fitted> = if seen {
             vec![first]
         } else {
             let near = named.iter().take(FIRSTS).filter(|c| c.gain(base) > FIRST_SHARE * scale.total);
             near.copied().collect()
         };
         // of what is not the best, the plain form only where there is something left to find
-        let plain: Vec<Candidate> = near
+        let plain: Vec<Fitted> = near
             .iter()
-            .filter(|c| !seen && (c.names() == first.names() || scale.wander > WHITE))
+            .filter(|c| !seen && (c.names() == first.names() || scale.overdispersion > WHITE))
             .filter_map(|c| self.plainer(base, c))
             .filter(|c| c.gain(base) > PLAIN_SHARE * scale.total)
             .collect();
         let mut found = Beside::default();
-        let mut pairs: Vec<(Candidate, &Candidate)> = Vec::new();
+        let mut pairs: Vec<(Fitted, &Fitted)> = Vec::new();
         for c in near.iter().copied().chain(&plain) {
             let (starts, keep) = if seen { (2, 6) } else { (1, 3) };
             // what stands beside the plainer form is weighed against that
             let against = if plain.iter().any(|p| std::ptr::eq(p, c)) { c } else { first };
             pairs.extend(found.of(self, c, starts, keep).into_iter().take(SECONDS).map(|p| (p, against)));
         }
-        let best_believed = |pairs: &mut Vec<(Candidate, &Candidate)>| -> Option<Candidate> {
+        let best_believed = |pairs: &mut Vec<(Fitted, &Fitted)>| -> Option<Fitted> {
             pairs.sort_by(|a, b| a.0.cost().total_cmp(&b.0.cost()));
-            let carries = |(p, against): &&(Candidate, &Candidate)| {
+            let carries = |(p, against): &&(Fitted, &Fitted)| {
                 self.believed(p, against, &scale) && p.cost() < first.cost() - 2.0 * PENALTY
             };
             pairs.iter().find(carries).map(|(p, _)| p.clone())
@@ -95,7 +96,7 @@ impl Search<'_> {
         let pair = match (believed, pairs.first()) {
             (Some(p), _) if seen => Some(p),
             (Some(p), _) => Some(self.swapped(p, &mut found)),
-            (None, Some((p, against))) if scale.wander > WILD && !seen => {
+            (None, Some((p, against))) if scale.overdispersion > FAR_FROM_NOISE && !seen => {
                 let led = Some(self.swapped(p.clone(), &mut found)).filter(|p| self.believed(p, against, &scale));
                 // far from noise whatever stands beside it: once more, from more starts and in every form
                 led.or_else(|| {
@@ -110,8 +111,8 @@ impl Search<'_> {
             return pair;
         }
         // either may do without the other, from where the pair has led it
-        for i in [0, pair.make_up.terms.len() - 1] {
-            match self.without(&pair, i, &SLOW) {
+        for i in [0, pair.structure.terms().len() - 1] {
+            match pair.without(i, &SLOW) {
                 Some(alone) if !self.believed(&pair, &alone, &scale) => return alone,
                 _ => {}
             }
@@ -121,40 +122,39 @@ impl Search<'_> {
 
     /// The first effect in the form of fewest parameters, where it has taken one of more: those may have made room for
     /// what a second effect does.
-    fn plainer(&self, base: &Candidate, first: &Candidate) -> Option<Candidate> {
-        let term = first.make_up.terms.first()?;
-        let forms = self.candidates().into_iter().filter(|t| t.mechanism.name == term.mechanism.name);
+    fn plainer(&self, base: &Fitted, first: &Fitted) -> Option<Fitted> {
+        let term = first.structure.terms().first()?;
+        let forms = self.candidates().into_iter().filter(|t| t.name() == term.name());
         let plain = forms.min_by_key(|t| t.form.parameters.len())?;
         if plain.form.parameters.len() >= term.form.parameters.len() {
             return None;
         }
-        let fit = self.add(&base.make_up, &base.fit.point, &plain, 2, &Options::default())?;
-        Some(self.candidate(base, plain, fit))
+        base.add(&plain, 2, &Options::default())
     }
 
     /// Whether a pair's last effect carries its share beside `first`.
-    fn believed(&self, pair: &Candidate, first: &Candidate, scale: &Scale) -> bool {
-        let wander = self.wander_of(pair);
+    fn believed(&self, pair: &Fitted, first: &Fitted, scale: &Scale) -> bool {
+        let overdispersion = pair.overdispersion();
         // what takes the residual back to noise is believed sooner than what merely shrinks it
-        let white = wander < WHITE && wander < scale.wander - 0.01;
+        let white = overdispersion < WHITE && overdispersion < scale.overdispersion - 0.01;
         // what differs between recordings is held back by the scatter of repeats, and counts by that
-        let settles = || self.swing(first).is_some_and(|s| self.swing_left(pair, Some(s)).is_none());
+        let explains_scatter = || first.excess_scatter().is_some_and(|s| pair.excess_scatter_left(Some(s)).is_none());
         let share = match (pair.calibrates(), white) {
             (true, _) => 0.0,
             (_, true) => WHITENING * SECOND_SHARE,
             _ => SECOND_SHARE,
         };
         let gain = pair.gain(first);
-        pair.significance(first, wander) >= 1.0 && (gain > share * scale.total || settles())
+        pair.significance(first, overdispersion) >= 1.0 && (gain > share * scale.total || explains_scatter())
     }
 
     /// Each effect of a pair exchanged for what does better beside the other, as long as that goes on.
-    fn swapped(&self, mut pair: Candidate, found: &mut Beside) -> Candidate {
+    fn swapped(&self, mut pair: Fitted, found: &mut Beside) -> Fitted {
         for _ in 0..SWAPS {
-            if self.wander_of(&pair) < RESTLESS {
+            if pair.overdispersion() < SWAPPED {
                 break;
             }
-            let kept = (0..pair.make_up.terms.len()).filter_map(|i| self.without(&pair, i, &SLOW));
+            let kept = (0..pair.structure.terms().len()).filter_map(|i| pair.without(i, &SLOW));
             let better = kept
                 .filter_map(|k| found.of(self, &k, 1, 3).into_iter().next())
                 .min_by(|a, b| a.cost().total_cmp(&b.cost()));
@@ -164,19 +164,5 @@ impl Search<'_> {
             }
         }
         pair
-    }
-
-    /// A candidate without its term `i`, fitted from the candidate's own values. None where the simulation fails.
-    pub fn without(&self, c: &Candidate, i: usize, options: &Options) -> Option<Candidate> {
-        let model = self.model(&c.make_up, 1.0, 1.0, 0.0);
-        let (make_up, theta) = self.drop_term(&model, &c.make_up, &c.fit.point.theta, i);
-        let model = self.model(&make_up, 1.0, 1.0, 0.0);
-        let problem = Problem::new(self.data, &model);
-        let start = problem.evaluate(theta, c.fit.point.locals.clone());
-        if !start.chi2.is_finite() {
-            return None;
-        }
-        let fit = problem.fit(start, options);
-        Some(Candidate { make_up, fit })
     }
 }

@@ -2,8 +2,8 @@
 //! that bends a pulse too little to show beside an unknown law shows at once beside a second reading of that pulse.
 
 use super::candidate::DETECT;
-use super::search::flat;
 use estimate::simplex::{minimise, Options};
+use estimate::structure::flat;
 use plant::chain::{between, pole};
 use record::{largest, range, Campaign, Channel, Recording};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -51,7 +51,7 @@ pub struct Against {
 /// by, before two recordings count as of one impact.
 const ALIKE: f64 = 0.995;
 const GAIN: f64 = 1.25;
-/// Standard deviations within which speeds told are the same.
+/// Standard deviations within which reported speeds are the same.
 const SPEEDS: f64 = 3.0;
 /// Share of the samples that both windows have to hold.
 const OVERLAP: f64 = 0.5;
@@ -210,7 +210,7 @@ fn reading(from: &Recording, to: &Recording, channel: Channel, top: f64, limited
     })
 }
 
-/// Whether two recordings may be of one impact, by what is told of them.
+/// Whether two recordings may be of one impact, by what is reported of them.
 fn same_impact(c: &Campaign, a: &Recording, other: &Campaign, b: &Recording) -> bool {
     let speeds = |x: Option<(f64, f64)>, y: Option<(f64, f64)>| match (x, y) {
         (Some((x, s)), Some((y, t))) => (x - y).abs() <= SPEEDS * s.hypot(t) + 1e-9 * x.abs(),

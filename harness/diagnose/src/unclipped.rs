@@ -1,8 +1,8 @@
 //! The peak before the clip: what a channel would have read without the limit of its chain.
 
-use super::candidate::{wander_up_to, Candidate, WHITE};
+use super::candidate::WHITE;
 use super::impulse::shares;
-use super::search::Search;
+use estimate::fitted::Fitted;
 use estimate::problem::{Data, Model, Options, Problem};
 use nalgebra::DMatrix;
 use record::{largest, Channel};
@@ -25,9 +25,9 @@ pub struct Unclipped {
 }
 
 /// The data with noise as wide as what `chosen` leaves, where that is more than noise, and whether it is.
-fn tolerant(search: &Search<'_>, model: &Model<'_>, chosen: &Candidate) -> (Data, bool) {
-    let mut data = search.data.clone();
-    let left = wander_up_to(&Problem::new(search.data, model), &chosen.fit.point, f64::INFINITY);
+fn tolerant(chosen: &Fitted) -> (Data, bool) {
+    let mut data = (*chosen.data).clone();
+    let left = chosen.overdispersion_up_to(f64::INFINITY);
     if left > WHITE {
         data.noise.iter_mut().for_each(|n| *n = n.widened(left));
     }
@@ -47,23 +47,23 @@ fn within_bounds(mut c: DMatrix<f64>, model: &Model<'_>, theta: &[f64]) -> DMatr
 }
 
 /// The channel that clips and its recordings; None where `chosen` holds no clip.
-pub fn unclipped(search: &Search<'_>, chosen: &Candidate) -> Option<(Channel, Vec<Unclipped>)> {
-    if !chosen.names().contains(&"clipping") {
+pub fn unclipped(chosen: &Fitted) -> Option<(Channel, Vec<Unclipped>)> {
+    if !chosen.structure.holds("clipping") {
         return None;
     }
-    let model = search.model(&chosen.make_up, 1.0, 1.0, 0.0);
+    let model = chosen.structure.model();
     // What stays unexplained must not bend the nuisances: with noise as wide as that, the speeds measured and the
     // scatter of repeats hold the peak that nobody read.
-    let (data, tolerated) = tolerant(search, &model, chosen);
-    let problem = Problem::new(&data, &model);
+    let (data, tolerated) = tolerant(chosen);
+    let problem = Problem::new(&data, model);
     let start = problem.evaluate(chosen.fit.point.theta.clone(), chosen.fit.point.locals.clone());
     let point = &problem.fit(start, &Options { iterations: 100, ..Options::default() }).point;
     let channel = problem.physics(&point.theta).clipping.channel;
-    let covariance = problem.covariance(point).map(|c| within_bounds(c, &model, &point.theta));
+    let covariance = problem.covariance(point).map(|c| within_bounds(c, model, &point.theta));
     // what the model has beyond the limit is held to the impulse, where the law is not all that there is
     let shares = if tolerated { shares(&problem, point, channel) } else { vec![(1.0, 0.0); data.records.len()] };
     let mut out = Vec::new();
-    for (r, rec) in search.data.records.iter().enumerate() {
+    for (r, rec) in chosen.data.records.iter().enumerate() {
         let Some(read) = &rec.y[channel.index()] else { continue };
         let (share, share_sd) = shares[r];
         // what the model reads with the limit and without

@@ -1,9 +1,10 @@
 //! What recordings of levels that the fit did not see say of a second name and of a third.
 
-use super::candidate::Candidate;
+use super::candidate::Candidate as _;
 use super::decide::Decision;
 use super::heldout::{held_out, HeldOut};
 use super::search::Search;
+use estimate::fitted::Fitted;
 
 /// Ratio of held-out misfits from which a second name is believed although something stays unexplained.
 const BELIEVED: f64 = 0.9;
@@ -15,7 +16,7 @@ const CALIBRATED: f64 = 1.01;
 /// Names at most, and how many of those that may stand beside the ones found are asked what they predict.
 const MOST_NAMES: usize = 3;
 const FURTHER: usize = 5;
-/// Wander of what two names leave, and the share of the misfit not seen that is left, from which a third is sought.
+/// Overdispersion of what two names leave, and the share of the misfit not seen that is left, from which a third is sought.
 const FAR_FROM_NOISE: f64 = 3.0;
 const HALVED: f64 = 0.5;
 
@@ -23,21 +24,21 @@ const HALVED: f64 = 0.5;
 /// was doubted for what stays unexplained beside it is believed where it predicts them far better, and better than the
 /// simulation as given does.
 pub(super) fn weigh_second(
-    search: &Search<'_>,
+    search: &Search,
     d: &mut Decision,
     before: &HeldOut,
     after: Option<HeldOut>,
 ) -> Option<HeldOut> {
     let after = after?;
     if let Some(pair) = d.doubted.take() {
-        let with = held_out(search, &pair);
+        let with = held_out(&pair);
         if with.nrmse < BELIEVED * after.nrmse && with.nrmse < before.nrmse {
             return Some(carried_on(search, d, pair, with, BELIEVED));
         }
-    } else if d.chosen.make_up.terms.len() > 1 {
+    } else if d.chosen.structure.terms().len() > 1 {
         let first = d.chosen.names()[0];
         if let Some(single) = d.singles.iter().find(|s| s.names() == [first]) {
-            let alone = held_out(search, single);
+            let alone = held_out(single);
             let tolerated = if d.chosen.calibrates() { CALIBRATED } else { 1.0 };
             if alone.nrmse * tolerated < after.nrmse {
                 d.chosen = single.clone();
@@ -45,7 +46,7 @@ pub(super) fn weigh_second(
                 return Some(alone);
             }
         }
-        if d.wander.1 > FAR_FROM_NOISE && after.nrmse > HALVED * before.nrmse {
+        if d.overdispersion.1 > FAR_FROM_NOISE && after.nrmse > HALVED * before.nrmse {
             return Some(carried_on(search, d, d.chosen.clone(), after, THIRD));
         }
     }
@@ -54,19 +55,19 @@ pub(super) fn weigh_second(
 
 /// Further names beside `chosen`, as long as each brings the misfit of levels not seen below `ratio` of what it was;
 /// decides on what comes of it.
-fn carried_on(search: &Search<'_>, d: &mut Decision, mut chosen: Candidate, mut best: HeldOut, ratio: f64) -> HeldOut {
-    while chosen.make_up.terms.len() < MOST_NAMES {
+fn carried_on(search: &Search, d: &mut Decision, mut chosen: Fitted, mut best: HeldOut, ratio: f64) -> HeldOut {
+    while chosen.structure.terms().len() < MOST_NAMES {
         let next = search
             .further(&chosen, FURTHER)
             .into_iter()
-            .map(|c| (held_out(search, &c), c))
+            .map(|c| (held_out(&c), c))
             .min_by(|a, b| a.0.nrmse.total_cmp(&b.0.nrmse));
         match next {
             Some((h, c)) if h.nrmse < ratio * best.nrmse => (best, chosen) = (h, c),
             _ => break,
         }
     }
-    d.ties = search.ties(&chosen, &d.singles, d.wander.1);
+    d.ties = search.ties(&chosen, &d.singles, d.overdispersion.1);
     d.chosen = chosen;
     best
 }

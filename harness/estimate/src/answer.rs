@@ -8,9 +8,9 @@ use serde_json::{json, Map, Value};
 use std::path::Path;
 
 /// Everything the files show.
-pub struct Answer<'a, 'b> {
+pub struct Answer<'a> {
     pub campaign: &'a Campaign,
-    pub case: &'a Case<'b>,
+    pub case: &'a Case,
     pub estimate: &'a Estimate,
     /// Readings at the start and at the end.
     pub initial: Readings,
@@ -29,11 +29,11 @@ fn bounds(i: &Interval) -> Value {
     }
 }
 
-impl Answer<'_, '_> {
+impl Answer<'_> {
     /// fit.json: k N/m^p, p, mu_d N s/m^(p+1); an interval that is not finite is null.
     pub fn json(&self) -> Value {
         let e = self.estimate;
-        let data = self.case.data;
+        let data = &self.case.data;
         let law = e.law(self.case);
         let (mut parameters, mut ci) = (Map::new(), Map::new());
         for ((name, _), i) in LAW.iter().zip(&law) {
@@ -73,7 +73,7 @@ impl Answer<'_, '_> {
             "method": match e.method { Method::Simplex => "simplex", Method::LevenbergMarquardt => "lm" },
             "converged": e.converged,
             "stopped": e.stopped,
-            "held": if self.case.hysteresis { vec![] } else { vec!["mu_d"] },
+            "held": if self.case.hysteresis() { vec![] } else { vec!["mu_d"] },
             "at_bounds": e.bounds,
             "terms": terms,
             "reference": {"depth": self.case.data.scales.x_ref, "force": reference.value, "ci95": bounds(&reference)},
@@ -133,7 +133,7 @@ impl Answer<'_, '_> {
 
     /// Mean nrmse over recordings and channels.
     pub fn misfit(&self) -> f64 {
-        let data = self.case.data;
+        let data = &self.case.data;
         let all: Vec<f64> = (0..data.records.len())
             .flat_map(|r| {
                 data.compared(r).filter_map(move |c| {
@@ -147,7 +147,7 @@ impl Answer<'_, '_> {
     /// report.html.
     pub fn page(&self) -> String {
         let e = self.estimate;
-        let data = self.case.data;
+        let data = &self.case.data;
         let row = |name: &str, unit: &str, i: &Interval, first: String| {
             vec![
                 name.to_string(),
@@ -162,7 +162,7 @@ impl Answer<'_, '_> {
             .iter()
             .zip(&e.law(self.case))
             .zip(first)
-            .filter(|((l, _), _)| l.0 != "mu_d" || self.case.hysteresis)
+            .filter(|((l, _), _)| l.0 != "mu_d" || self.case.hysteresis())
             .map(|(((name, unit), i), f)| row(name, unit, i, format!("{f:.5e}")))
             .collect();
         let r = e.reference_force();
@@ -269,7 +269,7 @@ impl Answer<'_, '_> {
 
     /// (SVG, caption): the first recording of every level, each channel; an indentation against its depth.
     fn curves(&self) -> Vec<(String, String)> {
-        let data = self.case.data;
+        let data = &self.case.data;
         let mut seen = Vec::new();
         let mut out = Vec::new();
         for (r, rec) in data.records.iter().enumerate() {

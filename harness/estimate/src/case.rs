@@ -3,9 +3,12 @@
 //! Both minimise the same objective: squared whitened residuals of all channels plus the priors of tolerances and
 //! nuisances. The law moves in (ln F_ref, p, mu_d v_ref/k), which are far better conditioned than (k, p, mu_d).
 
-use super::prepare::Guess;
-use crate::problem::{Data, Model, Point};
+use crate::condition::Guess;
+use crate::prepare::Prepared;
+use crate::problem::{Data, Model, Point, Problem};
+use crate::structure::{Law, Structure};
 use nalgebra::DMatrix;
+use std::sync::Arc;
 
 /// How to minimise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,22 +22,55 @@ pub enum Method {
 /// (name, value, unit).
 pub type Quantity = (String, f64, &'static str);
 
-/// Makes the model of a campaign from start values k, p and mu_d.
-pub type MakeModel<'a> = dyn Fn(f64, f64, f64) -> Model<'a> + Sync + 'a;
+/// Lowest exponent an estimation may reach: a law alone may want a flatter curve than any contact has.
+const FLATTEST: f64 = 0.2;
 
-/// What is to be estimated.
-pub struct Case<'a> {
-    pub data: &'a Data,
+/// What is to be estimated: the simulation as its user has it, with the terms he lists.
+pub struct Case {
+    pub data: Arc<Data>,
     pub guess: Guess,
-    /// The campaign's own k, p and mu_d, where it is calibrated.
-    pub given: Option<(f64, f64, f64)>,
+    pub structure: Structure,
+    /// The structure's model, with room for a flatter law.
+    pub model: Model<'static>,
+}
+
+impl Case {
+    /// The simulation of a prepared campaign.
+    pub fn new(prepared: Prepared) -> Case {
+        let Prepared { data, guess, structure } = prepared;
+        let mut model = structure.model().clone();
+        model.parameters[1].lower = FLATTEST;
+        Case { data, guess, structure, model }
+    }
+
+    /// The problem to solve.
+    pub fn problem(&self) -> Problem<'_> {
+        Problem::new(&self.data, &self.model)
+    }
+
+    /// The campaign's own law, where it is calibrated.
+    pub fn law(&self) -> Option<Law> {
+        self.structure.base().law()
+    }
+
     /// Whether the law holds mu_d.
-    pub hysteresis: bool,
-    /// Parameters: ln F_ref, p, the damping ratio where there is one, tolerances (those with priors), terms.
-    pub model: Box<MakeModel<'a>>,
+    pub fn hysteresis(&self) -> bool {
+        self.structure.base().hysteresis
+    }
+
     /// SI quantities of the terms beyond the law at a point of the model.
-    #[allow(clippy::type_complexity)]
-    pub describe: Box<dyn Fn(&[f64]) -> Vec<Quantity> + Sync + 'a>,
+    pub fn describe(&self, theta: &[f64]) -> Vec<Quantity> {
+        let base = self.structure.base();
+        let mut at = theta.len() - base.given.iter().map(|t| t.form.parameters.len()).sum::<usize>();
+        let mut out = Vec::new();
+        for t in &base.given {
+            let n = t.form.parameters.len();
+            let of = t.form.describe(&theta[at..at + n], &base.context);
+            out.extend(of.into_iter().map(|(q, v, u)| (format!("{}: {q}", t.mechanism.name), v, u)));
+            at += n;
+        }
+        out
+    }
 }
 
 /// One start and where it led.
@@ -60,7 +96,7 @@ pub struct Estimate {
     pub objective: Vec<f64>,
     /// Covariance of the model's parameters, not widened; None where it is singular.
     pub covariance: Option<DMatrix<f64>>,
-    /// Factor on variances for a misfit that wanders more than noise, >= 1.
+    /// Factor on variances for the overdispersion of the misfit, >= 1.
     pub widening: f64,
     /// Length of the gradient in standard errors: how far the optimum is, as Gauss and Newton's step tells it.
     pub gradient: f64,
@@ -91,14 +127,14 @@ pub struct Interval {
 
 impl Estimate {
     /// k N/m^p, p and mu_d N s/m^(p+1) at a point.
-    pub fn law_at(case: &Case<'_>, theta: &[f64]) -> [f64; 3] {
+    pub fn law_at(case: &Case, theta: &[f64]) -> [f64; 3] {
         let s = case.data.scales;
         let k = (theta[0] - theta[1] * s.x_ref.ln()).exp();
-        [k, theta[1], if case.hysteresis { theta[2] * k / s.v_ref } else { 0.0 }]
+        [k, theta[1], if case.hysteresis() { theta[2] * k / s.v_ref } else { 0.0 }]
     }
 
     /// k, p and mu_d with their 95 % intervals; k, and mu_d where it is well away from zero, on a logarithmic scale.
-    pub fn law(&self, case: &Case<'_>) -> [Interval; 3] {
+    pub fn law(&self, case: &Case) -> [Interval; 3] {
         let s = case.data.scales;
         let th = &self.point.theta;
         let [k, p, mu] = Estimate::law_at(case, th);
@@ -106,7 +142,7 @@ impl Estimate {
         let sd_k = self.deviation(&[1.0, -l]);
         let sd_p = self.deviation(&[0.0, 1.0]);
         let mut out = [log_interval(k, sd_k), interval(p, sd_p), Interval { value: mu, low: mu, high: mu }];
-        if case.hysteresis {
+        if case.hysteresis() {
             let sd = if th[2] > 0.0 { self.deviation(&[1.0, -l, 1.0 / th[2]]) } else { f64::INFINITY };
             // nothing but damping: k may as well be none
             if self.bounds.iter().any(|b| b == "damping ratio") && th[2] > 0.0 {
@@ -129,8 +165,8 @@ impl Estimate {
     }
 
     /// The terms beyond the law, in SI, each with its interval.
-    pub fn terms(&self, case: &Case<'_>) -> Vec<(String, &'static str, Interval)> {
-        let at = (case.describe)(&self.point.theta);
+    pub fn terms(&self, case: &Case) -> Vec<(String, &'static str, Interval)> {
+        let at = case.describe(&self.point.theta);
         let n = self.point.theta.len();
         let mut var = vec![0.0; at.len()];
         for j in 0..n {
@@ -139,7 +175,7 @@ impl Estimate {
             let sd = self.deviation(&unit);
             let mut th = self.point.theta.clone();
             th[j] += sd;
-            for (v, (b, a)) in var.iter_mut().zip((case.describe)(&th).iter().zip(&at)) {
+            for (v, (b, a)) in var.iter_mut().zip(case.describe(&th).iter().zip(&at)) {
                 *v += (b.1 - a.1).powi(2);
             }
         }

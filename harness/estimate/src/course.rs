@@ -1,22 +1,23 @@
 //! The course of an estimation: several starts, the best followed to their end, what they found shared, the end
 //! probed, and a verdict on whether it is to be believed.
 //!
-//! Where runs end apart, the best is left by hops and descended from again (basin hopping: Wales and Doye 1997).
+//! Where runs end apart, the best is perturbed and descended from again (basin hopping: Wales and Doye 1997).
 
-use super::case::{Case, Estimate, Method, Run, CLOSE};
-use super::descent::{around, borrow, descend, gained, polish, probe, Probe};
-use super::prepare::Invalid;
-use super::scan::scan;
-use super::vertices::{self, free};
-use super::Watch;
+use crate::case::{Case, Estimate, Method, Run, CLOSE};
+use crate::condition::Invalid;
+use crate::descent::{around, descend, gained, polish, probe, warm_start, Probe};
 use crate::problem::{Data, Model, Options, Point, Problem};
+use crate::scan::scan;
+use crate::structure::Law;
+use crate::vertices::{self, free};
+use crate::Watch;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Rounds in which runs lend each other their nuisances, at most.
-const LOANS: usize = 4;
-/// Length of a hop, in standard errors.
-const HOP: f64 = 2.0;
+/// Rounds in which runs start warm from each other's nuisances, at most.
+const ROUNDS: usize = 4;
+/// Perturbation of a restart, in standard errors.
+const PERTURBATION: f64 = 2.0;
 
 struct Start {
     origin: &'static str,
@@ -67,16 +68,13 @@ struct Course<'a> {
 ///
 /// # Errors
 /// When no start comes near the recordings.
-pub fn estimate(case: &Case<'_>, method: Method, watch: &Watch<'_>) -> Result<Estimate, Invalid> {
-    let data = case.data;
-    let model = (case.model)(1.0, 1.0, 0.0);
-    let problem = Problem::new(data, &model);
+pub fn estimate(case: &Case, method: Method, watch: &Watch<'_>) -> Result<Estimate, Invalid> {
+    let data = &*case.data;
+    let model = &case.model;
+    let problem = case.problem();
     let mut starts: Vec<Start> = laws(case)
         .into_par_iter()
-        .map(|(origin, k, p, mu)| {
-            let m = (case.model)(k, p, mu);
-            Start { origin, point: Problem::new(data, &m).start() }
-        })
+        .map(|(origin, law)| Start { origin, point: problem.start(case.structure.start(law)) })
         .collect();
     starts.retain(|s| s.point.chi2.is_finite());
     if starts.is_empty() {
@@ -100,16 +98,16 @@ pub fn estimate(case: &Case<'_>, method: Method, watch: &Watch<'_>) -> Result<Es
         .collect();
     begun.sort_by(|a, b| a.1.chi2.total_cmp(&b.1.chi2));
     (watch.say)(&format!("best start ({}): objective {:.6e}", begun[0].0.origin, begun[0].1.chi2));
-    let course = Course { data, model: &model, problem: Problem::new(data, &model), method, free: free(&model), watch };
+    let course = Course { data, model, problem: case.problem(), method, free: free(model), watch };
     let mut ends = course.follow(&begun);
     let mut best = lowest(&ends);
     let mut proof = None;
-    let mut hops = if method == Method::Simplex { 1 } else { 3 };
-    for _ in 0..LOANS {
+    let mut restarts = if method == Method::Simplex { 1 } else { 3 };
+    for _ in 0..ROUNDS {
         if watch.over().is_some() {
             break;
         }
-        let mut moved = course.lend(&mut ends);
+        let mut moved = course.share(&mut ends);
         best = lowest(&ends);
         proof = course.prove(&ends[best].point);
         let Some(p) = &proof else { break };
@@ -117,9 +115,9 @@ pub fn estimate(case: &Case<'_>, method: Method, watch: &Watch<'_>) -> Result<Es
             let leg = course.go(&p.probe.lowest, vertices::SMALLER);
             ends[best].go_on(leg);
             moved = true;
-        } else if !moved && hops > 0 && !course.agree(&ends, best, p) {
-            hops -= 1;
-            moved = course.hop(&mut ends, best, p);
+        } else if !moved && restarts > 0 && !course.agree(&ends, best, p) {
+            restarts -= 1;
+            moved = course.restart(&mut ends, best, p);
             best = lowest(&ends);
         }
         if !moved {
@@ -143,7 +141,7 @@ pub fn estimate(case: &Case<'_>, method: Method, watch: &Watch<'_>) -> Result<Es
         objective: ends[best].objective.clone(),
         converged: stopped.is_none() && ends[best].rested && rise > 0.0 && agree,
         gradient: course.problem.decrement(&point).map_or(f64::NAN, |d| (d / widening).sqrt()),
-        bounds: bounds(&model, &point),
+        bounds: bounds(model, &point),
         point,
         covariance,
         widening,
@@ -194,12 +192,12 @@ impl Course<'_> {
         ends
     }
 
-    /// Runs try the nuisances the others found, and go on where that helps. True where any moved.
-    fn lend(&self, ends: &mut [End]) -> bool {
+    /// Runs start warm from the nuisances the others found, where that helps. True where any moved.
+    fn share(&self, ends: &mut [End]) -> bool {
         let mut moved = false;
         for i in 0..ends.len() {
             let others: Vec<&Point> = (0..ends.len()).filter(|j| *j != i).map(|j| &ends[j].point).collect();
-            let p = borrow(&self.problem, &ends[i].point, &others);
+            let p = warm_start(&self.problem, &ends[i].point, &others);
             if self.watch.over().is_none() && gained(self.data, ends[i].point.chi2, p.chi2) {
                 let leg = self.go(&p, vertices::SMALLER);
                 ends[i].go_on(leg);
@@ -209,14 +207,14 @@ impl Course<'_> {
         moved
     }
 
-    /// Leaves the best by [`HOP`] along every principal axis of law and terms, both ways, and as far again as the
+    /// Leaves the best by [`PERTURBATION`] along every principal axis of law and terms, both ways, and as far again as the
     /// best lies from other runs (pattern moves: Hooke and Jeeves 1961); descends from there.
     /// The runs join `ends`; true where one is lower.
-    fn hop(&self, ends: &mut Vec<End>, best: usize, proof: &Proof) -> bool {
+    fn restart(&self, ends: &mut Vec<End>, best: usize, proof: &Proof) -> bool {
         let before = ends[best].point.chi2;
         let wide = &proof.covariance * proof.widening;
         let mut moved = false;
-        let mut thetas = around(&self.problem, &ends[best].point, &wide, HOP, &self.free);
+        let mut thetas = around(&self.problem, &ends[best].point, &wide, PERTURBATION, &self.free);
         thetas.extend(self.onwards(ends, best));
         for theta in thetas {
             if self.watch.over().is_some() {
@@ -295,7 +293,7 @@ impl Course<'_> {
             .enumerate()
             .map(|(r, b)| b.residual.chunks(self.data.records[r].setup.time.len()).collect())
             .collect();
-        let widening = wander(&residuals);
+        let widening = overdispersion(&residuals);
         let covariance = self.problem.covariance(&inside)?;
         let probe = probe(&self.problem, point, &(&covariance * widening), CLOSE)?;
         Some(Proof { covariance, widening, probe })
@@ -320,28 +318,28 @@ fn lowest(ends: &[End]) -> usize {
     (0..ends.len()).min_by(|a, b| ends[*a].point.chi2.total_cmp(&ends[*b].point.chi2)).unwrap_or(0)
 }
 
-/// Starts: (origin, k, p, mu_d).
-fn laws(case: &Case<'_>) -> Vec<(&'static str, f64, f64, f64)> {
+/// Starts: where each comes from, and its law.
+fn laws(case: &Case) -> Vec<(&'static str, Law)> {
     let s = case.data.scales;
     let mut out = Vec::new();
-    if let Some((k, p, mu)) = case.given {
-        out.push(("the campaign's own law", k, p, mu));
+    if let Some(law) = case.law() {
+        out.push(("the campaign's own law", law));
     }
-    if let Some((k, p, mu)) = scan(case.data, case.hysteresis) {
-        out.push(("scan over p with two columns", k, p, mu));
+    if let Some((k, p, mu_d)) = scan(&case.data, case.hysteresis()) {
+        out.push(("scan over p with two columns", Law { k, p, mu_d }));
     }
     let g = case.guess;
-    out.push(("pulse duration and peak", g.k, g.p, 0.15 * g.k / s.v_ref));
+    out.push(("pulse duration and peak", Law { k: g.k, p: g.p, mu_d: 0.15 * g.k / s.v_ref }));
     for p in [1.0, 1.5, 2.2, 3.0] {
         let k = g.k * s.x_ref.powf(g.p - p);
-        out.push(("the same force with another p", k, p, 0.3 * k / s.v_ref));
+        out.push(("the same force with another p", Law { k, p, mu_d: 0.3 * k / s.v_ref }));
     }
-    if case.hysteresis {
+    if case.hysteresis() {
         // most of the force from damping: valleys of little and of much damping need not be one
         for ratio in [4.0, 16.0] {
             for p in [0.8, 1.5] {
                 let k = g.k * s.x_ref.powf(g.p - p) / ratio;
-                out.push(("the same force, much damping", k, p, ratio * k / s.v_ref));
+                out.push(("the same force, much damping", Law { k, p, mu_d: ratio * k / s.v_ref }));
             }
         }
     }
@@ -370,7 +368,7 @@ const BATCH: usize = 24;
 
 /// Variance of batch means of whitened residuals over that of white noise, at least 1 (batch means: Conway 1963;
 /// widening by the misfit: Birge 1932).
-fn wander(residuals: &[Vec<&[f64]>]) -> f64 {
+fn overdispersion(residuals: &[Vec<&[f64]>]) -> f64 {
     let (mut sum, mut n) = (0.0, 0.0);
     for r in residuals.iter().flatten() {
         for b in r.chunks_exact(BATCH) {
@@ -393,12 +391,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_misfit_that_wanders_widens_and_one_that_does_not_does_not() {
+    fn a_slow_misfit_widens_the_intervals_and_a_quick_one_does_not() {
         // signs that alternate have no mean in a batch; a slow wave has
         let quick: Vec<f64> = (0..2400).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
         let slow: Vec<f64> = (0..2400).map(|i| 2f64.sqrt() * (f64::from(i) / 200.0).sin()).collect();
-        assert_eq!(wander(&[vec![&quick[..]]]), 1.0);
-        let w = wander(&[vec![&slow[..]]]);
+        assert_eq!(overdispersion(&[vec![&quick[..]]]), 1.0);
+        let w = overdispersion(&[vec![&slow[..]]]);
         assert!((w / BATCH as f64 - 1.0).abs() < 0.1, "{w}");
     }
 

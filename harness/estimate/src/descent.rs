@@ -1,11 +1,11 @@
 //! Levenberg-Marquardt that does not rest where sampling makes a false minimum.
 //!
 //! Where the force rises steeply at touch, the objective is rough in the instant of touch: a sample more or less
-//! before it makes a valley of its own. So the instants are moved by parts of a sample between descents, runs lend
-//! each other their nuisances, and the end is probed for anything lower close by, which needs no derivative.
+//! before it makes a valley of its own. So the instants are moved by parts of a sample between descents, runs start
+//! warm from each other's nuisances, and the end is probed for anything lower close by, which needs no derivative.
 
-use super::Watch;
 use crate::problem::{Data, Nuisance, Options, Point, Problem};
+use crate::Watch;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -64,8 +64,8 @@ pub fn polish(problem: &Problem<'_>, point: &Point) -> Point {
     })
 }
 
-/// Tries the nuisances that `others` found, recording by recording.
-pub fn borrow(problem: &Problem<'_>, point: &Point, others: &[&Point]) -> Point {
+/// Starts warm from the nuisances that `others` found, recording by recording, and keeps what is better.
+pub fn warm_start(problem: &Problem<'_>, point: &Point, others: &[&Point]) -> Point {
     best_locals(problem, point, &|r| others.iter().map(|o| o.locals[r].clone()).collect())
 }
 
@@ -169,4 +169,49 @@ pub fn descend(problem: &Problem<'_>, point: Point, watch: &Watch<'_>) -> Descen
         }
     }
     d
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Case;
+    use crate::condition::Guess;
+    use crate::prepare::Prepared;
+    use crate::structure::Law;
+    use plant::recipe::{write_campaign, Recipe};
+    use std::sync::atomic::AtomicBool;
+
+    #[test]
+    fn a_touch_moved_by_samples_comes_back_and_the_rest_is_probed_uphill() {
+        let dir = tempfile::tempdir().unwrap();
+        write_campaign(dir.path(), &Recipe::default()).unwrap();
+        let campaign = record::load(dir.path()).unwrap();
+        let case = Case::new(Prepared::new(&campaign).unwrap());
+        let data = &case.data;
+        let problem = case.problem();
+        let Guess { k, p } = case.guess;
+        let start = || problem.start(case.structure.start(Law { k, p, mu_d: 0.2 * k }));
+        let stop = AtomicBool::new(false);
+        let watch = Watch { stop: &stop, deadline: None, say: &|_| {} };
+        let d = descend(&problem, start(), &watch);
+        assert!(d.rested && d.objective.windows(2).all(|w| w[1] <= w[0]));
+        let covariance = problem.covariance(&d.point).unwrap();
+        let p = probe(&problem, &d.point, &covariance, 0.3).unwrap();
+        // a parabola rises by 0.09
+        assert!(p.rise > 0.0 && p.rise < 0.2, "{}", p.rise);
+        let at = problem.nuisances().iter().position(|n| *n == Nuisance::Start).unwrap();
+        let mut locals = d.point.locals.clone();
+        locals[3][at] += 2.4 * data.scales.dt;
+        let moved = problem.evaluate(d.point.theta.clone(), locals);
+        assert!(moved.chi2 > d.point.chi2 + 10.0);
+        let back = polish(&problem, &moved);
+        assert!(!gained(data, back.chi2, d.point.chi2), "{} against {}", back.chi2, d.point.chi2);
+        // a point beside the minimum is not taken for one
+        let mut theta = d.point.theta.clone();
+        theta[1] += 2.0 * covariance[(1, 1)].sqrt();
+        let beside = problem.evaluate(theta, d.point.locals.clone());
+        assert!(probe(&problem, &beside, &covariance, 0.3).unwrap().rise < 0.0);
+        stop.store(true, std::sync::atomic::Ordering::SeqCst);
+        assert!(!descend(&problem, start(), &watch).rested);
+    }
 }

@@ -1,9 +1,9 @@
 //! How far the fitted law is from the recordings: recording by recording, and level by level.
 
-use super::case::{Case, Estimate};
-use super::descent::descend;
-use super::Watch;
+use crate::case::{Case, Estimate};
+use crate::descent::descend;
 use crate::problem::{Point, Problem};
+use crate::Watch;
 use rayon::prelude::*;
 use record::{range, Campaign, Channel};
 
@@ -27,9 +27,8 @@ pub struct Level {
 }
 
 /// Simulated readings at a point.
-pub fn readings(case: &Case<'_>, point: &Point) -> Readings {
-    let model = (case.model)(1.0, 1.0, 0.0);
-    let problem = Problem::new(case.data, &model);
+pub fn readings(case: &Case, point: &Point) -> Readings {
+    let problem = case.problem();
     (0..case.data.records.len())
         .into_par_iter()
         .map(|r| {
@@ -74,9 +73,8 @@ fn top(y: &[f64]) -> f64 {
 }
 
 /// The misfit level by level; each level also fitted alone, unless the watch is over.
-pub fn levels(campaign: &Campaign, case: &Case<'_>, e: &Estimate, y: &Readings, watch: &Watch<'_>) -> Vec<Level> {
-    let data = case.data;
-    let model = (case.model)(1.0, 1.0, 0.0);
+pub fn levels(campaign: &Campaign, case: &Case, e: &Estimate, y: &Readings, watch: &Watch<'_>) -> Vec<Level> {
+    let data = &case.data;
     let quiet = Watch { stop: watch.stop, deadline: watch.deadline, say: &|_| {} };
     let mut present: Vec<usize> = data.records.iter().map(|r| r.level).collect();
     present.sort_unstable();
@@ -108,7 +106,7 @@ pub fn levels(campaign: &Campaign, case: &Case<'_>, e: &Estimate, y: &Readings, 
             }
             if present.len() > 1 && watch.over().is_none() {
                 let sub = data.subset(|r| of.contains(&r));
-                let problem = Problem::new(&sub, &model);
+                let problem = Problem::new(&sub, &case.model);
                 let locals = of.iter().map(|r| e.point.locals[*r].clone()).collect();
                 let f = descend(&problem, problem.evaluate(e.point.theta.clone(), locals), &quiet);
                 let mut shares = Vec::new();

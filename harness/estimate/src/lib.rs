@@ -2,14 +2,19 @@
 
 pub mod answer;
 pub mod case;
+pub mod condition;
 pub mod course;
 pub mod descent;
+pub mod fitted;
 pub mod levels;
 pub mod paper;
 pub mod prepare;
 pub mod problem;
+mod ring;
 pub mod scan;
 pub mod simplex;
+pub mod starts;
+pub mod structure;
 pub mod vertices;
 mod watch;
 

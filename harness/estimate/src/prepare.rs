@@ -1,477 +1,156 @@
-//! From a campaign to data ready for estimation: scales, noise, first guesses.
+//! From conditioned data to data ready for estimation: what a fit of the simulation as given has to settle first.
 
-use crate::problem::{Data, Record, Scales};
-use mechanisms::load_history::LoadHistory;
-use plant::noise::Noise;
-use plant::simulate::Setup;
-use record::{self, Campaign, Channel, Kind, Recording};
+use crate::condition::{condition, renewed_noise, Conditioned, Guess, Invalid};
+use crate::fitted::Fitted;
+use crate::problem::{Data, Options};
+use crate::structure::{Structure, Term};
+use mechanisms::mechanism::Origin;
+use rayon::prelude::*;
+use record::{Campaign, Kind};
+use std::sync::Arc;
 
-/// Why a campaign cannot be judged.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct Invalid(pub String);
+/// chi^2 by which the first sample is preferred to the touch as the place where speeds were measured.
+const AT_FIRST: f64 = 50.0;
 
-/// First guess of the law by scaling arguments.
-#[derive(Clone, Copy, Debug)]
-pub struct Guess {
-    pub k: f64,
-    pub p: f64,
+/// A campaign ready for estimation: windowed, its noise known, its spikes left out.
+#[derive(Clone)]
+pub struct Prepared {
+    pub data: Arc<Data>,
+    pub guess: Guess,
+    /// The simulation as given.
+    pub structure: Structure,
 }
 
-/// The middle of the values sorted; the upper one of two. At least one.
-pub fn median(mut v: Vec<f64>) -> f64 {
-    v.sort_by(f64::total_cmp);
-    v[v.len() / 2]
-}
-
-/// Magnitudes of the differences of third order, which see noise alone where the signal is smooth; their variance is
-/// 20 times that of white noise. At least four samples.
-fn thirds(y: &[f64]) -> Vec<f64> {
-    y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect()
-}
-
-/// Standard deviation of the stiffness between repeats, as a logarithm.
-const REPEATS: f64 = 0.006;
-
-/// Share of the noise's low frequencies below which what precedes the impact is believed alone.
-const CALM: f64 = 0.5;
-
-/// Half widths tried by the adaptive smoother.
-const WIDTHS: [usize; 7] = [3, 5, 8, 13, 21, 34, 55];
-
-/// Smooths by local quadratics whose width grows at each sample as long as the estimates agree within their
-/// confidence (intersection of confidence intervals: Goldenshluger and Nemirovski 1997). `sigma` is the noise's
-/// standard deviation at low frequency. Returns value and slope per sample.
-pub fn smooth(y: &[f64], sigma: f64) -> (Vec<f64>, Vec<f64>) {
-    let n = y.len();
-    let (mut s, mut d) = (vec![0.0; n], vec![0.0; n]);
-    for i in 0..n {
-        let (mut lo, mut hi) = (f64::MIN, f64::MAX);
-        for h in WIDTHS {
-            if 2 * h + 1 > n {
-                break;
-            }
-            let (a, b) = (i.saturating_sub(h), (i + h).min(n - 1));
-            let (mut m, mut q) = ([0.0; 5], [0.0; 3]);
-            for (j, yj) in y.iter().enumerate().take(b + 1).skip(a) {
-                let t = (j as f64 - i as f64) / h as f64;
-                let mut w = 1.0;
-                for k in 0..5 {
-                    m[k] += w;
-                    if k < 3 {
-                        q[k] += w * yj;
-                    }
-                    w *= t;
-                }
-            }
-            let mat = nalgebra::Matrix3::new(m[0], m[1], m[2], m[1], m[2], m[3], m[2], m[3], m[4]);
-            let Some(inv) = mat.try_inverse() else { break };
-            let sol = inv * nalgebra::Vector3::new(q[0], q[1], q[2]);
-            let sd = sigma * inv[(0, 0)].max(0.0).sqrt();
-            let (l, u) = (sol[0] - 2.2 * sd, sol[0] + 2.2 * sd);
-            if h > WIDTHS[0] && (l > hi || u < lo) {
-                break;
-            }
-            lo = lo.max(l);
-            hi = hi.min(u);
-            s[i] = sol[0];
-            d[i] = sol[1] / h as f64;
-        }
+impl Prepared {
+    /// A campaign prepared from its recordings on.
+    ///
+    /// # Errors
+    /// When the recordings cannot be judged at all.
+    pub fn new(c: &Campaign) -> Result<Prepared, Invalid> {
+        Prepared::from(c, condition(c)?)
     }
-    (s, d)
-}
 
-struct Pulse {
-    /// Index of first crossing, last sample of the first pulse, and the peak.
-    first: usize,
-    last: usize,
-    peak: f64,
-}
-
-/// The first pulse of a signal that pushes, above `share` of its peak.
-fn pulse(y: &[f64], share: f64) -> Option<Pulse> {
-    let peak = y.iter().cloned().fold(f64::MIN, f64::max);
-    if peak.is_nan() || peak <= 0.0 {
-        return None;
-    }
-    let level = share * peak;
-    let n = y.len();
-    // three in a row, so that a spike is no touch
-    let first = (0..n.saturating_sub(2)).find(|i| y[*i] > level && y[i + 1] > level && y[i + 2] > level)?;
-    let mut last = first;
-    let mut below = 0;
-    for (i, v) in y.iter().enumerate().skip(first) {
-        if *v > level {
-            last = i;
-            below = 0;
-        } else {
-            below += 1;
-            if below > 4 {
-                break;
+    /// Finds out by the base fit whether the speed was measured at touch or at the first sample, how far the scatter of
+    /// an imposed penetration counts, what noise a motion had hidden, and which samples are spikes.
+    ///
+    /// # Errors
+    /// When the simulation cannot be brought near the recordings.
+    pub fn from(c: &Campaign, conditioned: Conditioned) -> Result<Prepared, Invalid> {
+        let Conditioned { data, guess } = conditioned;
+        let structure = Structure::given(c, &data);
+        let mut data = Arc::new(data);
+        // A photo interrupter measures the speed a little before touch. Whether the recordings' first sample or
+        // the touch itself is meant shows in the fit: free fall between the two is not free.
+        if c.kind == Kind::DropTest && data.records.iter().all(|r| !r.at_first) {
+            let first = Arc::new(data.with_speeds_elsewhere());
+            if least_in_flight(&first, &structure, &guess) < least_in_flight(&data, &structure, &guess) + AT_FIRST {
+                data = first;
             }
         }
+        let mut base = Fitted::base(&data, &structure, &guess);
+        if !base.chi2().is_finite() {
+            return Err(Invalid(
+                "the simulation could not be brought near the recordings; check mass, units and speeds".into(),
+            ));
+        }
+        if c.kind == Kind::Indentation {
+            let mut weighted = (*data).clone();
+            for (r, w) in weighted.records.iter_mut().zip(effective_weights(&base)) {
+                r.weight[0] = w;
+            }
+            base = base.on(Arc::new(weighted));
+        }
+        if c.kind == Kind::ContactorOpening {
+            // at rest, released, flying: no polynomial follows that, the fit does
+            let mut renewed = (*data).clone();
+            renewed.noise = renewed_noise(c, &data, &remainders(&base));
+            base = base.on(Arc::new(renewed));
+        }
+        let mut data = (*base.data).clone();
+        for (r, channel, k) in spikes(&base) {
+            data.records[r].weight[channel][k] = 0.0;
+        }
+        Ok(Prepared { data: Arc::new(data), guess, structure })
     }
-    Some(Pulse { first, last, peak })
 }
 
-/// What pushes on the body in a recording: force, or mass times acceleration, or at least the way.
-fn push_of(r: &Recording, mass: f64) -> Result<Vec<f64>, Invalid> {
-    let rest = |y: &[f64]| median(y[..(y.len() / 20).max(4)].to_vec());
-    Ok(match (&r.channels[0], &r.channels[1], &r.channels[2]) {
-        (Some(f), _, _) => {
-            let zero = rest(f);
-            f.iter().map(|v| v - zero).collect()
-        }
-        (_, Some(a), _) => {
-            let zero = rest(a).clamp(-2.0, 2.0);
-            a.iter().map(|v| mass * (zero - v)).collect()
-        }
-        (_, _, Some(x)) => x.clone(),
-        _ => return Err(Invalid(format!("{} holds no channel to judge", r.file))),
-    })
+/// Least chi^2 of the simulation as given, alone or beside one force that acts in flight: one that is missing there
+/// would speak for speeds measured where they were not.
+fn least_in_flight(data: &Data, structure: &Structure, guess: &Guess) -> f64 {
+    let base = Fitted::base(&Arc::new(data.coarse()), structure, guess);
+    let plain = |t: &Term| {
+        t.mechanism.origin == Origin::Motion && t.mechanism.named && t.form.linear && t.form.parameters.len() == 1
+    };
+    let forces: Vec<Term> = structure.base().candidates().into_iter().filter(plain).collect();
+    let quick = Options { iterations: 12, ..Options::default() };
+    let with = |t: &Term| base.add(t, 1, &quick).map(|f| f.chi2());
+    let with: Vec<f64> = forces.par_iter().filter_map(with).collect();
+    with.into_iter().fold(base.chi2(), f64::min)
 }
 
-/// Prepares a campaign.
-///
-/// # Errors
-/// When the recordings hold no impact, or the noise cannot be told.
-pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
-    let mass = c.moving_mass.unwrap_or(1.0);
-    let mut records = Vec::new();
-    let mut range = [0.0f64; 3];
-    let mut lasts = Vec::new();
-    let mut quiet = Vec::new();
-    let mut peaks = Vec::new();
-    let mut depths: Vec<f64> = Vec::new();
-    for r in &c.recordings {
-        for (k, ch) in r.channels.iter().enumerate() {
-            if let Some(y) = ch {
-                range[k] = range[k].max(record::range(y));
-            }
-        }
-        let push = push_of(r, mass)?;
-        let pu = pulse(&push, 0.04).ok_or_else(|| Invalid(format!("{}: no impact is to be seen in it", r.file)))?;
-        let before = &push[..pu.first.max(8).min(push.len())];
-        let noise = if r.channels[0].is_some() || r.channels[1].is_some() {
-            median(before.iter().map(|v| v.abs()).collect())
-        } else {
-            // a penetration is far below zero before touch: differences of third order see its noise alone
-            median(thirds(before)) / 20f64.sqrt()
-        };
-        if pu.peak < 8.0 * noise && pu.first > 8 {
-            return Err(Invalid(format!("{}: its peak does not stand out of the noise", r.file)));
-        }
-        // a pull is contact as well where nothing but contact makes force
-        let seen: Vec<f64> = if c.kind == Kind::Indentation { push.iter().map(|v| v.abs()).collect() } else { push };
-        quiet.push(quiet_stretches(&seen, 0.04 * pu.peak, &pu));
-        lasts.push((pu.first, pu.last));
-        peaks.push(if r.channels[0].is_some() || r.channels[1].is_some() { pu.peak } else { f64::NAN });
-        let n = r.time.len();
-        records.push(Record {
-            setup: Setup {
-                kind: c.kind,
-                time: r.time.clone(),
-                history: LoadHistory::default(),
-                travel: c.travel.unwrap_or(0.0),
-                preload: r.spring_preload.unwrap_or(0.0),
-                rate: c.return_spring_rate.unwrap_or(0.0),
-                imposed: Vec::new(),
-                imposed_rate: Vec::new(),
-                depth: 1.0,
-                speed: 1.0,
-                duration: 1.0,
-                tolerance: plant::simulate::TOLERANCE,
-            },
-            file: r.file.clone(),
-            level: r.level,
-            y: r.channels.clone(),
-            weight: [vec![1.0; n], vec![1.0; n], vec![1.0; n]],
-            speed: if c.kind == Kind::DropTest { r.impact_speed.or(r.start_speed) } else { None },
-            at_first: r.impact_speed.is_none() && r.start_speed.is_some(),
-            start: match c.kind {
-                Kind::ContactorOpening => r.time[0],
-                _ => r.time[pu.first],
-            },
-        });
-    }
-    let readings: Vec<_> = c.recordings.iter().map(|r| r.channels.clone()).collect();
-    let noise = noise_of(c.kind, &readings, &quiet, &range);
-    if c.kind == Kind::Indentation {
-        let sigma = noise[2].low_frequency();
-        for (r, rec) in c.recordings.iter().zip(&mut records) {
-            let x = r.channels[2].as_ref().ok_or_else(|| Invalid(format!("{}: no penetration", r.file)))?;
-            let n = x.len();
-            let dt = (r.time[n - 1] - r.time[0]) / (n - 1) as f64;
-            let (s, d) = smooth(x, sigma);
-            rec.setup.imposed_rate = d.iter().map(|v| v / dt).collect();
-            depths.push(s.iter().cloned().fold(f64::MIN, f64::max));
-            rec.setup.imposed = s;
-        }
-    }
-    let count = records.len() as f64;
-    let length = median(c.recordings.iter().map(|r| r.time[r.time.len() - 1] - r.time[0]).collect());
-    let dt = median(
-        c.recordings.iter().map(|r| (r.time[r.time.len() - 1] - r.time[0]) / (r.time.len() - 1) as f64).collect(),
-    );
-    let duration =
-        median(c.recordings.iter().zip(&lasts).map(|(r, (a, b))| (r.time[*b] - r.time[*a]).max(3.0 * dt)).collect());
-    let speeds: Vec<f64> = c
-        .recordings
-        .iter()
-        .zip(&records)
-        .map(|(r, d)| match c.kind {
-            Kind::DropTest => d.speed.map_or(1.0, |s| s.0).max(1e-6),
-            Kind::ContactorOpening => {
-                let travel = c.travel.unwrap_or(1e-3);
-                let s = r.spring_preload.unwrap_or(1.0) * travel
-                    - 0.5 * c.return_spring_rate.unwrap_or(0.0) * travel * travel;
-                (2.0 * s.max(1e-9) / mass).sqrt()
-            }
-            Kind::Indentation => {
-                let top = d.setup.imposed_rate.iter().map(|v| v.abs()).fold(0.0, f64::max);
-                if top > 0.0 {
-                    top
-                } else {
-                    1.0
-                }
-            }
+/// Weights of an imposed penetration: where the force rises steeply the scatter of the penetration
+/// counts as well (effective variance: Orear 1982).
+fn effective_weights(base: &Fitted) -> Vec<Vec<f64>> {
+    let sx = base.data.noise[2].marginal();
+    let sf = base.data.noise[0].marginal();
+    (0..base.data.records.len())
+        .map(|r| {
+            let (t, _) = base.predict(r);
+            let n = t.force.len();
+            (0..n)
+                .map(|i| {
+                    let (a, b) = (i.saturating_sub(6), (i + 6).min(n - 1));
+                    let dx = (t.position[b] - t.position[a]).abs();
+                    let slope = if dx > 2.0 * sx { (t.force[b] - t.force[a]).abs() / dx } else { 0.0 };
+                    let own = if t.position[i] > 0.0 {
+                        base.point().theta[1] * t.force[i].max(0.0) / t.position[i].max(3.0 * sx)
+                    } else {
+                        0.0
+                    };
+                    sf / (sf * sf + (slope.max(own) * sx).powi(2)).sqrt()
+                })
+                .collect()
         })
-        .collect();
-    let peak = peaks.iter().cloned().filter(|v| v.is_finite()).fold(0.0, f64::max);
-    let forces: Vec<f64> =
-        peaks.iter().map(|p| if p.is_finite() && *p > 0.0 { *p } else { mass * speeds[0] / duration }).collect();
-    // p from how the peak grows with speed (or depth); k from energy (or depth)
-    let (xs, kind_is_indentation): (Vec<f64>, bool) =
-        if c.kind == Kind::Indentation { (depths.clone(), true) } else { (speeds.clone(), false) };
-    let slope = {
-        let lx: Vec<f64> = xs.iter().map(|v| v.max(1e-12).ln()).collect();
-        let ly: Vec<f64> = forces.iter().map(|v| v.ln()).collect();
-        let (mx, my) = (lx.iter().sum::<f64>() / count, ly.iter().sum::<f64>() / count);
-        let sxx: f64 = lx.iter().map(|v| (v - mx).powi(2)).sum();
-        let sxy: f64 = lx.iter().zip(&ly).map(|(a, b)| (a - mx) * (b - my)).sum();
-        if sxx > 1e-3 {
-            sxy / sxx
-        } else if kind_is_indentation {
-            1.5
-        } else {
-            1.2
-        }
-    };
-    let p = if kind_is_indentation { slope } else { slope / (2.0 - slope).max(0.2) }.clamp(1.0, 3.5);
-    let mid = forces.len() / 2;
-    let mut order: Vec<usize> = (0..forces.len()).collect();
-    order.sort_by(|a, b| forces[*a].total_cmp(&forces[*b]));
-    let m = order[mid];
-    let depth = if kind_is_indentation {
-        depths[m]
-    } else {
-        // m v^2 / 2 = F x / (p + 1)
-        0.5 * mass * speeds[m] * speeds[m] * (p + 1.0) / forces[m]
-    };
-    if !(depth > 0.0 && depth.is_finite() && forces[m] > 0.0) {
-        return Err(Invalid("the recordings hold no impact whose depth could be told".into()));
-    }
-    let k = forces[m] / depth.powf(p);
-    let orders: Vec<f64> = c.recordings.iter().map(|r| r.order).collect();
-    let histories = LoadHistory::before(&orders, if kind_is_indentation { &depths } else { &speeds });
-    for (i, r) in records.iter_mut().enumerate() {
-        r.setup.history = histories[i];
-        r.setup.depth = depth * (forces[i] / forces[m]).max(0.2);
-        r.setup.speed = speeds[i];
-        r.setup.duration = duration;
-    }
-    let scales = Scales {
-        force: forces[m],
-        depth,
-        speed: speeds[m],
-        duration,
-        mass,
-        length,
-        dt,
-        x_ref: 0.6 * depth,
-        v_ref: speeds[m],
-        orders: count,
-        peak,
-    };
-    Ok((Data { kind: c.kind, mass, records, noise, scales, range, repeat_scatter: REPEATS }, Guess { k, p }))
+        .collect()
 }
 
-/// Stretches in which nothing touches: before the first pulse, and between and after pulses.
-fn quiet_stretches(push: &[f64], level: f64, first: &Pulse) -> Vec<(usize, usize, bool)> {
-    let n = push.len();
-    let margin = ((first.last - first.first) / 3).max(3);
-    let busy: Vec<bool> = (0..n).map(|i| (0..3).all(|j| push[(i + j).min(n - 1)] > level)).collect();
+/// The readings less the fit's, by recording and channel.
+fn remainders(base: &Fitted) -> Vec<[Option<Vec<f64>>; 3]> {
+    let records = base.data.records.iter().enumerate();
+    records
+        .map(|(r, rec)| {
+            let (_, y) = base.predict(r);
+            let less = |i: usize| -> Option<Vec<f64>> {
+                let read = rec.y[i].as_ref()?;
+                Some(read.iter().zip(&y[i]).map(|(a, b)| a - b).collect())
+            };
+            [less(0), less(1), less(2)]
+        })
+        .collect()
+}
+
+/// Samples that stand alone far outside the noise: (recording, channel, sample).
+fn spikes(base: &Fitted) -> Vec<(usize, usize, usize)> {
+    let data = &base.data;
     let mut out = Vec::new();
-    let mut start = 0;
-    let mut i = 0;
-    while i <= n {
-        if i == n || busy[i] {
-            let end = if i == n { n } else { i.saturating_sub((margin / 3).max(2)) };
-            if end > start + 16 {
-                out.push((start, end, start == 0));
-            }
-            while i < n && busy[i] {
-                i += 1;
-            }
-            start = i + margin;
-            if i >= n {
-                break;
+    for (r, rec) in data.records.iter().enumerate() {
+        let (_, y) = base.predict(r);
+        for c in data.compared(r) {
+            let i = c.index();
+            let Some(read) = &rec.y[i] else { continue };
+            let e: Vec<f64> = read.iter().zip(&y[i]).zip(&rec.weight[i]).map(|((a, b), w)| (a - b) * w).collect();
+            let s = data.noise[i].marginal();
+            for k in 0..e.len() {
+                let mut near: Vec<f64> =
+                    (k.saturating_sub(4)..(k + 5).min(e.len())).filter(|j| j.abs_diff(k) > 1).map(|j| e[j]).collect();
+                near.sort_by(f64::total_cmp);
+                let middle = near[near.len() / 2];
+                let spread = near[near.len() - 1] - near[0];
+                if (e[k] - middle).abs() > 5.0 * s && (e[k] - middle).abs() > 1.5 * spread {
+                    out.push((r, i, k));
+                }
             }
         }
-        i += 1;
     }
     out
-}
-
-/// Noise of every channel learned once more from what a fit leaves of the readings where nothing touches: a motion that
-/// no polynomial follows (a release, a fall with friction) is no noise. `left`: readings less the fit's, by recording and
-/// channel. A channel keeps its noise where this would not lessen it.
-pub fn renewed_noise(c: &Campaign, data: &Data, left: &[[Option<Vec<f64>>; 3]]) -> [Noise; 3] {
-    let mass = c.moving_mass.unwrap_or(1.0);
-    let quiet: Vec<Vec<(usize, usize, bool)>> = c
-        .recordings
-        .iter()
-        .map(|r| {
-            let push = push_of(r, mass).unwrap_or_default();
-            pulse(&push, 0.04).map_or_else(Vec::new, |pu| quiet_stretches(&push, 0.04 * pu.peak, &pu))
-        })
-        .collect();
-    let mut noise = noise_of(c.kind, left, &quiet, &data.range);
-    for (n, old) in noise.iter_mut().zip(&data.noise) {
-        if n.low_frequency() > old.low_frequency() || n.marginal() > old.marginal() {
-            *n = *old;
-        }
-    }
-    noise
-}
-
-/// Noise of every channel, from the stretches in which nothing touches.
-fn noise_of(
-    kind: Kind,
-    readings: &[[Option<Vec<f64>>; 3]],
-    quiet: &[Vec<(usize, usize, bool)>],
-    range: &[f64; 3],
-) -> [Noise; 3] {
-    let mut noise = [Noise::white(1.0); 3];
-    for ch in Channel::ALL {
-        let i = ch.index();
-        if range[i] == 0.0 {
-            continue;
-        }
-        let (mut stretches, mut before) = (Vec::new(), Vec::new());
-        let mut lost = 0;
-        let mut fallback = Vec::new();
-        for (r, q) in readings.iter().zip(quiet) {
-            let Some(y) = &r[i] else { continue };
-            fallback.push(median(thirds(y)) / 0.6745 / 20f64.sqrt());
-            // force and acceleration rest at one level wherever nothing touches
-            let flat = kind != Kind::Indentation && ch != Channel::Penetration;
-            let rest: Vec<f64> = q.iter().flat_map(|(a, b, _)| y[*a..*b].iter().cloned()).collect();
-            let level = if rest.is_empty() { 0.0 } else { rest.iter().sum::<f64>() / rest.len() as f64 };
-            if flat && kind == Kind::DropTest {
-                lost += 1;
-                for (a, b, first) in q {
-                    stretches.push(despiked(y[*a..*b].iter().map(|v| v - level).collect()));
-                    if *first {
-                        before.push(despiked(detrended(&y[*a..*b], 0)));
-                    }
-                }
-                continue;
-            }
-            for (a, b, _) in q {
-                // the polynomial that the signal follows where nothing touches
-                let degree = match (kind, ch) {
-                    (Kind::Indentation, Channel::Force) => 1,
-                    (_, Channel::Force) => 0,
-                    (_, Channel::Acceleration) => 1,
-                    (_, Channel::Penetration) => 3,
-                };
-                stretches.push(despiked(detrended(&y[*a..*b], degree)));
-                lost += degree + 1;
-            }
-        }
-        let floor = 1e-5 * range[i];
-        let of = |e: &[Vec<f64>], lost: usize| Noise::estimate(e, lost, floor).map(|n| n.widened(wander(&n, e)));
-        noise[i] = of(&stretches, lost).unwrap_or_else(|| Noise::white(median(fallback).max(floor)));
-        // what wanders after the impact alone is no noise: the impact has left it behind
-        if let Some(n) = of(&before, before.len()) {
-            if n.low_frequency() < CALM * noise[i].low_frequency() {
-                noise[i] = n;
-            }
-        }
-    }
-    noise
-}
-
-/// How much more the whitened noise wanders over blocks than white noise would (variance ratio, at least 1):
-/// what no autoregression of low order holds.
-fn wander(noise: &Noise, stretches: &[Vec<f64>]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for e in stretches {
-        let mut w = vec![0.0; e.len()];
-        noise.whiten(e, &mut w);
-        for b in w.chunks_exact(BLOCK) {
-            let m: f64 = b.iter().sum();
-            sum += m * m / BLOCK as f64;
-            count += 1.0;
-        }
-    }
-    if count < 8.0 {
-        return 1.0;
-    }
-    // believed only beyond its own scatter
-    let ratio = sum / count;
-    if ratio > 1.0 + 2.5 * (2.0f64 / count).sqrt() {
-        ratio
-    } else {
-        1.0
-    }
-}
-
-/// Samples in a block of `wander`.
-const BLOCK: usize = 24;
-
-/// Samples far outside the spread of their stretch are noise of another kind: taken out.
-fn despiked(mut e: Vec<f64>) -> Vec<f64> {
-    let spread = median(e.iter().map(|v| v.abs()).collect()) / 0.6745;
-    for v in &mut e {
-        if v.abs() > 6.0 * spread {
-            *v = 0.0;
-        }
-    }
-    e
-}
-
-/// Residuals of a polynomial of `degree` fitted to `y`.
-fn detrended(y: &[f64], degree: usize) -> Vec<f64> {
-    let n = y.len();
-    let a = nalgebra::DMatrix::from_fn(n, degree + 1, |i, j| (2.0 * i as f64 / (n - 1) as f64 - 1.0).powi(j as i32));
-    let b = nalgebra::DVector::from_column_slice(y);
-    match a.clone().svd(true, true).solve(&b, 1e-12) {
-        Ok(c) => (b - a * c).iter().cloned().collect(),
-        Err(_) => y.to_vec(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use rand::{RngExt, SeedableRng};
-
-    #[test]
-    fn a_release_passes_for_noise_until_the_motion_is_taken_out() {
-        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(8);
-        let sigma = 1e-6;
-        let mut draw = || sigma * ((0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0);
-        // at rest, then let go: half a parabola
-        let moving: Vec<f64> = (0..600).map(|i| 1e-8 * f64::from(i - 300).max(0.0).powi(2) + draw()).collect();
-        let left: Vec<f64> = (0..600).map(|_| draw()).collect();
-        let quiet = vec![vec![(0, 600, true)]; 4];
-        let of = |y: &[f64]| {
-            let readings = vec![[None, None, Some(y.to_vec())]; 4];
-            noise_of(Kind::ContactorOpening, &readings, &quiet, &[0.0, 0.0, 1e-3])[2].marginal()
-        };
-        assert!(of(&moving) > 5.0 * sigma, "{}", of(&moving));
-        assert!((of(&left) / sigma - 1.0).abs() < 0.1, "{}", of(&left));
-    }
 }

@@ -1,6 +1,6 @@
 //! A start without a guess: for a fixed exponent the force is linear in k and mu_d.
 
-use super::prepare::smooth;
+use crate::condition::smooth;
 use crate::problem::Data;
 use mechanisms::physics::GRAVITY;
 use record::{Channel, Kind};
@@ -88,7 +88,7 @@ pub fn scan(data: &Data, hysteresis: bool) -> Option<(f64, f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prepare::prepare;
+    use crate::condition::condition;
     use plant::recipe::{write_campaign, Recipe};
 
     #[test]
@@ -96,7 +96,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let recipe = Recipe::default();
         write_campaign(dir.path(), &recipe).unwrap();
-        let (mut data, _) = prepare(&record::load(dir.path()).unwrap()).unwrap();
+        let mut data = condition(&record::load(dir.path()).unwrap()).unwrap().data;
         let law = recipe.physics.law;
         let x = data.scales.x_ref;
         let (k, p, mu) = scan(&data, true).unwrap();

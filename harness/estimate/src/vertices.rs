@@ -1,9 +1,9 @@
 //! The simplex over law and terms of a campaign; tolerances and nuisances at their best for each vertex.
 
-use super::descent::{gained, polish};
-use super::simplex::{self, minimise};
-use super::Watch;
+use crate::descent::{gained, polish};
 use crate::problem::{Data, Model, Options, Parameter, Point, Problem};
+use crate::simplex::{self, minimise};
+use crate::Watch;
 
 /// Rounds at most, each from where the last ended.
 const ROUNDS: usize = 5;
@@ -42,16 +42,13 @@ pub fn search(data: &Data, model: &Model<'_>, start: &Point, scale: f64, watch: 
             theta[*j] = fold(*x, &ps[*j]);
         }
         let outer = theta.clone();
-        let inner = Model {
-            parameters: tolerances.iter().map(|j| ps[*j].clone()).collect(),
-            apply: Box::new(|t, p| {
-                let mut th = outer.clone();
-                for (j, x) in tolerances.iter().zip(t) {
-                    th[*j] = *x;
-                }
-                (model.apply)(&th, p);
-            }),
-        };
+        let inner = Model::new(tolerances.iter().map(|j| ps[*j].clone()).collect(), |t, p| {
+            let mut th = outer.clone();
+            for (j, x) in tolerances.iter().zip(t) {
+                th[*j] = *x;
+            }
+            model.apply(&th, p);
+        });
         let problem = Problem::new(data, &inner);
         let p = problem.evaluate(tolerances.iter().map(|j| theta[*j]).collect(), from.locals.clone());
         let f = problem.fit(p, &Options { iterations: 12, tolerance: 1e-7, ..Options::default() });
@@ -74,9 +71,9 @@ pub fn search(data: &Data, model: &Model<'_>, start: &Point, scale: f64, watch: 
     if watch.over().is_some() {
         return s;
     }
-    let settled = polish(&whole, &profile(&z0, start));
-    if settled.chi2 < start.chi2 {
-        s.point = settled;
+    let profiled = polish(&whole, &profile(&z0, start));
+    if profiled.chi2 < start.chi2 {
+        s.point = profiled;
     }
     let samples = data.samples().max(1) as f64;
     let mut scale = scale;

@@ -27,7 +27,6 @@ pub struct Scales {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     pub name: String,
-    pub start: f64,
     pub lower: f64,
     pub upper: f64,
     /// Step for differences.
@@ -159,7 +158,7 @@ pub enum Acts {
 
 /// A parameter of a form; dynamic unless `chain`.
 pub fn parameter(name: &str, lower: f64, upper: f64, step: f64) -> Parameter {
-    Parameter { name: name.to_string(), start: 0.0, lower, upper, step, prior: None, dynamic: true }
+    Parameter { name: name.to_string(), lower, upper, step, prior: None, dynamic: true }
 }
 
 /// A parameter that changes the chain alone.

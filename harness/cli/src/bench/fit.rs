@@ -4,9 +4,9 @@ use super::clock::cpu_seconds;
 use super::python::Python;
 use super::Spread;
 use anyhow::{bail, ensure, Context, Result};
-use diagnose::run::ready;
-use diagnose::search::{MakeUp, Search};
+use estimate::prepare::Prepared;
 use estimate::problem::{Data, Fit, Nuisance, Options, Problem};
+use estimate::structure::{Base, Law};
 use mechanisms::physics::GRAVITY;
 use plant::noise::{Noise, ORDER};
 use plant::simulate::TOLERANCE;
@@ -93,8 +93,8 @@ fn whitening(noise: &Noise) -> (Vec<Vec<f64>>, Vec<f64>) {
 }
 
 /// The problem as the Python side takes it.
-fn told(c: &Campaign, search: &Search<'_>, problem: &Problem<'_>, best: &Fit) -> Value {
-    let data = search.data;
+fn described(c: &Campaign, base: &Base, problem: &Problem<'_>, start: &[f64], best: &Fit) -> Value {
+    let data = problem.data;
     let nuisances = data.nuisances();
     let s = data.scales;
     let local_steps: Vec<f64> = nuisances
@@ -125,13 +125,14 @@ fn told(c: &Campaign, search: &Search<'_>, problem: &Problem<'_>, best: &Fit) ->
         .model
         .parameters
         .iter()
-        .map(|p| {
-            json!({"name": p.name, "start": p.start, "lower": p.lower, "upper": p.upper, "step": p.step, "prior": p.prior})
+        .zip(start)
+        .map(|(p, start)| {
+            json!({"name": p.name, "start": start, "lower": p.lower, "upper": p.upper, "step": p.step, "prior": p.prior})
         })
         .collect();
     json!({
-        "campaign": c.folder, "mass": data.mass, "gravity": if search.gravity { GRAVITY } else { 0.0 },
-        "hysteresis": search.hysteresis, "x_ref": s.x_ref, "v_ref": s.v_ref, "tolerance": TOLERANCE,
+        "campaign": c.folder, "mass": data.mass, "gravity": if base.gravity { GRAVITY } else { 0.0 },
+        "hysteresis": base.hysteresis, "x_ref": s.x_ref, "v_ref": s.v_ref, "tolerance": TOLERANCE,
         "parameters": parameters, "local_steps": local_steps,
         "nuisances": nuisances.iter().map(|n| nuisance_name(*n)).collect::<Vec<_>>(),
         "noise": {
@@ -187,17 +188,12 @@ pub fn base_fit(
     at: &dyn Fn(&str),
 ) -> Result<BaseFit> {
     at("preparing the base fit");
-    let (data, guess) = ready(c)?;
+    let Prepared { data, guess, structure } = Prepared::new(c)?;
     comparable(c, &data)?;
-    let search = Search::new(c, &data);
-    let s = &c.simulation;
-    let (k, p, mu) = match (s.k, s.p) {
-        (Some(k), Some(p)) => (k, p, s.mu_d.unwrap_or(0.0)),
-        _ => (guess.k, guess.p, 0.15 * guess.k / data.scales.v_ref),
-    };
-    let model = search.model(&MakeUp::default(), k, p, mu);
-    let problem = Problem::new(&data, &model);
-    let start = problem.start();
+    let guessed = Law { k: guess.k, p: guess.p, mu_d: 0.15 * guess.k / data.scales.v_ref };
+    let law = structure.base().law().unwrap_or(guessed);
+    let problem = Problem::new(&data, structure.model());
+    let start = problem.start(structure.start(law));
     ensure!(start.chi2.is_finite(), "{}: its law cannot be simulated at the start", c.dir.display());
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("a thread cannot be started")?;
     let fit = || {
@@ -209,7 +205,7 @@ pub fn base_fit(
     };
     let (_, best) = fit();
     let file = folder.join("fit.json");
-    std::fs::write(&file, serde_json::to_vec(&told(c, &search, &problem, &best))?)?;
+    std::fs::write(&file, serde_json::to_vec(&described(c, structure.base(), &problem, &start.theta, &best))?)?;
     let mut python = Python::start(python, SCRIPT, &[&file])?;
     let agree = python.ask("agree")?;
     for (i, ours) in [start.chi2, start.chi2, best.point.chi2, best.point.chi2].into_iter().enumerate() {
@@ -233,7 +229,7 @@ pub fn base_fit(
     let law = problem.physics(&best.point.theta).law;
     Ok(BaseFit {
         size: (data.records.len(), data.samples()),
-        parameters: model.parameters.len() + data.records.len() * data.nuisances().len(),
+        parameters: problem.model.parameters.len() + data.records.len() * data.nuisances().len(),
         start: start.chi2,
         seconds: Spread::of(seconds),
         found: Found { chi2: best.point.chi2, k: law.stiffness, p: law.exponent, mu_d: law.hysteresis_damping },

@@ -1,12 +1,11 @@
 //! `touchdown fit`.
 
 use anyhow::{anyhow, Context, Result};
-use diagnose::run::ready;
-use diagnose::search::Search;
 use estimate::answer::Answer;
-use estimate::case::Method;
+use estimate::case::{Case, Method};
 use estimate::course::estimate;
 use estimate::levels::{levels, readings};
+use estimate::prepare::Prepared;
 use estimate::Watch;
 use record;
 use std::path::PathBuf;
@@ -54,9 +53,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let deadline = Instant::now() + Duration::from_secs_f64(a.seconds);
     let watch = Watch { stop: interruption(), deadline: Some(deadline), say: &say };
     say(&format!("preparing {} recordings", campaign.recordings.len()));
-    let (data, guess) = ready(&campaign).with_context(|| campaign.dir.display().to_string())?;
-    let search = Search::new(&campaign, &data);
-    let case = search.case(&campaign, guess);
+    let case = Case::new(Prepared::new(&campaign).with_context(|| campaign.dir.display().to_string())?);
     let method = match a.method {
         Way::Simplex => Method::Simplex,
         Way::Lm => Method::LevenbergMarquardt,

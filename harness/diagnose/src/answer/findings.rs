@@ -3,7 +3,6 @@
 use crate::alarm::{alarm, Alarm};
 use crate::bias::{biases, Bias};
 use crate::bootstrap::Bootstrap;
-use crate::candidate::Candidate;
 use crate::decide::Decision;
 use crate::experiment::{ties, Tie};
 use crate::heldout::HeldOut;
@@ -11,10 +10,12 @@ use crate::intervals::{intervals, Intervals};
 use crate::latent::{latent, Latent};
 use crate::map::{map, Cell};
 use crate::rivals::{rivals, Rival};
-use crate::search::{MakeUp, Search};
+use crate::search::Search;
 use crate::sensors::Against;
 use crate::unclipped::{unclipped, Unclipped};
+use estimate::fitted::Fitted;
 use estimate::problem::{Options, Problem};
+use estimate::structure::{Structure, Term};
 use record::{Campaign, Channel};
 
 /// The findings of one campaign.
@@ -49,36 +50,35 @@ const QUIET: usize = 64;
 /// Works the findings out. `stage` is told what is being done.
 pub fn gather(
     c: &Campaign,
-    search: &Search<'_>,
+    search: &Search,
     d: &Decision,
     before: &HeldOut,
     after: Option<&HeldOut>,
     stage: &dyn Fn(&str),
 ) -> Findings {
-    let wander = d.wander.1.max(1.0);
+    let overdispersion = d.overdispersion.1.max(1.0);
     stage("mapping the misfit");
-    let mut f =
-        Findings { map: map(search, &d.base, &d.chosen), caveats: caveats(c, search, d), ..Findings::default() };
+    let mut f = Findings { map: map(&d.base, &d.chosen), caveats: caveats(c, d), ..Findings::default() };
     stage("drawing nulls");
-    let gain = d.base.fit.point.chi2 - d.singles.iter().map(|s| s.fit.point.chi2).fold(f64::INFINITY, f64::min);
-    let gain = gain.max(d.base.fit.point.chi2 - d.chosen.fit.point.chi2);
+    let gain = d.base.chi2() - d.singles.iter().map(|s| s.chi2()).fold(f64::INFINITY, f64::min);
+    let gain = gain.max(d.base.chi2() - d.chosen.chi2());
     f.alarm = alarm(search, &d.base, &d.chosen, if gain.is_finite() { gain } else { 0.0 });
     stage("scoring the rivals on levels they did not see");
-    f.rivals = rivals(search, d, after.map(|a| a.nrmse));
+    f.rivals = rivals(d, after.map(|a| a.nrmse));
     if d.detected {
         stage("finding intervals");
-        f.intervals = intervals(search, &d.chosen, wander);
-        f.bias = biases(search, &d.base, &d.chosen, wander);
-        f.unclipped = unclipped(search, &d.chosen);
+        f.intervals = intervals(&d.chosen, overdispersion);
+        f.bias = biases(&d.base, &d.chosen, overdispersion);
+        f.unclipped = unclipped(&d.chosen);
         if d.ties.iter().any(|t| !t.is_empty()) {
             stage("simulating experiments that part the ties");
             f.ties = ties(search, d);
         }
     }
-    // a stiffness that swings between recordings is no force within one
-    if d.unexplained && d.swing.is_none() {
+    // a stiffness that scatters between recordings is no force within one
+    if d.unexplained && d.excess_scatter.is_none() {
         stage("finding the force it takes");
-        f.latent = named_part(search, d).and_then(|r| latent(search, &r));
+        f.latent = named_part(d).and_then(|r| latent(&r));
     }
     if let Some(a) = after {
         if a.nrmse > before.nrmse {
@@ -89,33 +89,30 @@ pub fn gather(
 }
 
 /// The chosen model without what merely stands in for the unknown.
-fn named_part(search: &Search<'_>, d: &Decision) -> Option<Candidate> {
-    if d.chosen.make_up.terms.iter().all(|t| t.mechanism.named) {
+fn named_part(d: &Decision) -> Option<Fitted> {
+    if d.chosen.is_named() {
         return Some(d.chosen.clone());
     }
-    let terms: Vec<_> = d.chosen.make_up.terms.iter().filter(|t| t.mechanism.named).cloned().collect();
+    let terms: Vec<_> = d.chosen.structure.terms().iter().filter(|t| t.mechanism.named).cloned().collect();
     if terms.is_empty() {
         return Some(d.base.clone());
     }
-    let make_up = MakeUp { terms };
-    let model = search.model(&make_up, 1.0, 1.0, 0.0);
-    let problem = Problem::new(search.data, &model);
     let mut theta = d.base.fit.point.theta.clone();
-    theta.extend(model.parameters[theta.len()..].iter().map(|p| p.start));
+    theta.extend(terms.iter().flat_map(Term::start));
+    let structure = Structure::new(d.base.structure.base().clone(), terms);
+    let problem = Problem::new(&d.base.data, structure.model());
     let start = problem.evaluate(theta, d.base.fit.point.locals.clone());
-    start.chi2.is_finite().then(|| Candidate { make_up, fit: problem.fit(start, &Options::default()) })
+    start.chi2.is_finite().then(|| Fitted::from(&d.base.data, structure.clone(), start, &Options::default()))
 }
 
 /// Samples in which nothing touches, and the channels compared.
-fn caveats(c: &Campaign, search: &Search<'_>, d: &Decision) -> Vec<String> {
+fn caveats(c: &Campaign, d: &Decision) -> Vec<String> {
     let mut v = Vec::new();
-    let data = search.data;
-    let model = search.model(&d.base.make_up, 1.0, 1.0, 0.0);
-    let problem = Problem::new(data, &model);
+    let data = &d.base.data;
     let mut short: Vec<&str> = Vec::new();
     let quiet: usize = (0..data.records.len())
         .map(|r| {
-            let (t, _) = problem.predict(&d.base.fit.point.theta, r, &d.base.fit.point.locals[r]);
+            let (t, _) = d.base.predict(r);
             let time = &data.records[r].setup.time;
             if time.last().is_some_and(|end| t.deepest >= *end) {
                 short.push(&data.records[r].file);

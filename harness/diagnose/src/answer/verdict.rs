@@ -1,32 +1,24 @@
 //! verdict.json: the format verdict/1, and keys beyond it.
 
 use super::findings::Findings;
-use crate::acts::{phases, PHASES};
+use crate::acts::{phases, shares, PHASES};
+use crate::candidate::Candidate;
 use crate::decide::Decision;
 use crate::element::Packed;
 use crate::heldout::HeldOut;
 use crate::map::Cell;
-use crate::search::Search;
 use crate::sensors::{Against, Mean};
-use estimate::problem::Problem;
 use mechanisms::mechanism::Origin;
 use record::{Campaign, Channel};
 use serde_json::{json, Map, Value};
 
 /// Makes the verdict of a campaign.
-pub fn verdict(
-    c: &Campaign,
-    search: &Search<'_>,
-    d: &Decision,
-    f: &Findings,
-    before: &HeldOut,
-    after: Option<&HeldOut>,
-) -> Value {
+pub fn verdict(c: &Campaign, d: &Decision, f: &Findings, before: &HeldOut, after: Option<&HeldOut>) -> Value {
     let mut missing = Vec::new();
     let mut places = Vec::new();
     if d.detected {
-        for (i, t) in d.chosen.make_up.terms.iter().enumerate() {
-            places.push(place(c, search, d, &f.map, i));
+        for (i, t) in d.chosen.structure.terms().iter().enumerate() {
+            places.push(place(c, d, &f.map, i));
             if t.mechanism.named {
                 let others = d.ties.get(i).cloned().unwrap_or_default();
                 let mut m = json!({
@@ -58,7 +50,7 @@ pub fn verdict(
         "campaign": c.folder,
         "mismatch": {"detected": d.detected, "false_alarm_probability": d.false_alarm_probability, "where": places},
         "missing": missing,
-        "unexplained": {"detected": d.unexplained, "text": unexplained(d, f, search.data.repeat_scatter)},
+        "unexplained": {"detected": d.unexplained, "text": unexplained(d, f)},
         "fit": {
             "before": {"heldout_nrmse": before.nrmse, "chi2": d.base.fit.point.chi2, "converged": d.base.fit.converged},
             "after": {"heldout_nrmse": after.map_or(before.nrmse, |a| a.nrmse), "chi2": d.chosen.fit.point.chi2, "converged": d.chosen.fit.converged},
@@ -125,7 +117,7 @@ fn other_sensor(a: &Against) -> Value {
 pub fn element(d: &Decision, packed: Option<&Packed>) -> Value {
     let mut parts: Vec<Origin> = Vec::new();
     if d.detected {
-        parts.extend(d.chosen.make_up.terms.iter().filter(|t| t.mechanism.named).map(|t| t.mechanism.origin));
+        parts.extend(d.chosen.structure.terms().iter().filter(|t| t.mechanism.named).map(|t| t.mechanism.origin));
     }
     let right = !parts.contains(&Origin::Contact) && !d.unexplained;
     let text = if d.unexplained {
@@ -177,16 +169,16 @@ pub fn unit(c: Channel) -> &'static str {
 /// Share of belief among names: by cost where the search fitted rivals, evenly among those that never part.
 fn probability(d: &Decision, term: usize) -> f64 {
     let others = d.ties.get(term).map_or(0, Vec::len);
-    if d.chosen.make_up.terms.len() > 1 {
+    if d.chosen.structure.terms().len() > 1 {
         return 1.0 / (1.0 + others as f64);
     }
-    let scale = 2.0 * d.wander.1.max(1.0);
+    let scale = 2.0 * d.overdispersion.1.max(1.0);
     let name = d.chosen.names()[term];
     let tied = d.ties.get(term).cloned().unwrap_or_default();
     let rest: f64 = d
         .singles
         .iter()
-        .filter(|s| s.make_up.terms[0].mechanism.named && s.names()[0] != name && !tied.contains(&s.names()[0]))
+        .filter(|s| s.is_named() && s.names()[0] != name && !tied.contains(&s.names()[0]))
         .map(|s| (-(s.cost() - d.chosen.cost()).max(0.0) / scale).exp())
         .sum();
     1.0 / (1.0 + others as f64 + rest)
@@ -201,21 +193,21 @@ fn parameters(f: &Findings, term: usize) -> Map<String, Value> {
         .collect()
 }
 
-fn unexplained(d: &Decision, f: &Findings, scatter: f64) -> String {
+fn unexplained(d: &Decision, f: &Findings) -> String {
     if !d.unexplained {
         return String::new();
     }
-    if let Some(s) = d.swing {
+    if let Some(s) = d.excess_scatter {
         return format!(
             "the contact's stiffness differs by {:.1} % (rms) between recordings of the same level, where repeats scatter \
              by {:.1} %: something between the recordings moved it (temperature, wear, a changed setting)",
             100.0 * s,
-            100.0 * scatter
+            100.0 * d.chosen.data.repeat_scatter
         );
     }
-    let what = match d.chosen.make_up.terms.iter().find(|t| !t.mechanism.named) {
+    let what = match d.chosen.structure.terms().iter().find(|t| !t.mechanism.named) {
         Some(t) => format!("{} (a stand-in, fitted as: {})", t.mechanism.sentence, t.form.label),
-        None => format!("the residual still wanders {:.1} times more than noise", d.wander.1),
+        None => format!("the residual still wanders {:.1} times more than noise", d.overdispersion.1),
     };
     match &f.latent {
         Some(l) => format!("{what}. {}", l.text),
@@ -235,9 +227,9 @@ fn bias(d: &Decision, f: &Findings) -> Value {
 }
 
 /// Where the cause of term `i` sits.
-fn place(c: &Campaign, search: &Search<'_>, d: &Decision, map: &[Cell], i: usize) -> Value {
-    let t = &d.chosen.make_up.terms[i];
-    let acts = search.acts(&d.chosen, i);
+fn place(c: &Campaign, d: &Decision, map: &[Cell], i: usize) -> Value {
+    let t = &d.chosen.structure.terms()[i];
+    let acts = shares(&d.chosen, i);
     let strongest = (0..4).max_by(|a, b| acts[*a].total_cmp(&acts[*b])).unwrap_or(1);
     let mut by_channel = [0.0; 3];
     let mut by_level = vec![0.0; c.levels.len()];
@@ -254,7 +246,7 @@ fn place(c: &Campaign, search: &Search<'_>, d: &Decision, map: &[Cell], i: usize
         .filter(|(l, g)| l.0.is_finite() && **g >= 0.3 * most)
         .map(|(l, _)| l.0)
         .collect();
-    let span = span(search, d, strongest, &by_level);
+    let span = span(d, strongest, &by_level);
     json!({
         "origin": t.mechanism.origin.name(),
         "phase": PHASES[strongest],
@@ -271,13 +263,12 @@ fn place(c: &Campaign, search: &Search<'_>, d: &Decision, map: &[Cell], i: usize
 }
 
 /// (recording, first and last sample time) of a phase's first stretch in the first recording of the level that shows most.
-fn span(search: &Search<'_>, d: &Decision, which: usize, by_level: &[f64]) -> Option<(String, f64, f64)> {
+fn span(d: &Decision, which: usize, by_level: &[f64]) -> Option<(String, f64, f64)> {
     let level = (0..by_level.len()).max_by(|a, b| by_level[*a].total_cmp(&by_level[*b]))?;
-    let r = search.data.records.iter().position(|r| r.level == level)?;
-    let model = search.model(&d.chosen.make_up, 1.0, 1.0, 0.0);
-    let (trace, _) =
-        Problem::new(search.data, &model).predict(&d.chosen.fit.point.theta, r, &d.chosen.fit.point.locals[r]);
-    let rec = &search.data.records[r];
+    let data = &d.chosen.data;
+    let r = data.records.iter().position(|r| r.level == level)?;
+    let (trace, _) = d.chosen.predict(r);
+    let rec = &data.records[r];
     // its first stretch
     let phases = phases(&trace);
     let first = phases.iter().position(|p| *p == which)?;

@@ -122,6 +122,22 @@ impl Data {
         d
     }
 
+    /// The same with the speeds meant at the first sample where they were meant at touch, and the other way round.
+    pub fn with_speeds_elsewhere(&self) -> Data {
+        let mut other = self.clone();
+        other.records.iter_mut().for_each(|r| r.at_first = !r.at_first);
+        other
+    }
+
+    /// Nuisances with every recording as stiff as the rest.
+    pub fn without_scatter(&self, locals: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let mut locals = locals.to_vec();
+        if let Some(i) = self.nuisances().iter().position(|n| *n == Nuisance::Stiffness) {
+            locals.iter_mut().for_each(|l| l[i] = 0.0);
+        }
+        locals
+    }
+
     /// Keeps only the recordings whose index `keep` accepts.
     pub fn subset(&self, keep: impl Fn(usize) -> bool) -> Data {
         let mut d = self.clone();

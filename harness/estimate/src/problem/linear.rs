@@ -105,7 +105,7 @@ impl Problem<'_> {
             first[j] = if change > STRAIGHT { along(shorter)?.0 } else { slope };
         }
         for (i, n) in self.nuisances.iter().enumerate() {
-            if let Some(j) = self.twin(&point.theta, *n).filter(|j| active[*j]) {
+            if let Some(j) = self.collinear(&point.theta, *n).filter(|j| active[*j]) {
                 (columns[g + i], first[g + i]) = (columns[j].clone(), first[j]);
                 continue;
             }
@@ -119,9 +119,9 @@ impl Problem<'_> {
         Some(Part { residual, columns, first, first_speed: trace.first_speed, bare })
     }
 
-    /// The parameter that does to every recording what nuisance `n` does to its own: the scale of the stiffness, where
-    /// nothing but the hysteresis damping follows it.
-    fn twin(&self, theta: &[f64], n: Nuisance) -> Option<usize> {
+    /// The parameter that is collinear with nuisance `n`, doing to every recording what `n` does to its own: the scale of
+    /// the stiffness, where nothing but the hysteresis damping follows it.
+    fn collinear(&self, theta: &[f64], n: Nuisance) -> Option<usize> {
         if n != Nuisance::Stiffness {
             return None;
         }
@@ -400,22 +400,14 @@ mod tests {
 
     /// Sensitivity of the force to a friction that counts in units of 100 N, by a step of so many units.
     fn sensitivity(data: &Data, step: f64) -> Vec<f64> {
-        let friction = Parameter {
-            name: "friction".into(),
-            start: 0.02,
-            lower: 0.0,
-            upper: 1.0,
-            step,
-            prior: None,
-            dynamic: true,
-        };
+        let friction = Parameter { name: "friction".into(), lower: 0.0, upper: 1.0, step, prior: None, dynamic: true };
         let apply = |t: &[f64], p: &mut Physics| {
             (p.law.stiffness, p.law.exponent, p.law.hysteresis_damping) = (3e7, 1.2, 6e6);
             p.guide_friction.coulomb = 100.0 * t[0];
         };
-        let model = Model { parameters: vec![friction], apply: Box::new(apply) };
+        let model = Model::new(vec![friction], apply);
         let problem = Problem::new(data, &model);
-        let mut part = problem.part(&problem.start(), 0, &[true]).unwrap();
+        let mut part = problem.part(&problem.start(vec![0.02]), 0, &[true]).unwrap();
         part.columns.swap_remove(0)
     }
 

@@ -15,16 +15,32 @@ use plant::element::Element;
 use plant::simulate::{law_of, simulate, simulate_on, Local, Trace};
 use rayon::prelude::*;
 use record::Channel;
+use std::sync::Arc;
 
 pub use data::{Data, Nuisance, Parameter, Record, Scales, STIFFNESS_SCALE};
 pub use fit::{Fit, Options};
 pub use linear::{Block, Linear};
 
+/// Puts the parameters of a model into the physics.
+type Apply<'a> = dyn Fn(&[f64], &mut Physics) + Sync + Send + 'a;
+
 /// A model of a campaign: its parameters and how they make physics.
+#[derive(Clone)]
 pub struct Model<'a> {
     pub parameters: Vec<Parameter>,
-    #[allow(clippy::type_complexity)]
-    pub apply: Box<dyn Fn(&[f64], &mut Physics) + Sync + Send + 'a>,
+    apply: Arc<Apply<'a>>,
+}
+
+impl<'a> Model<'a> {
+    /// Of its parameters and what puts their values, in the same order, into the physics.
+    pub fn new(parameters: Vec<Parameter>, apply: impl Fn(&[f64], &mut Physics) + Sync + Send + 'a) -> Model<'a> {
+        Model { parameters, apply: Arc::new(apply) }
+    }
+
+    /// Puts the values `theta` into `p`.
+    pub fn apply(&self, theta: &[f64], p: &mut Physics) {
+        (self.apply)(theta, p);
+    }
 }
 
 /// The state of a fit.
@@ -49,9 +65,8 @@ impl<'a> Problem<'a> {
         Problem { data, model, nuisances: data.nuisances() }
     }
 
-    /// Start values of model and nuisances.
-    pub fn start(&self) -> Point {
-        let theta = self.model.parameters.iter().map(|p| p.start).collect();
+    /// The point of `theta` and the first guess of the nuisances.
+    pub fn start(&self, theta: Vec<f64>) -> Point {
         let locals = (0..self.data.records.len()).map(|r| self.data.local_start(r)).collect();
         self.evaluate(theta, locals)
     }
@@ -59,7 +74,7 @@ impl<'a> Problem<'a> {
     /// Physics at `theta`.
     pub fn physics(&self, theta: &[f64]) -> Physics {
         let mut p = Physics { mass: self.data.mass, ..Physics::default() };
-        (self.model.apply)(theta, &mut p);
+        self.model.apply(theta, &mut p);
         p
     }
 
@@ -227,7 +242,7 @@ mod tests {
             ..Setup::drop_test(time, 2e-4, 1e-2, 0.04)
         };
         let data = Data::of_force(setup, 1.0, 10.0, vec![0.0; read.len()]);
-        let model = Model { parameters: Vec::new(), apply: Box::new(|_, _| {}) };
+        let model = Model::new(Vec::new(), |_, _| {});
         let problem = Problem::new(&data, &model);
         let zero = 3e-5;
         let local: Vec<f64> =

@@ -1,6 +1,6 @@
 //! What rings on after the contact: the strongest line of a channel once the body has left.
 
-use estimate::problem::Data;
+use crate::problem::Data;
 use record::Channel;
 use std::f64::consts::PI;
 
@@ -61,7 +61,7 @@ pub fn line(data: &Data, channel: Channel) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use estimate::problem::Data;
+    use crate::problem::Data;
     use plant::simulate::Setup;
     use rand::{RngExt, SeedableRng};
     use record::Channel;

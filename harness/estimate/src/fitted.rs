@@ -1,0 +1,191 @@
+//! A structure fitted to a campaign's data: where the fit ended, and what it leaves.
+
+use crate::condition::Guess;
+use crate::problem::{Data, Fit, Options, Point, Problem};
+use crate::structure::{Law, Structure, Term};
+use mechanisms::physics::Physics;
+use plant::simulate::Trace;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Iterations within which a fit that is carried on has converged.
+const CONVERGED: usize = 200;
+/// Samples of a batch, over which overdispersion is judged.
+const BATCH: usize = 24;
+/// Most that the mean of a single batch counts for the overdispersion: no outlier shall decide alone.
+const MOST: f64 = 30.0;
+
+/// A structure with its fit.
+#[derive(Clone)]
+pub struct Fitted {
+    /// What it was fitted to.
+    pub data: Arc<Data>,
+    pub structure: Structure,
+    pub fit: Fit,
+}
+
+impl Fitted {
+    /// `structure` fitted to `data` from the point `start`.
+    pub fn from(data: &Arc<Data>, structure: Structure, start: Point, options: &Options) -> Fitted {
+        let fit = Problem::new(data, structure.model()).fit(start, options);
+        Fitted { data: data.clone(), structure, fit }
+    }
+
+    /// The simulation as given, fitted from the campaign's law and from the guess; the better one.
+    pub fn base(data: &Arc<Data>, structure: &Structure, guess: &Guess) -> Fitted {
+        let simulation = &structure.base().simulation;
+        let mut starts: Vec<Law> = structure.base().law().into_iter().collect();
+        let s = data.scales;
+        starts.push(Law { k: guess.k, p: guess.p, mu_d: 0.15 * guess.k / s.v_ref });
+        if simulation.k.is_none() {
+            // the same force at 0.6 depth with other powers
+            for p in [1.0, 1.5, 2.2, 3.0] {
+                let k = guess.k * s.x_ref.powf(guess.p - p);
+                starts.push(Law { k, p, mu_d: 0.3 * k / s.v_ref });
+            }
+        }
+        let problem = Problem::new(data, structure.model());
+        let fits: Vec<Fit> = starts
+            .into_par_iter()
+            .map(|law| {
+                let start = problem.start(structure.start(law));
+                problem.fit(start, &Options { iterations: 40, ..Options::default() })
+            })
+            .collect();
+        let fit = fits.into_iter().min_by(|a, b| a.point.chi2.total_cmp(&b.point.chi2)).expect("there is a start");
+        Fitted { data: data.clone(), structure: structure.clone(), fit }
+    }
+
+    /// The problem it solves.
+    pub fn problem(&self) -> Problem<'_> {
+        Problem::new(&self.data, self.structure.model())
+    }
+
+    /// Where the fit ended.
+    pub fn point(&self) -> &Point {
+        &self.fit.point
+    }
+
+    /// chi^2 there.
+    pub fn chi2(&self) -> f64 {
+        self.fit.point.chi2
+    }
+
+    /// Names of the mechanisms added.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.structure.names()
+    }
+
+    /// Name of the mechanism added last, empty where there is none.
+    pub fn added(&self) -> &'static str {
+        self.structure.last().map_or("", Term::name)
+    }
+
+    /// Parameters of the mechanisms added.
+    pub fn parameters(&self) -> f64 {
+        self.structure.terms().iter().map(|t| t.form.parameters.len() as f64).sum()
+    }
+
+    /// Whether every mechanism added has a name of the vocabulary.
+    pub fn is_named(&self) -> bool {
+        self.structure.terms().iter().all(|t| t.mechanism.named)
+    }
+
+    /// The physics it stands for.
+    pub fn physics(&self) -> Physics {
+        self.problem().physics(&self.fit.point.theta)
+    }
+
+    /// Trace and readings of recording `r`.
+    pub fn predict(&self, r: usize) -> (Trace, [Vec<f64>; 3]) {
+        self.problem().predict(&self.fit.point.theta, r, &self.fit.point.locals[r])
+    }
+
+    /// Trace and whitened residual of every recording; None where a simulation fails.
+    pub fn residuals(&self) -> Option<Vec<(Trace, Vec<f64>)>> {
+        self.problem().residuals(&self.fit.point)
+    }
+
+    /// Variance of batch means of the whitened residual over that of white noise (batch means: Conway 1963), of
+    /// batches of two lengths the larger; 1 for white noise, and where there are too few samples to tell.
+    pub fn overdispersion(&self) -> f64 {
+        self.overdispersion_up_to(MOST)
+    }
+
+    /// The same where single batches count up to `most`: infinity tells how much wider the noise would have to be to
+    /// hold what the model leaves.
+    pub fn overdispersion_up_to(&self, most: f64) -> f64 {
+        let Some(left) = self.residuals() else { return 1.0 };
+        let over = |batch: usize| {
+            let (mut sum, mut n) = (0.0, 0.0);
+            for (record, (_, residual)) in self.data.records.iter().zip(&left) {
+                for ch in residual.chunks(record.setup.time.len()) {
+                    for w in ch.chunks_exact(batch) {
+                        sum += batch_square(w, most);
+                        n += 1.0;
+                    }
+                }
+            }
+            if n < 10.0 {
+                1.0
+            } else {
+                sum / n
+            }
+        };
+        over(BATCH).max(over(3 * BATCH))
+    }
+
+    /// By channel, for flight and for contact: sum over batches of what [`Fitted::overdispersion`] is the mean of, and
+    /// their number. None where a simulation fails.
+    pub fn batches_by_contact(&self) -> Option<[[(f64, f64); 2]; 3]> {
+        let left = self.residuals()?;
+        let mut sums: [[(f64, f64); 2]; 3] = Default::default();
+        for (r, (trace, residual)) in left.iter().enumerate() {
+            let n = self.data.records[r].setup.time.len();
+            for (channel, e) in self.data.compared(r).zip(residual.chunks(n)) {
+                for (w, f) in e.chunks_exact(BATCH).zip(trace.force.chunks_exact(BATCH)) {
+                    let touching = usize::from(4 * f.iter().filter(|f| f.abs() > 0.0).count() > BATCH);
+                    let s = &mut sums[channel.index()][touching];
+                    s.0 += batch_square(w, MOST);
+                    s.1 += 1.0;
+                }
+            }
+        }
+        Some(sums)
+    }
+
+    /// With one more term, fitted from `start`.
+    pub fn with(&self, term: Term, start: Point, options: &Options) -> Fitted {
+        Fitted::from(&self.data, self.structure.with(term), start, options)
+    }
+
+    /// Without its term `i`, fitted from its own values. None where the simulation fails.
+    pub fn without(&self, i: usize, options: &Options) -> Option<Fitted> {
+        let structure = self.structure.without(i);
+        let theta = self.structure.theta_without(&self.fit.point.theta, i);
+        let problem = Problem::new(&self.data, structure.model());
+        let start = problem.evaluate(theta, self.fit.point.locals.clone());
+        if !start.chi2.is_finite() {
+            return None;
+        }
+        let fit = problem.fit(start, options);
+        Some(Fitted { data: self.data.clone(), structure, fit })
+    }
+
+    /// Fitted on from where it stands, until it has converged.
+    pub fn carried_on(&self) -> Fitted {
+        let options = Options { iterations: CONVERGED, ..Options::default() };
+        Fitted::from(&self.data, self.structure.clone(), self.fit.point.clone(), &options)
+    }
+
+    /// The same fit, held against other data of the same recordings; its chi^2 stays as it was.
+    pub fn on(&self, data: Arc<Data>) -> Fitted {
+        Fitted { data, structure: self.structure.clone(), fit: self.fit.clone() }
+    }
+}
+
+/// Squared mean of a batch of whitened residuals over that expected of white noise, `most` at most.
+fn batch_square(w: &[f64], most: f64) -> f64 {
+    let m: f64 = w.iter().sum();
+    (m * m / w.len() as f64).min(most)
+}

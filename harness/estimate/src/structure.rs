@@ -1,0 +1,325 @@
+//! A model structure: the simulation as given, and the mechanisms added to it, each in one of its forms.
+
+use crate::problem::{Data, Model, Parameter, STIFFNESS_SCALE};
+use crate::ring;
+use mechanisms::mechanism::{Context, Form, Mechanism};
+use mechanisms::physics::{Physics, GRAVITY};
+use mechanisms::ALL;
+use record::{largest, Campaign, Channel, Kind, Simulation};
+use std::sync::Arc;
+
+/// Relative standard deviation of a calibrated gain of force or acceleration.
+pub const GAIN: f64 = 0.007;
+/// The same of a calibrated penetration, and of a weighed mass.
+const PENETRATION_GAIN: f64 = 0.003;
+const MASS: f64 = 0.002;
+/// Standard deviations beyond which a calibration's tolerance is no tolerance.
+const WIDEST: f64 = 6.0;
+/// Samples in a row at one reading that make a flat top.
+const FLAT: usize = 4;
+
+/// A law that a fit starts from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Law {
+    /// Stiffness, N/m^p.
+    pub k: f64,
+    /// Exponent, 1.
+    pub p: f64,
+    /// Hysteresis damping, N s/m^(p+1).
+    pub mu_d: f64,
+}
+
+/// A mechanism in one of its forms.
+#[derive(Clone)]
+pub struct Term {
+    pub mechanism: &'static Mechanism,
+    pub form: Form,
+}
+
+impl Term {
+    /// Its mechanism's name.
+    pub fn name(&self) -> &'static str {
+        self.mechanism.name
+    }
+
+    /// Values of its parameters, dimensionless, where a fit starts first; zero for those of a form it extends.
+    pub fn start(&self) -> Vec<f64> {
+        let further = &self.form.starts[0];
+        let mut values = vec![0.0; self.form.parameters.len() - further.len()];
+        values.extend(further);
+        values
+    }
+}
+
+/// The simulation as its user has it: what every structure of a campaign has in common.
+#[derive(Clone)]
+pub struct Base {
+    /// What mechanisms may ask of the campaign.
+    pub context: Context,
+    /// Moving mass, kg.
+    pub mass: f64,
+    /// Whether the simulation holds gravity, and hysteresis damping.
+    pub gravity: bool,
+    pub hysteresis: bool,
+    /// Mechanisms the simulation holds beyond those two.
+    pub given: Vec<Term>,
+    /// As the campaign declares it.
+    pub simulation: Simulation,
+}
+
+impl Base {
+    /// Of a campaign and its data.
+    pub fn new(campaign: &Campaign, data: &Data) -> Base {
+        let terms = campaign.simulation.terms.clone();
+        let mut top = [0.0f64; 3];
+        for r in &data.records {
+            for (t, y) in top.iter_mut().zip(&r.y) {
+                if let Some(y) = y {
+                    *t = t.max(largest(y));
+                }
+            }
+        }
+        let mut context = Context {
+            kind: data.kind,
+            has: [data.has(Channel::Force), data.has(Channel::Acceleration), data.has(Channel::Penetration)],
+            scales: data.scales,
+            terms: Vec::new(),
+            top,
+            flat: flat_top(data, top),
+            ring: if data.kind == Kind::Indentation { None } else { ring::line(data, Channel::Force) },
+        };
+        let given = ALL
+            .iter()
+            .filter(|m| {
+                terms.iter().any(|t| t == m.name)
+                    && m.name != "gravity"
+                    && m.name != "hysteresis_damping"
+                    && !(m.name == "return_spring" && data.kind == Kind::ContactorOpening)
+            })
+            .filter_map(|m| m.forms(&context).into_iter().next().map(|form| Term { mechanism: m, form }))
+            .collect();
+        context.terms = terms.clone();
+        Base {
+            context,
+            mass: data.mass,
+            gravity: terms.iter().any(|t| t == "gravity") && data.kind == Kind::DropTest,
+            hysteresis: terms.iter().any(|t| t == "hysteresis_damping"),
+            given,
+            simulation: campaign.simulation.clone(),
+        }
+    }
+
+    /// The campaign's own law, where it is calibrated.
+    pub fn law(&self) -> Option<Law> {
+        let s = &self.simulation;
+        s.k.zip(s.p).map(|(k, p)| Law { k, p, mu_d: s.mu_d.unwrap_or(0.0) })
+    }
+
+    /// All terms that could be added, in forms that stand for themselves.
+    pub fn candidates(&self) -> Vec<Term> {
+        self.terms().into_iter().filter(|t| t.form.extends.is_none()).collect()
+    }
+
+    /// The forms that extend that of `term`.
+    pub fn extensions(&self, term: &Term) -> Vec<Term> {
+        let extends = |t: &Term| t.name() == term.name() && t.form.extends == Some(term.form.label);
+        self.terms().into_iter().filter(extends).collect()
+    }
+
+    fn terms(&self) -> Vec<Term> {
+        let have: Vec<&str> = self.given.iter().map(Term::name).collect();
+        ALL.iter()
+            .filter(|m| !have.contains(&m.name))
+            .flat_map(|m| m.forms(&self.context).into_iter().map(move |form| Term { mechanism: m, form }))
+            .collect()
+    }
+}
+
+/// The base and the terms added to it, with the model they make; the model is built once.
+#[derive(Clone)]
+pub struct Structure {
+    base: Arc<Base>,
+    terms: Vec<Term>,
+    model: Arc<Model<'static>>,
+}
+
+impl Structure {
+    /// `base` with `terms` added.
+    pub fn new(base: Arc<Base>, terms: Vec<Term>) -> Structure {
+        let model = Arc::new(model(&base, &terms));
+        Structure { base, terms, model }
+    }
+
+    /// The simulation as given, nothing added.
+    pub fn given(campaign: &Campaign, data: &Data) -> Structure {
+        Structure::new(Arc::new(Base::new(campaign, data)), Vec::new())
+    }
+
+    /// What it is built on.
+    pub fn base(&self) -> &Arc<Base> {
+        &self.base
+    }
+
+    /// The terms added, in their order.
+    pub fn terms(&self) -> &[Term] {
+        &self.terms
+    }
+
+    /// The term added last.
+    pub fn last(&self) -> Option<&Term> {
+        self.terms.last()
+    }
+
+    /// Parameters: ln F_ref, p, the damping ratio where there is one, tolerances (those with priors), terms.
+    pub fn model(&self) -> &Model<'static> {
+        &self.model
+    }
+
+    /// This structure with one more term.
+    pub fn with(&self, term: Term) -> Structure {
+        let mut terms = self.terms.clone();
+        terms.push(term);
+        Structure::new(self.base.clone(), terms)
+    }
+
+    /// This structure without its term `i`.
+    pub fn without(&self, i: usize) -> Structure {
+        let mut terms = self.terms.clone();
+        terms.remove(i);
+        Structure::new(self.base.clone(), terms)
+    }
+
+    /// This structure with `term` in the place of the last one.
+    pub fn with_last(&self, term: Term) -> Structure {
+        let mut terms = self.terms.clone();
+        terms.pop();
+        terms.push(term);
+        Structure::new(self.base.clone(), terms)
+    }
+
+    /// Names of the mechanisms added.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.terms.iter().map(Term::name).collect()
+    }
+
+    /// Names and forms of the mechanisms added.
+    pub fn forms(&self) -> Vec<(&'static str, &'static str)> {
+        self.terms.iter().map(|t| (t.name(), t.form.label)).collect()
+    }
+
+    /// Whether it holds a mechanism of that name.
+    pub fn holds(&self, name: &str) -> bool {
+        self.terms.iter().any(|t| t.name() == name)
+    }
+
+    /// Index of the first parameter of the terms added.
+    pub fn first_term(&self) -> usize {
+        self.model.parameters.len() - self.terms.iter().map(|t| t.form.parameters.len()).sum::<usize>()
+    }
+
+    /// The parameters `theta` without those of term `i`.
+    pub fn theta_without(&self, theta: &[f64], i: usize) -> Vec<f64> {
+        let before: usize = self.terms[..i].iter().map(|t| t.form.parameters.len()).sum();
+        let at = self.first_term() + before;
+        let mut theta = theta.to_vec();
+        theta.drain(at..at + self.terms[i].form.parameters.len());
+        theta
+    }
+
+    /// Parameters to start from: a law, tolerances at zero, every term at its first start.
+    pub fn start(&self, law: Law) -> Vec<f64> {
+        let s = self.base.context.scales;
+        let mut theta = vec![(law.k * s.x_ref.powf(law.p)).ln(), law.p];
+        if self.base.hysteresis {
+            theta.push(law.mu_d * s.v_ref / law.k);
+        }
+        theta.extend(self.model.parameters.iter().filter(|p| p.prior.is_some()).map(|_| 0.0));
+        for t in self.base.given.iter().chain(&self.terms) {
+            theta.extend(t.start());
+        }
+        theta
+    }
+}
+
+/// The model of `base` with `added` terms.
+fn model(base: &Arc<Base>, added: &[Term]) -> Model<'static> {
+    let s = base.context.scales;
+    let free = |name: &str, lower, upper, step| Parameter {
+        name: name.into(),
+        lower,
+        upper,
+        step,
+        prior: None,
+        dynamic: true,
+    };
+    let mut ps = vec![free(STIFFNESS_SCALE, -60.0, 60.0, 2e-3), free("p", 0.8, 4.5, 1e-3)];
+    let hysteresis = base.hysteresis;
+    if hysteresis {
+        ps.push(free("damping ratio", 0.0, 20.0, 1e-3));
+    }
+    let gravity = base.gravity;
+    let mass = base.mass;
+    let tolerance = |name: &str, sd: f64, dynamic: bool| Parameter {
+        name: name.into(),
+        lower: -WIDEST * sd,
+        upper: WIDEST * sd,
+        step: 1e-3,
+        prior: Some((0.0, sd)),
+        dynamic,
+    };
+    let mut gains = Vec::new();
+    let with_mass = base.context.kind != Kind::Indentation;
+    if with_mass {
+        for (c, sd) in [(Channel::Force, GAIN), (Channel::Acceleration, GAIN), (Channel::Penetration, PENETRATION_GAIN)]
+        {
+            if base.context.has[c.index()] {
+                gains.push((ps.len(), c.index()));
+                ps.push(tolerance(&format!("ln gain {}", c.name()), sd, false));
+            }
+        }
+    }
+    let at_mass = ps.len();
+    if with_mass {
+        ps.push(tolerance("ln mass", MASS, true));
+    }
+    let mut spans = Vec::new();
+    let all: Vec<Term> = base.given.iter().chain(added).cloned().collect();
+    for t in &all {
+        spans.push(ps.len());
+        for q in &t.form.parameters {
+            ps.push(Parameter { name: format!("{}: {}", t.mechanism.name, q.name), ..q.clone() });
+        }
+    }
+    let base = base.clone();
+    Model::new(ps, move |th: &[f64], p: &mut Physics| {
+        p.law.exponent = th[1];
+        p.law.stiffness = (th[0] - th[1] * s.x_ref.ln()).exp();
+        p.law.hysteresis_damping = if hysteresis { th[2] * p.law.stiffness / s.v_ref } else { 0.0 };
+        p.mass = if with_mass { mass * th[at_mass].exp() } else { mass };
+        p.gravity = if gravity { GRAVITY } else { 0.0 };
+        for (i, c) in &gains {
+            p.force_gain.channel[*c] = th[*i].exp();
+        }
+        for (t, at) in all.iter().zip(&spans) {
+            t.form.apply(&th[*at..*at + t.form.parameters.len()], &base.context, p);
+        }
+    })
+}
+
+/// Whether readings stay at `top`, the largest of their campaign, several samples long.
+pub fn flat(y: &[f64], top: f64) -> bool {
+    y.windows(FLAT).any(|w| w.iter().all(|v| (v.abs() - top).abs() <= 1e-9 * top))
+}
+
+/// The channel whose recordings of different levels end in one and the same reading, `top`, several samples long: no
+/// impact does that, a range does.
+fn flat_top(data: &Data, top: [f64; 3]) -> Option<Channel> {
+    [Channel::Force, Channel::Acceleration].into_iter().find(|c| {
+        let i = c.index();
+        let ends = data.records.iter().filter(|r| r.y[i].as_ref().is_some_and(|y| flat(y, top[i])));
+        let mut levels: Vec<usize> = ends.map(|r| r.level).collect();
+        levels.sort_unstable();
+        levels.dedup();
+        levels.len() > 1
+    })
+}
