@@ -3,6 +3,7 @@
 //!
 //! A new mechanism is a file and its line in [`parts!`].
 
+pub mod catalogue;
 pub mod load_history;
 pub mod mechanism;
 pub mod part;
