@@ -13,7 +13,7 @@ pub struct Quantity {
 }
 
 /// One mechanism of the table.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Entry {
     pub mechanism: &'static Mechanism,
     /// Labels of its forms, over all kinds of campaigns.
