@@ -1,12 +1,13 @@
-//! Every mechanism the diagnosis knows, a file each.
+//! Every mechanism the diagnosis knows: those of the contact as the law declares them, the others a file each.
 
+pub mod contact;
 pub mod mechanism;
 pub mod physics;
 pub mod wear;
 
+use contact::CONTACT;
 use mechanism::Mechanism;
 
-mod adhesion;
 mod base_compliance;
 mod bent_scale;
 mod channel_skew;
@@ -18,29 +19,31 @@ mod force_gain;
 mod fracture;
 mod gravity;
 mod guide_friction;
-mod hysteresis_damping;
 mod jam;
 mod latent_force;
 mod loose_part;
 mod lowpass_lag;
-mod plastic_indentation;
 mod residual_magnetism;
 mod return_spring;
 mod ripple;
-mod secondary_stiffening;
 mod sensor_resonance;
 mod squeeze_film;
-mod viscoelastic_relaxation;
-mod viscous_damping;
 
-/// All of them: those of the vocabulary first, then the stand-ins for the unknown.
-pub const ALL: &[Mechanism] = &[
-    hysteresis_damping::MECHANISM,
-    viscous_damping::MECHANISM,
-    plastic_indentation::MECHANISM,
-    adhesion::MECHANISM,
-    viscoelastic_relaxation::MECHANISM,
-    secondary_stiffening::MECHANISM,
+/// All of them: those of the vocabulary first, the contact's at their head, then the stand-ins for the unknown.
+pub const ALL: &[Mechanism] = &all();
+
+const fn all() -> [Mechanism; CONTACT.len() + OTHERS.len()] {
+    let mut all = [OTHERS[0]; CONTACT.len() + OTHERS.len()];
+    let mut i = 0;
+    while i < all.len() {
+        all[i] = if i < CONTACT.len() { CONTACT[i] } else { OTHERS[i - CONTACT.len()] };
+        i += 1;
+    }
+    all
+}
+
+/// Those of the motion, the measuring chain and beyond.
+const OTHERS: &[Mechanism] = &[
     cyclic_softening::MECHANISM,
     gravity::MECHANISM,
     guide_friction::MECHANISM,

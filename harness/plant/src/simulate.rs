@@ -96,12 +96,10 @@ fn scaled(p: &Physics, taken: &Taken, local: &Local) -> Physics {
     let (own, softened) = (local.stiffness.exp(), p.softening_factor(taken));
     let f = own * softened;
     if p.damping_speed.is_finite() && local.speed > 0.0 {
-        q.law.hysteresis_damping *= p.damping_speed / local.speed;
+        q.law.hysteresis_damping.coefficient *= p.damping_speed / local.speed;
     }
-    q.law.stiffness *= f;
-    q.law.hysteresis_damping *= if p.softening_spares_damping { own } else { f };
-    q.law.secondary_stiffness *= f;
-    q.law.relaxation_stiffness *= f;
+    q.law.scale_stiffness(f);
+    q.law.hysteresis_damping.coefficient *= if p.softening_spares_damping { own } else { f };
     q
 }
 

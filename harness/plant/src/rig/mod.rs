@@ -119,7 +119,7 @@ impl<'a> Rig<'a> {
         let loose = pair(p.loose_mass > 0.0, &mut scale);
         let tip = pair(p.tip_mass > 0.0, &mut scale);
         let mut relax = 0;
-        if p.law.relaxation_stiffness > 0.0 && element.is_none() {
+        if p.law.relaxes() && element.is_none() {
             relax = n;
             for b in 0..BRANCHES {
                 scale[n + b] = p.mass * s.speed / s.duration;
@@ -148,7 +148,7 @@ impl<'a> Rig<'a> {
             carried: loose > 0 && s.kind == Kind::ContactorOpening,
             closed: (base > 0) != (tip > 0)
                 && loose == 0
-                && p.law.adhesion_force == 0.0
+                && p.law.adhesion.force == 0.0
                 && p.jam_force == 0.0
                 && p.squeeze == 0.0
                 && p.base_hardening == 0.0,
@@ -457,7 +457,7 @@ impl System for Rig<'_> {
                 changed = true;
             }
         }
-        if self.p.law.adhesion_force > 0.0 {
+        if self.p.law.adhesion.force > 0.0 {
             self.memory = self.p.law.advance(&self.memory, x, v, x, v, 0.0);
             changed = true;
         } else if x > self.memory.deepest {

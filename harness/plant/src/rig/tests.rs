@@ -4,9 +4,9 @@ use record::Kind;
 
 fn rig() -> (Physics, Setup, Local) {
     let mut p = Physics { mass: 0.8, gravity: 9.81, ..Physics::default() };
-    p.law.stiffness = 2e7;
-    p.law.exponent = 1.5;
-    p.law.hysteresis_damping = 8e6;
+    p.law.elastic.stiffness = 2e7;
+    p.law.elastic.exponent = 1.5;
+    p.law.hysteresis_damping.coefficient = 8e6;
     let setup =
         Setup { tolerance: 1e-9, ..Setup::drop_test((0..900).map(|i| i as f64 * 2e-5).collect(), 1e-3, 0.6, 5e-3) };
     (p, setup, Local { start: 2e-3, speed: 0.6, stiffness: 0.0, offset: 0.0 })
