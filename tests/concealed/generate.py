@@ -10,7 +10,7 @@ from . import chain as chain_
 from . import motion as m
 from .calibrate import base_parameters, fit, misfit
 from .effects import FORMS, ORIGIN, allowed
-from .limits import separability
+from .limits import OPPOSITES, TIES, separability
 from .rigs import CHANNELS, draw, phases, simulate
 
 TIERS = {"plain": (5.0, 12.0), "concealed": (1.5, 4.4), "deep": (0.42, 1.0), "faint": (0.03, 0.3)}
@@ -218,7 +218,7 @@ def attempt(rng, tier, mechanism, used):
         known = sorted({k[0] for k in FORMS if not k[0].startswith("unknown")} - {"residual_magnetism"})
         names = [str(x) for x in rng.choice(known, 2, replace=False)]
         level = "concealed"
-        if set(names) in ({"lowpass_lag", "channel_skew"}, {"gravity", "return_spring"}):
+        if set(names) in (*TIES, OPPOSITES):
             return None
         if "hysteresis_damping" in names:
             rig = draw(rng, kind, False)
@@ -250,6 +250,8 @@ def attempt(rng, tier, mechanism, used):
                 return None
             pairs.append((eff, got[0]))
             f = got[1]
+    if {e["key"] for e, _ in pairs} > {("sensor_resonance", "tip-mass")} and "base_compliance" in names:
+        return None                  # both are the second body of motion.py
     sims = simulate(rig, rig.P, [(e["apply"], s) for e, s in pairs])
     stride = max(1, int(np.median([r.n for r in rig.recs]) // 220))
     f = fit(rig, sims, base_parameters(rig), stride=stride, iterations=12, speed_std=CALM)

@@ -5,6 +5,7 @@ Positions are along x, positive into the stop, SI throughout. State:
   0 x, 1 v      body                       2 xb, 3 vb    stop (base compliance) or transducer tip (sensor resonance)
   4 xl, 5 vl    loose part                 6 z           bristle of the LuGre friction [m]
   7 .. 14       forces in the Maxwell branches [N]
+  15 xa, 16 va  mass that rides on the body by a spring
 Memory that a step leaves alone and events change: deepest indentation, turning depth, crack flag.
 """
 import math
@@ -40,9 +41,13 @@ CV_POW, MU_THIN, SP_X2, SP_K2 = 85, 86, 87, 88   # power of speed in c v, speed 
 DRAG_CR = 89                                     # speed of the drag crisis (0: none)
 MU_POW, ST2_K, ST2_D, CB_DRY = 90, 91, 92, 93    # power of speed in mu x^p v; third layer: rate, depth; dry friction of the stop
 DRAG_LIN = 94                                    # speed at which the drag's linear share is as large as its square
-NP = 95
-NS = 15
-CREEP = 2e-3         # m/s, width of the smoothed zero of the stop's dry friction
+PRE, PRE_F, PRE_D, PRE_SAG = 95, 96, 97, 98      # contact spring under preload: form, force, depth it takes, share lost at depth
+PRE_X = 99                                       # depth at which PRE_SAG is lost
+AM, AM_K, AM_C, AM_K3, AM_DRY, AM_GAP = 100, 101, 102, 103, 104, 105  # riding mass: mass, spring, dashpot, cubic, dry friction, play to each side
+NP = 106
+NS = 17
+VE_END = 15          # behind the last Maxwell branch
+CREEP = 2e-3         # m/s, width of the smoothed zero of dry friction in the stop's seat and under a riding mass
 
 
 @njit(cache=True)
@@ -124,6 +129,22 @@ def pull(x, leaving, turn, P):
 
 
 @njit(cache=True)
+def preload(x, P):
+    """Force of a contact spring under preload at depth x [m] > 0, beside the power law [N]; no rate, nothing is lost.
+
+    1 taken over linearly within a depth. 2 taken over as tanh. 3 as 2, and falling with depth towards a share left,
+    as a disc spring or a buckled beam gives way (Almen and Laszlo 1936).
+    """
+    f = P[PRE_F]
+    if P[PRE] == 1.0:
+        return f * min(1.0, x / P[PRE_D])
+    f *= math.tanh(x / P[PRE_D])
+    if P[PRE] == 3.0:
+        f *= 1.0 - P[PRE_SAG] * (1.0 - math.exp(-x / P[PRE_X]))
+    return f
+
+
+@njit(cache=True)
 def contact_force(x, v, touching, leaving, deepest, turn, cracked, y, P):
     """Force between body and stop [N], positive in compression."""
     f = 0.0
@@ -161,6 +182,8 @@ def contact_force(x, v, touching, leaving, deepest, turn, cracked, y, P):
             f += P[ST_K] * (x - P[ST_D]) ** P[ST_P]
         if P[ST2_K] != 0.0 and x > P[ST2_D]:
             f += P[ST2_K] * (x - P[ST2_D])
+        if P[PRE] != 0.0:
+            f += preload(x, P)
         if P[CORR_F] != 0.0:
             f += P[CORR_F] * math.sin(2.0 * math.pi * x / P[CORR_W]) * min(1.0, x / P[CORR_W])
         for i in range(int(P[VE_N])):
@@ -242,6 +265,19 @@ def loose_force(d, dd, P):
 
 
 @njit(cache=True)
+def riding_force(d, dd, P):
+    """Force of the riding mass on the body [N] at lead d [m] of the mass and its rate dd [m/s]."""
+    f = P[AM_C] * dd
+    e = d
+    if P[AM_GAP] > 0.0:
+        e = d - P[AM_GAP] if d > P[AM_GAP] else d + P[AM_GAP] if d < -P[AM_GAP] else 0.0
+    f += P[AM_K] * e + P[AM_K3] * e ** 3
+    if P[AM_DRY] > 0.0:
+        f += P[AM_DRY] * math.tanh(dd / CREEP)
+    return f
+
+
+@njit(cache=True)
 def rhs(t, y, mode, mem, P, dy):
     """Time derivative of the state, and what the sensors stand on: contact force, transducer force, acceleration."""
     x, v = y[0], y[1]
@@ -255,15 +291,16 @@ def rhs(t, y, mode, mem, P, dy):
     fl = 0.0
     if P[LM] > 0.0:
         fl = loose_force(y[4] - x, y[5] - v, P)
+    fa = riding_force(y[15] - x, y[16] - v, P) if P[AM] > 0.0 else 0.0
     reading = fc
+    own = P[M] - P[LM] - P[AM]               # what moves with the accelerometer
     if P[BMODE] == 2.0:
         reading = P[KB] * (x - y[2]) + P[CB] * (v - y[3])
-        a = (f - P[MB] * P[G] - reading) / (P[M] - P[MB])
+        own -= P[MB]
+        a = (f - (P[M] - own) * P[G] - reading + fl + fa) / own
         dy[3] = (reading - fc) / P[MB] + P[G]
     else:
-        a = (f - fc + fl) / (P[M] - P[LM])
-        if P[LM] > 0.0:
-            a = (f - P[LM] * P[G] - fc + fl) / (P[M] - P[LM])
+        a = (f - (P[M] - own) * P[G] - fc + fl + fa) / own
         dy[3] = 0.0
         if P[BMODE] == 1.0:
             dy[3] = (fc - P[KB] * y[2] - P[KB3] * y[2] ** 3 - P[CB] * y[3]
@@ -272,6 +309,8 @@ def rhs(t, y, mode, mem, P, dy):
     dy[4] = y[5]
     dy[5] = P[G] - fl / P[LM] if P[LM] > 0.0 else 0.0
     dy[6] = dz
+    dy[15] = y[16]
+    dy[16] = P[G] - fa / P[AM] if P[AM] > 0.0 else 0.0
     nb = int(P[VE_N])
     for i in range(nb):
         if mode[0] == 1 and xc > 0.0:
@@ -333,6 +372,8 @@ def step(t, y, h, n, mode, mem, P, k, out, err):
 @njit(cache=True)
 def active(P):
     """How many entries of the state are in use."""
+    if P[AM] > 0.0:
+        return NS
     if P[VE_N] > 0.0:
         return 7 + int(P[VE_N])
     if P[FR] == 3.0:
@@ -353,7 +394,7 @@ def run(P, x0, v0, times, scale_x, scale_v, tol, out):
     """
     n = active(P)
     y, w, err = np.zeros(NS), np.zeros(NS), np.zeros(NS)
-    y[0], y[1], y[4], y[5] = x0, v0, x0, v0
+    y[0], y[1], y[4], y[5], y[15], y[16] = x0, v0, x0, v0, x0, v0
     if P[BMODE] == 2.0:
         y[2], y[3] = x0, v0
     k = np.zeros((7, NS))
@@ -372,8 +413,9 @@ def run(P, x0, v0, times, scale_x, scale_v, tol, out):
     for i in range(NS):
         sc[i] = scale_x if i % 2 == 0 else scale_v
     sc[6] = scale_x * 0.05
-    for i in range(7, NS):
+    for i in range(7, VE_END):
         sc[i] = fs
+    sc[15], sc[16] = scale_x, scale_v
     t = 0.0
     t_touch, v_touch = np.nan, np.nan
     rhs(t, y, mode, mem, P, k[0])
@@ -467,7 +509,7 @@ def run(P, x0, v0, times, scale_x, scale_v, tol, out):
                             t_touch, v_touch = t, g[1]
                         s[1] = 1.0 if g[1] > 0.0 else -1.0
                     else:
-                        for i in range(7, NS):
+                        for i in range(7, VE_END):
                             y[i] = 0.0
                 if hit == 1 and mode[0] == 1:
                     if s[1] < 0.0:
