@@ -44,7 +44,16 @@ DRAG_LIN = 94                                    # speed at which the drag's lin
 PRE, PRE_F, PRE_D, PRE_SAG = 95, 96, 97, 98      # contact spring under preload: form, force, depth it takes, share lost at depth
 PRE_X = 99                                       # depth at which PRE_SAG is lost
 AM, AM_K, AM_C, AM_K3, AM_DRY, AM_GAP = 100, 101, 102, 103, 104, 105  # riding mass: mass, spring, dashpot, cubic, dry friction, play to each side
-NP = 106
+LOSS, LOSS_V = 106, 107                          # rate-independent loss of the contact: share of force, speed that smooths its sign
+WIG = 108                                        # wiggles of the law: WIG_N times amplitude (of force), wave number [rad/m], phase
+WIG_N = 3
+PLAT, PLAT_X, PLAT_W = 117, 118, 119             # stranger: a wall that gives way: share of force lost, depth, width
+TH, TH_V, TH_D = 120, 121, 122                   # stranger: damping that sets in beyond a speed: N s^2/m^2, speed, depth of its ramp
+SKIN_F, SKIN_D = 123, 124                        # stranger: a skin that breaks: force it bears, depth at which it breaks
+SIDE = 125                                       # stranger: friction in the guide in proportion to the contact's force
+LA_F, LA_Z = 126, 127                            # stranger: a latch's pull towards the stop, distance over which it fades
+PAWL = 128                                       # stranger: friction on the way back only
+NP = 129
 NS = 17
 VE_END = 15          # behind the last Maxwell branch
 CREEP = 2e-3         # m/s, width of the smoothed zero of dry friction in the stop's seat and under a riding mass
@@ -150,6 +159,13 @@ def contact_force(x, v, touching, leaving, deepest, turn, cracked, y, P):
     f = 0.0
     if touching == 1 and x > 0.0:
         s = skeleton(x, deepest, P)
+        if P[WIG] != 0.0:
+            w = 1.0
+            for i in range(WIG_N):
+                w += P[WIG + 3 * i] * math.sin(P[WIG + 3 * i + 1] * x + P[WIG + 3 * i + 2])
+            s *= w
+        if P[PLAT] != 0.0:
+            s *= 1.0 - P[PLAT] / (1.0 + math.exp(-(x - P[PLAT_X]) / P[PLAT_W]))
         if RATE > 0 and P[RATE] != 0.0:
             s *= 1.0 + P[RATE] * math.log(1.0 + abs(v) / P[RATE_V])
         f = s
@@ -184,6 +200,12 @@ def contact_force(x, v, touching, leaving, deepest, turn, cracked, y, P):
             f += P[ST2_K] * (x - P[ST2_D])
         if P[PRE] != 0.0:
             f += preload(x, P)
+        if P[TH] != 0.0 and abs(v) > P[TH_V]:
+            f += P[TH] * (abs(v) - P[TH_V]) * v * min(1.0, x / P[TH_D])
+        if P[SKIN_F] != 0.0 and deepest < 1.1 * P[SKIN_D] and x < 1.1 * P[SKIN_D]:
+            f += P[SKIN_F] * min(x / P[SKIN_D], 11.0 - 10.0 * x / P[SKIN_D])
+        if P[LOSS] != 0.0:
+            f += P[LOSS] * s * math.tanh(v / P[LOSS_V])
         if P[CORR_F] != 0.0:
             f += P[CORR_F] * math.sin(2.0 * math.pi * x / P[CORR_W]) * min(1.0, x / P[CORR_W])
         for i in range(int(P[VE_N])):
@@ -247,6 +269,10 @@ def others(t, x, v, z, P):
         f -= m
     if P[JAM] != 0.0:
         f -= P[JAM] * math.exp(-((x - P[JAM_X]) / P[JAM_W]) ** 2) * math.tanh(v / 0.003)
+    if P[LA_F] != 0.0:
+        f += P[LA_F] / (1.0 + max(-x, 0.0) / P[LA_Z]) ** 4
+    if P[PAWL] != 0.0 and v < 0.0:
+        f += P[PAWL] * math.tanh(-v / 0.003)
     if P[VIB] != 0.0:
         f += P[VIB] * math.sin(P[VIB_W] * t + P[VIB_PH])
     return f, dz
@@ -291,6 +317,8 @@ def rhs(t, y, mode, mem, P, dy):
     fl = 0.0
     if P[LM] > 0.0:
         fl = loose_force(y[4] - x, y[5] - v, P)
+    if P[SIDE] != 0.0:
+        f -= P[SIDE] * abs(fc) * math.tanh(v / 0.003)
     fa = riding_force(y[15] - x, y[16] - v, P) if P[AM] > 0.0 else 0.0
     reading = fc
     own = P[M] - P[LM] - P[AM]               # what moves with the accelerometer
