@@ -7,7 +7,7 @@
 //! shows in force and motion, a body force in motion alone, an error of a reading in that reading alone.
 
 use super::acts::{phases, PHASES};
-use super::answer::figure;
+use super::figure::figure;
 use estimate::fitted::Fitted;
 use estimate::problem::{Nuisance, Point, Problem};
 use law::{Memory, Parameters};

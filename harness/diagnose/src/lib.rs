@@ -2,7 +2,6 @@
 
 pub mod acts;
 pub mod alarm;
-pub mod answer;
 pub mod bias;
 pub mod bootstrap;
 pub mod candidate;
@@ -10,6 +9,8 @@ pub mod decide;
 pub mod element;
 pub mod expand;
 pub mod experiment;
+pub mod figure;
+pub mod findings;
 pub mod fit_out;
 pub mod heldout;
 mod impulse;
@@ -24,4 +25,5 @@ pub mod second;
 pub mod sensors;
 pub mod sift;
 pub mod unclipped;
+pub mod verdict;
 mod weigh;

@@ -1,37 +1,32 @@
 //! One campaign from recordings to verdict.
 
-use super::answer::findings::{gather, Findings};
-use super::answer::verdict;
 use super::bootstrap::bootstrap;
 use super::decide::Decision;
 use super::element::{packed, Packed};
+use super::findings::{gather, Findings};
 use super::heldout::{held_out, HeldOut};
 use super::search::Search;
 use super::sensors::against;
+use super::verdict::Verdict;
 use super::weigh::weigh_second;
 use estimate::condition::{condition, Invalid};
 use estimate::fitted::Fitted;
 use estimate::prepare::Prepared;
 use estimate::problem::{Data, Options};
 use record::{Campaign, Kind};
-use serde_json::Value;
 use std::sync::Arc;
 
-/// The outcome for one campaign.
+/// The outcome for one campaign. Where nothing can be judged the verdict says why, and there may be no predictions.
 pub struct Outcome {
     pub data: Arc<Data>,
-    pub verdict: Value,
+    pub verdict: Verdict,
     pub before: HeldOut,
     pub after: Option<HeldOut>,
     /// The law to put into the FMU.
     pub law: law::Parameters,
-    /// Candidates with their gain in chi^2, best first.
-    pub candidates: Vec<(String, f64)>,
     pub findings: Findings,
     /// The element with that law; or why it could not be packed or run.
     pub element: Result<Packed, String>,
-    /// Why nothing can be judged; then there may be no predictions.
-    pub invalid: Option<String>,
 }
 
 /// How a diagnosis is run.
@@ -197,24 +192,20 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     if let Err(e) = &element {
         findings.caveats.push(format!("HysteresisContact.fmu is not written: {e}."));
     }
-    let mut verdict = verdict::verdict(c, &decision, &findings, &before, after.as_ref());
-    verdict["element"] = verdict::element(&decision, element.as_ref().ok());
-    let candidates = findings.rivals.iter().map(|r| (format!("{} ({})", r.name, r.form), r.gain)).collect();
-    Ok(Outcome { verdict, before, after, law, candidates, findings, element, invalid: None, data: prepared.data })
+    let verdict = Verdict::new(c, &decision, &findings, &before, after.as_ref(), element.as_ref().ok());
+    Ok(Outcome { verdict, before, after, law, findings, element, data: prepared.data })
 }
 
 /// The outcome where nothing can be judged.
 fn unjudged(c: &Campaign, data: Arc<Data>, reason: String, before: Option<HeldOut>) -> Outcome {
     let before = before.unwrap_or(HeldOut { readings: Vec::new(), nrmse: f64::NAN, points: Vec::new() });
     Outcome {
-        verdict: verdict::invalid(c, &reason, before.nrmse.is_finite().then_some(before.nrmse)),
+        verdict: Verdict::invalid(c, &reason, before.nrmse.is_finite().then_some(before.nrmse)),
         data,
         before,
         after: None,
         law: Default::default(),
-        candidates: Vec::new(),
         findings: Findings { caveats: c.warnings.clone(), ..Findings::default() },
         element: Err("nothing was judged".into()),
-        invalid: Some(reason),
     }
 }

@@ -1,8 +1,8 @@
 //! What an estimation leaves behind: fit.json, certificate.json and report.html.
 
-use super::case::{Case, Estimate, Interval, Method, CLOSE};
-use super::levels::{name as name_of, nrmse, Level, Readings};
 use chart::{Chart, Page, Style};
+use estimate::case::{Case, Estimate, Interval, Method, CLOSE};
+use estimate::levels::{name as name_of, nrmse, Level, Readings};
 use record::{Campaign, Channel, Kind};
 use serde_json::{json, Map, Value};
 use std::path::Path;
