@@ -6,8 +6,8 @@
 //! cross-validation (Golub, Heath and Wahba 1979). Which of the places fits best is the parity test: a contact force
 //! shows in force and motion, a body force in motion alone, an error of a reading in that reading alone.
 
-use super::acts::{phases, PHASES};
 use super::figure::figure;
+use super::phases::{phases, PHASES};
 use estimate::fitted::Fitted;
 use estimate::problem::{Nuisance, Point, Problem};
 use law::{Memory, Parameters};

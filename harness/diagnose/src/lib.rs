@@ -1,6 +1,5 @@
 //! Diagnosis: where the simulation misses the recordings, which physics is missing, and how much better it fits.
 
-pub mod acts;
 pub mod alarm;
 pub mod bias;
 pub mod bootstrap;
@@ -17,6 +16,7 @@ mod impulse;
 pub mod intervals;
 pub mod latent;
 pub mod map;
+pub mod phases;
 pub mod plausible;
 pub mod rivals;
 pub mod run;

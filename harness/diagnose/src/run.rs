@@ -37,7 +37,7 @@ pub struct Settings<'a> {
     pub element: bool,
     /// Campaigns of the same run: where one read the same impacts, the two sensors are held against each other.
     pub others: &'a [Campaign],
-    /// Told of every stage as it begins.
+    /// Called with the name of every stage as it begins.
     pub stage: &'a (dyn Fn(&str) + Sync),
     /// Asked between stages; true ends the diagnosis.
     pub stopped: &'a (dyn Fn() -> bool + Sync),
@@ -55,13 +55,13 @@ pub enum Failure {
     /// The recordings themselves are bad.
     #[error(transparent)]
     Recordings(#[from] Invalid),
-    /// Told to stop.
+    /// Stopped by the caller.
     #[error("stopped")]
     Stopped,
 }
 
 /// Overdispersion of the residual from which the noise model is not trusted alone, and the share by which levels not seen
-/// then have to be predicted better: slow noise has no side, and what follows it predicts next to nothing.
+/// then have to be predicted better: slow noise has no preferred sign, and a model that follows it predicts next to nothing.
 const NOISE_DOUBTED: f64 = 1.5;
 const LEAST_FALL: f64 = 0.005;
 
@@ -69,7 +69,7 @@ const LEAST_FALL: f64 = 0.005;
 const ELSEWHERE: f64 = 10.0;
 
 /// The data with the speeds measured elsewhere, if the decision's model fits that better: where the simulation as given
-/// lacks gravity, the base fit cannot tell.
+/// lacks gravity, the base fit cannot decide.
 fn measured_elsewhere(c: &Campaign, d: &Decision) -> Option<Data> {
     let reported_at_touch = c.recordings.iter().all(|r| r.impact_speed.is_some());
     if c.kind != Kind::DropTest || !reported_at_touch || !d.detected {
@@ -106,7 +106,7 @@ fn converged_base(prepared: &Prepared) -> Fitted {
 /// Diagnoses a campaign as `settings` say.
 ///
 /// # Errors
-/// [`Failure::Recordings`] when the recordings are bad, [`Failure::Stopped`] when told to stop.
+/// [`Failure::Recordings`] when the recordings are bad, [`Failure::Stopped`] when the caller stops it.
 pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Failure> {
     let stage = |text: &str| -> Result<(), Failure> {
         (settings.stage)(text);

@@ -1,6 +1,5 @@
 //! The verdict: what verdict.json holds, in the format verdict/1 and with keys beyond it.
 
-use crate::acts::{phases, shares, PHASES};
 use crate::candidate::Candidate;
 use crate::decide::Decision;
 use crate::element::Packed;
@@ -8,6 +7,7 @@ use crate::experiment;
 use crate::findings::Findings;
 use crate::heldout::HeldOut;
 use crate::map;
+use crate::phases::{phases, shares, PHASES};
 use crate::rivals::Rival;
 use crate::sensors::{Against, Mean, Reading};
 use crate::unclipped;

@@ -2,8 +2,8 @@
 
 use super::words::{advice, bias, parameters, sensors, sentence, share, through};
 use chart::{Chart, Heat, Page, Style};
-use diagnose::acts::PHASES;
 use diagnose::figure::figure;
+use diagnose::phases::PHASES;
 use diagnose::run::Outcome;
 use diagnose::verdict::Missing;
 use estimate::levels::nrmse;

@@ -2,9 +2,9 @@
 
 use super::summary::{ComparisonRow, Done, RunSummary, Summary};
 
-/// Most impacts of a run, and most comparisons, that are told.
+/// Most impacts of a run, and most comparisons, that are printed.
 const SHOWN: usize = 5;
-/// Most runs that are told.
+/// Most runs that are printed.
 const RUNS: usize = 20;
 
 /// The sentence a reader should take away; empty where nothing touched.

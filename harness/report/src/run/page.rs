@@ -241,14 +241,14 @@ fn energy(page: Page, done: &[Done], s: &Summary) -> Page {
     }
     let worst = s.runs.iter().filter_map(|r| r.energy.residual).fold(f64::NAN, f64::max);
     let motion = s.runs.iter().map(|r| r.energy.residual_of_motion).fold(0.0, f64::max);
-    let told = if worst.is_nan() {
+    let balance = if worst.is_nan() {
         "the element does not tell its energies".into()
     } else {
         format!("within {worst:.1e} of the largest energy with what the element tells")
     };
     page.section("Energy")
         .paragraph(&format!(
-            "Kinetic, potential, stored and dissipated energy together stay what they were: {told}, within \
+            "Kinetic, potential, stored and dissipated energy together stay what they were: {balance}, within \
              {motion:.1e} with the contact's work integrated along the motion."
         ))
         .figure(&c.svg(), &format!("Energy against time, {}", label(d)))
