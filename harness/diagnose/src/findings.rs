@@ -135,7 +135,7 @@ fn caveats(c: &Campaign, d: &Decision) -> Vec<String> {
     }
     if c.levels.len() < 2 {
         v.push(if data.records.len() > 1 {
-            "One level only: what grows with speed or depth cannot be told from what does not, and held-out means \
+            "One level only: what grows with speed or depth cannot be distinguished from what does not, and held-out means \
              without the recording itself."
                 .into()
         } else {

@@ -122,7 +122,7 @@ pub fn latent(reference: &Fitted) -> Option<Latent> {
     let (z, r, i) = best?;
     let rec = &records[r];
     let channels = data.compared(r).count();
-    let apart = if channels > 1 { "" } else { " With one channel the place it enters cannot be told." };
+    let apart = if channels > 1 { "" } else { " With one channel the place it enters cannot be identified." };
     let unit = place.unit();
     let brief = format!(
         "{}, {} at its clearest, most in the {} phase",

@@ -564,7 +564,7 @@ fn unexplained(d: &Decision, f: &Findings) -> String {
     }
     let what = match d.chosen.structure.terms().iter().find(|t| !t.mechanism.named) {
         Some(t) => format!("{} (a stand-in, fitted as: {})", t.mechanism.sentence, t.form.label),
-        None => format!("the residual still wanders {:.1} times more than noise", d.overdispersion.1),
+        None => format!("the residual is overdispersed, {:.1} times white noise", d.overdispersion.1),
     };
     match &f.latent {
         Some(l) => format!("{what}. {}", l.text),

@@ -277,7 +277,7 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
         0.5 * mass * speeds[m] * speeds[m] * (p + 1.0) / forces[m]
     };
     if !(depth > 0.0 && depth.is_finite() && forces[m] > 0.0) {
-        return Err(Invalid("the recordings hold no impact whose depth could be told".into()));
+        return Err(Invalid("the recordings hold no impact whose depth could be estimated".into()));
     }
     let k = forces[m] / depth.powf(p);
     let orders: Vec<f64> = c.recordings.iter().map(|r| r.order).collect();

@@ -225,7 +225,7 @@ impl Course<'_> {
             moved |= gained(self.data, before, leg.point.chi2);
             let mut end = End {
                 start: ends[best].start,
-                origin: "a hop from the best run",
+                origin: "a perturbed restart of the best run",
                 first: p.chi2,
                 point: leg.point,
                 objective: ends[best].objective.clone(),

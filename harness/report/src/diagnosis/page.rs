@@ -257,7 +257,7 @@ fn other_sensors(mut page: Page, o: &Outcome) -> Page {
 
 fn experiments(mut page: Page, o: &Outcome) -> Page {
     for t in o.findings.ties.iter().flatten() {
-        page = page.section(&format!("What these recordings cannot part: {}", t.set.join(", ")));
+        page = page.section(&format!("Collinear in these recordings: {}", t.set.join(", ")));
         page = page.paragraph(&format!(
             "The trace left after refit is {:.1} sigma long, the closest pair has a cosine of {:.4}: P(right) = {:.2}.",
             t.trace, t.rho, t.p_right
@@ -296,7 +296,7 @@ fn latent(mut page: Page, o: &Outcome) -> Page {
         page = page.figure(&chart.svg(), "");
     }
     let rows: Vec<Vec<String>> = l.scores.iter().map(|(p, g)| vec![p.words(), format!("{g:.0}")]).collect();
-    page.table(&["taken as", "fall of chi^2, less twice the freedom spent"], &rows)
+    page.table(&["modelled as", "fall of chi^2, less twice the freedom spent"], &rows)
         .paragraph("Every recording's curve is in latent_force/.")
 }
 

@@ -29,7 +29,7 @@ pub fn sentence(o: &Outcome) -> String {
         match m.tie.as_ref().map(|t| t.p_right) {
             _ if others.is_empty() => name.to_string(),
             Some(p) if p > SURE => format!("{name} (held open: {others}, at P(right) = {p:.2})"),
-            _ => format!("{name} (not to be told from {others} by these recordings)"),
+            _ => format!("{name} (collinear with {others} in these recordings)"),
         }
     };
     let names: Vec<String> = v.missing.iter().map(name).collect();
