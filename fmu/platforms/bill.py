@@ -72,7 +72,7 @@ def bill(fmu):
     rustc = os.environ.get("TOUCHDOWN_RUSTC", "/usr/bin/rustc")
     rust = said(rustc, "--version").split()[1]
     zig = re.search(r"ziglang==(\S+)", (ROOT / "fmu/platforms/requirements.txt").read_text())[1]
-    version = re.search(r'^version = "(.+)"', (ROOT / "fmu/Cargo.toml").read_text(), re.M)[1]
+    version = re.search(r'^version = "(.+)"', (ROOT / "fmu/element/Cargo.toml").read_text(), re.M)[1]
     components = [component("crate", "touchdown-fmu", version, "MIT", purl=f"pkg:cargo/touchdown-fmu@{version}")]
     components.append(component("std", "rust-std", rust, MIT_OR_APACHE))
     inside = []

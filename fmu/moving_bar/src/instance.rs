@@ -1,11 +1,11 @@
 //! One bar: calls in their order, values in and out, steps. No pointer of a host's gets here, no formula stands here.
 
 use crate::bar::Motion;
-use crate::life::{self, error, Phase};
-pub use crate::life::{Outcome, Refusal};
 use crate::start;
-use crate::state::State;
-use crate::variables::{Kind, FIRST_PARAMETER, SIGNALS};
+use crate::state::{self, State};
+use crate::variables::{by_reference, Kind, Variable, FIRST_PARAMETER, LOG_CATEGORIES, MODEL, SIGNALS};
+use face::start::GUID_LENGTH;
+use face::{error, Life, Model, Outcome, Phase, Refusal};
 
 /// Highest order of an input derivative that is taken.
 const INPUT_ORDERS: i32 = 3;
@@ -23,30 +23,61 @@ impl Default for Instance {
     }
 }
 
-impl Instance {
-    /// Takes up a state that was kept.
-    pub fn restore(&mut self, state: State) {
+/// The variable of a value reference.
+///
+/// # Errors
+/// No such variable, or one of another type.
+fn find(reference: u32, kind: Kind) -> Outcome<Variable> {
+    face::checked(by_reference(reference).map(|v| (v.name, v.kind, v)), reference, kind).map(|(_, v)| v)
+}
+
+impl Model for Instance {
+    type State = State;
+    const NAME: &'static str = MODEL;
+    const LOG_CATEGORIES: [&'static str; 4] = LOG_CATEGORIES;
+    const STATE_BYTES: usize = state::BYTES;
+
+    fn guid() -> [u8; GUID_LENGTH] {
+        start::guid()
+    }
+
+    fn state(&self) -> State {
+        self.state
+    }
+
+    fn restore(&mut self, state: State) {
         self.state = state;
+    }
+
+    fn write(state: &State, bytes: &mut [u8]) {
+        bytes.copy_from_slice(&state::to_bytes(state));
+    }
+
+    fn read(bytes: &[u8]) -> Result<State, &'static str> {
+        state::from_bytes(bytes)
+    }
+
+    #[inline]
+    fn life(&self) -> &Life {
+        &self.state.life
+    }
+
+    #[inline]
+    fn life_mut(&mut self) -> &mut Life {
+        &mut self.state.life
     }
 
     /// fmi2ExitInitializationMode.
     ///
     /// # Errors
     /// Out of order; a parameter out of its range; an input not finite.
-    pub fn exit_initialization(&mut self) -> Outcome<()> {
-        self.require("fmi2ExitInitializationMode", &[Phase::Initialization])?;
+    fn exit_initialization(&mut self) -> Outcome<()> {
+        self.state.life.require("fmi2ExitInitializationMode", &[Phase::Initialization])?;
         self.input_is_good()?;
         self.state.settings.validate().map_err(Refusal::Error)?;
         self.state.motion = self.state.settings.begin();
-        self.state.phase = Phase::Stepping;
+        self.state.life.phase = Phase::Stepping;
         Ok(())
-    }
-
-    fn input_is_good(&self) -> Outcome<()> {
-        if self.state.refused == 0 {
-            return Ok(());
-        }
-        Err(Refusal::Discard("force was set to no finite number: set it again".to_string()))
     }
 
     /// Sets a variable of `kind`.
@@ -54,13 +85,13 @@ impl Instance {
     /// # Errors
     /// No such variable; not to be set, or not now; a number that is not finite (the input: discard, and no step is
     /// taken until a finite one is set).
-    pub fn set(&mut self, reference: u32, kind: Kind, value: f64) -> Outcome<()> {
-        let v = self.find(reference, kind)?;
-        if self.state.phase == Phase::Terminated {
+    fn set(&mut self, reference: u32, kind: Kind, value: f64) -> Outcome<()> {
+        let v = find(reference, kind)?;
+        if self.state.life.phase == Phase::Terminated {
             return error(format!("{} cannot be set after fmi2Terminate", v.name));
         }
         if reference == 0 {
-            self.state.refused = u8::from(!value.is_finite());
+            self.state.life.refused = u8::from(!value.is_finite());
             if !value.is_finite() {
                 return Err(Refusal::Discard(format!("force is {}: give a finite number", value)));
             }
@@ -70,7 +101,7 @@ impl Instance {
         if reference < FIRST_PARAMETER {
             return error(format!("{} is an output: it cannot be set", v.name));
         }
-        if self.state.phase == Phase::Stepping {
+        if self.state.life.phase == Phase::Stepping {
             return error(format!("{} is fixed: set it before fmi2ExitInitializationMode", v.name));
         }
         if !value.is_finite() {
@@ -80,20 +111,12 @@ impl Instance {
         Ok(())
     }
 
-    fn motion(&self) -> Motion {
-        if self.state.phase == Phase::Initialization {
-            self.state.settings.begin()
-        } else {
-            self.state.motion
-        }
-    }
-
     /// Value of a variable of `kind`; a Boolean is 0 or 1. The acceleration answers to the force set last.
     ///
     /// # Errors
     /// No such variable; an output before fmi2EnterInitializationMode.
-    pub fn get(&self, reference: u32, kind: Kind) -> Outcome<f64> {
-        let v = self.find(reference, kind)?;
+    fn get(&self, reference: u32, kind: Kind) -> Outcome<f64> {
+        let v = find(reference, kind)?;
         let s = &self.state;
         if reference == 0 {
             return Ok(s.push[0]);
@@ -101,7 +124,7 @@ impl Instance {
         if reference >= FIRST_PARAMETER {
             return Ok(s.settings.get((reference - FIRST_PARAMETER) as usize));
         }
-        if s.phase == Phase::Instantiated {
+        if s.life.phase == Phase::Instantiated {
             return error(format!("{} is known from fmi2EnterInitializationMode on", v.name));
         }
         let m = self.motion();
@@ -110,9 +133,9 @@ impl Instance {
             2 => m.v,
             3 => {
                 self.input_is_good()?;
-                s.settings.acceleration(&m, s.time, s.push[0])
+                s.settings.acceleration(&m, s.life.time, s.push[0])
             }
-            4 => s.settings.drive(s.time, m.x, m.v),
+            4 => s.settings.drive(s.life.time, m.x, m.v),
             5 => 0.5 * s.settings.mass() * m.v * m.v,
             6 => m.work,
             _ => f64::from(u8::from(m.seated)),
@@ -123,12 +146,12 @@ impl Instance {
     ///
     /// # Errors
     /// Before fmi2EnterInitializationMode; no such output or input.
-    pub fn directional(&self, unknown: u32, known: u32) -> Outcome<f64> {
-        if self.state.phase == Phase::Instantiated {
-            return self.require("fmi2GetDirectionalDerivative", &[]).map(|()| 0.0);
+    fn directional(&self, unknown: u32, known: u32) -> Outcome<f64> {
+        if self.state.life.phase == Phase::Instantiated {
+            return self.state.life.require("fmi2GetDirectionalDerivative", &[]).map(|()| 0.0);
         }
-        let u = self.find(unknown, Kind::Real)?;
-        let k = self.find(known, Kind::Real)?;
+        let u = find(unknown, Kind::Real)?;
+        let k = find(known, Kind::Real)?;
         if unknown == 0 || unknown as usize >= SIGNALS.len() {
             return error(format!("{} is no output: it has no directional derivative", u.name));
         }
@@ -143,10 +166,10 @@ impl Instance {
     ///
     /// # Errors
     /// Out of order; not the input; another order; not finite.
-    pub fn set_input_derivative(&mut self, reference: u32, order: i32, value: f64) -> Outcome<()> {
+    fn set_input_derivative(&mut self, reference: u32, order: i32, value: f64) -> Outcome<()> {
         let phases = [Phase::Instantiated, Phase::Initialization, Phase::Stepping];
-        self.require("fmi2SetRealInputDerivatives", &phases)?;
-        let v = self.find(reference, Kind::Real)?;
+        self.state.life.require("fmi2SetRealInputDerivatives", &phases)?;
+        let v = find(reference, Kind::Real)?;
         if reference != 0 {
             return error(format!("{} is no input", v.name));
         }
@@ -164,17 +187,19 @@ impl Instance {
     /// force as set.
     ///
     /// # Errors
-    /// Out of order; an order other than 1; an output whose rate is not told.
-    pub fn output_derivative(&self, reference: u32, order: i32) -> Outcome<f64> {
-        self.require("fmi2GetRealOutputDerivatives", &[Phase::Stepping, Phase::Terminated])?;
-        let v = self.find(reference, Kind::Real)?;
+    /// Out of order; an order other than 1; an output whose rate is not given.
+    fn output_derivative(&self, reference: u32, order: i32) -> Outcome<f64> {
+        self.state.life.require("fmi2GetRealOutputDerivatives", &[Phase::Stepping, Phase::Terminated])?;
+        let v = find(reference, Kind::Real)?;
         if order != 1 {
-            return error(format!("derivative {} of {}: only order 1 is told", order, v.name));
+            return error(format!("derivative {} of {}: only order 1 is given", order, v.name));
         }
         match reference {
             1 => self.get(2, Kind::Real),
             2 => self.get(3, Kind::Real),
-            _ => Err(Refusal::Discard(format!("the rate of {} is not told, only of penetration and velocity", v.name))),
+            _ => {
+                Err(Refusal::Discard(format!("the rate of {} is not given, only of penetration and velocity", v.name)))
+            }
         }
     }
 
@@ -184,19 +209,17 @@ impl Instance {
     /// # Errors
     /// Out of order; a time that is not where the instance stands; a step that is none, too long to resolve, or
     /// leads past the stop time; an input or an answer that is not finite (discard, the instance as before).
-    pub fn do_step(&mut self, time: f64, step: f64) -> Outcome<Option<&'static str>> {
-        self.require("fmi2DoStep", &[Phase::Stepping])?;
-        let s = &mut self.state;
-        life::step_is_good(time, step, s.time, s.stop)?;
+    fn do_step(&mut self, time: f64, step: f64) -> Outcome<Option<&'static str>> {
+        self.state.life.step_is_good(time, step)?;
         self.input_is_good()?;
         let s = &mut self.state;
         let from = s.motion;
-        let to = s.settings.advance(&from, s.time, step, &s.push).map_err(Refusal::Discard)?;
+        let to = s.settings.advance(&from, s.life.time, step, &s.push).map_err(Refusal::Discard)?;
         if !(to.x.is_finite() && to.v.is_finite() && to.work.is_finite()) {
             return Err(Refusal::Discard(format!("under a force of {} N the bar moves to {} m", s.push[0], to.x)));
         }
         s.motion = to;
-        s.time = time + step;
+        s.life.time = time + step;
         // held from here: the value reached, no derivatives
         let [f, a, b, c] = s.push;
         s.push = [f + step * (a + step * (b / 2.0 + step * c / 6.0)), 0.0, 0.0, 0.0];
@@ -205,6 +228,23 @@ impl Instance {
             (false, true) => Some("bar sits down"),
             _ => None,
         })
+    }
+}
+
+impl Instance {
+    fn input_is_good(&self) -> Outcome<()> {
+        if self.state.life.refused == 0 {
+            return Ok(());
+        }
+        Err(Refusal::Discard("force was set to no finite number: set it again".to_string()))
+    }
+
+    fn motion(&self) -> Motion {
+        if self.state.life.phase == Phase::Initialization {
+            self.state.settings.begin()
+        } else {
+            self.state.motion
+        }
     }
 }
 

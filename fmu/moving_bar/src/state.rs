@@ -1,40 +1,27 @@
 //! The whole state of a bar, and its bytes.
 
 use crate::bar::{Motion, Push};
-use crate::life::{number, seal, unseal, Phase};
 use crate::variables::{Settings, PARAMETERS};
+use face::bytes::{number, seal, unseal};
+use face::{Life, Phase};
 
 /// Everything that a later answer depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
-    /// Phase.
-    pub phase: Phase,
+    /// Phase and times; the inputs refused are 1 where the force waits for a finite number.
+    pub life: Life,
     /// Parameters.
     pub settings: Settings,
     /// Motion at the last communication point.
     pub motion: Motion,
-    /// Time, s.
-    pub time: f64,
-    /// End of the experiment, s; infinite where the host named none.
-    pub stop: f64,
     /// Input force and its derivatives up to the third, as set since the last step.
     pub push: Push,
-    /// 1 where the input was set to no finite number and waits for one.
-    pub refused: u8,
 }
 
 impl State {
     /// A bar never stepped.
     pub fn new(settings: Settings) -> Self {
-        State {
-            phase: Phase::Instantiated,
-            settings,
-            motion: Motion::default(),
-            time: 0.0,
-            stop: f64::INFINITY,
-            push: [0.0; 4],
-            refused: 0,
-        }
+        State { life: Life::default(), settings, motion: Motion::default(), push: [0.0; 4] }
     }
 }
 
@@ -47,10 +34,10 @@ pub const BYTES: usize = 8 + 3 + 8 * NUMBERS + 8;
 pub fn to_bytes(s: &State) -> [u8; BYTES] {
     let mut o = [0u8; BYTES];
     o[..8].copy_from_slice(&MAGIC);
-    o[8] = s.phase as u8;
-    o[9] = s.refused;
+    o[8] = s.life.phase as u8;
+    o[9] = s.life.refused;
     o[10] = u8::from(s.motion.seated);
-    let own = [s.motion.x, s.motion.v, s.motion.work, s.time, s.stop];
+    let own = [s.motion.x, s.motion.v, s.motion.work, s.life.time, s.life.stop];
     let numbers = (0..PARAMETERS).map(|i| s.settings.get(i)).chain(own).chain(s.push);
     for (place, v) in o[11..BYTES - 8].chunks_exact_mut(8).zip(numbers) {
         place.copy_from_slice(&v.to_le_bytes());
@@ -72,13 +59,15 @@ pub fn from_bytes(b: &[u8]) -> Result<State, &'static str> {
     }
     let n = PARAMETERS;
     Ok(State {
-        phase: Phase::from_byte(b[8]).ok_or("of no known phase")?,
+        life: Life {
+            phase: Phase::from_byte(b[8]).ok_or("of no known phase")?,
+            time: value(n + 3),
+            stop: value(n + 4),
+            refused: b[9],
+        },
         settings,
         motion: Motion { x: value(n), v: value(n + 1), work: value(n + 2), seated: b[10] != 0 },
-        time: value(n + 3),
-        stop: value(n + 4),
         push: [value(n + 5), value(n + 6), value(n + 7), value(n + 8)],
-        refused: b[9],
     })
 }
 
@@ -89,10 +78,10 @@ mod tests {
     #[test]
     fn bytes_round_trip_and_damage_is_found() {
         let mut s = State::new(Settings::default());
-        s.phase = Phase::Stepping;
+        s.life.phase = Phase::Stepping;
         s.motion = Motion { x: 1.0, v: 2.0, seated: true, work: 3.0 };
         s.push = [4.0, 5.0, 6.0, 7.0];
-        s.time = 8.0;
+        s.life.time = 8.0;
         let b = to_bytes(&s);
         assert_eq!(from_bytes(&b), Ok(s));
         for i in 0..BYTES {

@@ -1,22 +1,13 @@
 //! The bar's variable table: what its modelDescription must say too.
 
+pub use face::Kind;
+
 /// Name of the model, and of its shared library.
 pub const MODEL: &str = "MovingBar";
 /// Categories that are logged; the modelDescription lists the same.
 pub const LOG_CATEGORIES: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logSeat"];
 /// Number of parameters.
 pub const PARAMETERS: usize = 10;
-
-/// Type of a variable.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// fmi2Real.
-    Real,
-    /// fmi2Integer.
-    Integer,
-    /// fmi2Boolean.
-    Boolean,
-}
 
 /// One variable; parameters have value references from [`FIRST_PARAMETER`] on, signals their place.
 #[derive(Clone, Copy, Debug, PartialEq)]

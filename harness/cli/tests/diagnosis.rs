@@ -53,7 +53,7 @@ fn one_channel_alone_raises_no_alarm_and_says_what_it_cannot_tell() {
 #[test]
 fn hidden_friction_is_named_sized_and_improves_levels_not_seen() {
     let mut r = Recipe::default();
-    r.physics.friction = 0.8;
+    r.physics.guide_friction.coulomb = 0.8;
     let o = outcome(&r);
     assert_eq!(names(&o), ["guide_friction"]);
     assert_eq!(o.verdict.mismatch.places[0].origin, "motion");
@@ -98,10 +98,10 @@ fn a_permanent_set_is_named_and_located_in_the_unloading() {
 
 #[test]
 fn a_low_pass_filter_in_the_chain_leaves_the_element_right() {
-    use mechanisms::physics::LowPass;
+    use mechanisms::lowpass_lag::{Filter, LowPass};
     use record::Channel;
     let mut r = Recipe::default();
-    r.physics.low_pass = Some(LowPass::new(2.0e4, 1, Channel::Force));
+    r.physics.low_pass = Some(LowPass::new(2.0e4, Filter::Pole, Channel::Force));
     // the same impacts, seen by sensors without the filter and with hardly any of this noise
     let dir = tempfile::tempdir().unwrap();
     let quiet = Recipe { noise: [0.1, 0.2, 2e-7], ..Recipe::default() };
@@ -126,7 +126,7 @@ fn a_low_pass_filter_in_the_chain_leaves_the_element_right() {
 fn a_form_that_extends_another_is_found_from_it_and_nothing_stays_unexplained() {
     // an amplifier of which a share is AC-coupled: the plain droop would leave a shelf
     let mut r = Recipe::default();
-    (r.physics.droop, r.physics.droop_share) = (40.0, 0.5);
+    (r.physics.charge_droop.rate, r.physics.charge_droop.share) = (40.0, 0.5);
     let o = outcome(&r);
     assert_eq!(names(&o), ["charge_droop"]);
     assert!(!o.verdict.unexplained.detected);
@@ -157,8 +157,8 @@ fn the_force_it_takes_is_found_where_it_acts() {
     use estimate::fitted::Fitted;
     use estimate::prepare::Prepared;
     let mut r = Recipe::default();
-    r.physics.ripple_force = 25.0;
-    r.physics.ripple_length = 1.2e-4;
+    r.physics.ripple.force = 25.0;
+    r.physics.ripple.length = 1.2e-4;
     let dir = tempfile::tempdir().unwrap();
     write_campaign(dir.path(), &r).unwrap();
     let c = record::load(dir.path()).unwrap();

@@ -80,7 +80,7 @@ fn terms_the_campaign_lists_are_estimated_too() {
         let dir = tempfile::tempdir().unwrap();
         let campaign = dir.path().join("c");
         let mut recipe = Recipe { seed, ..Recipe::default() };
-        recipe.physics.friction = 0.8;
+        recipe.physics.guide_friction.coulomb = 0.8;
         write_campaign(&campaign, &recipe).unwrap();
         let file = campaign.join("campaign.toml");
         let text = std::fs::read_to_string(&file).unwrap();

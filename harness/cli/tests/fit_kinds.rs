@@ -1,7 +1,7 @@
 //! `touchdown fit` over every kind of campaign and every set of channels, and what it says to bad recordings.
 
+use mechanisms::load_history::LoadHistory;
 use mechanisms::physics::Physics;
-use mechanisms::wear::Taken;
 use plant::chain::readings;
 use plant::recipe::{write_campaign, Recipe};
 use plant::simulate::{simulate, Local, Setup, TOLERANCE};
@@ -55,7 +55,7 @@ fn setup(kind: Kind, time: Vec<f64>, order: usize) -> Setup {
     Setup {
         kind,
         time,
-        taken: Taken::alike(order as f64 - 1.0),
+        history: LoadHistory::alike(order as f64 - 1.0),
         travel: 0.004,
         preload: 0.0,
         rate: 900.0,

@@ -5,8 +5,8 @@ use super::decide::Decision;
 use super::search::Search;
 use estimate::fitted::Fitted;
 use estimate::problem::{Data, Model, Nuisance, Options, Point, Problem};
+use mechanisms::load_history::LoadHistory;
 use mechanisms::physics::Physics;
-use mechanisms::wear::Taken;
 use plant::chain::readings;
 use plant::simulate::Trace;
 use rayon::prelude::*;
@@ -167,7 +167,7 @@ fn changed(data: &Data, factor: f64, longer: f64, order: Option<f64>) -> Data {
         s.depth *= factor;
         s.preload *= if data.kind == Kind::ContactorOpening { factor } else { 1.0 };
         if let Some(o) = order {
-            s.taken = Taken::alike(o - 1.0);
+            s.history = LoadHistory::alike(o - 1.0);
         }
         if let Some(v) = &mut rec.speed {
             v.0 *= factor;

@@ -46,11 +46,11 @@ pub(super) fn shares(problem: &Problem<'_>, point: &Point, channel: Channel) -> 
     let records = &problem.data.records;
     let unknown = vec![(1.0, 0.0); records.len()];
     let physics = problem.physics(&point.theta);
-    let coupled = physics.droop > 0.0 && physics.droop_channel == channel;
+    let coupled = physics.charge_droop.rate > 0.0 && physics.charge_droop.channel == channel;
     if problem.data.kind != Kind::DropTest || coupled {
         return unknown;
     }
-    let gain = physics.gain[channel.index()];
+    let gain = physics.force_gain.channel[channel.index()];
     let speed = match channel {
         Channel::Acceleration => 1.0 / gain,
         Channel::Force => -1.0 / (gain * physics.mass),
@@ -69,7 +69,7 @@ pub(super) fn shares(problem: &Problem<'_>, point: &Point, channel: Channel) -> 
             sd,
             more: reported - fitted + speed * integral(time, |i| read[i] - kept[i]),
             beyond: speed * integral(time, |i| free[i] - kept[i]),
-            whole: largest(read) < BELOW * physics.clip,
+            whole: largest(read) < BELOW * physics.clipping.level,
         })
     };
     let balances: Vec<Option<Balance>> = (0..records.len()).map(balance).collect();
@@ -107,7 +107,7 @@ mod tests {
         recipe.physics.law.secondary_stiffness = 6e6;
         recipe.physics.law.secondary_depth = 1.5e-4;
         recipe.physics.law.secondary_exponent = 1.0;
-        (recipe.physics.clip, recipe.physics.clip_channel) = (limit, Channel::Acceleration);
+        (recipe.physics.clipping.level, recipe.physics.clipping.channel) = (limit, Channel::Acceleration);
         let dir = tempfile::tempdir().unwrap();
         write_campaign(dir.path(), &recipe).unwrap();
         let mut c = load(dir.path()).unwrap();

@@ -36,8 +36,7 @@ pub fn shares(chosen: &Fitted, term: usize) -> [f64; 4] {
                     .collect()
             }
             Acts::Struck => {
-                let body = with.mass - with.loose_mass;
-                let borne = if with.loose_borne { with.loose_mass * with.gravity } else { 0.0 };
+                let (body, borne) = (with.body_mass(), with.borne_weight());
                 let drive = |x: f64| rec.setup.preload - rec.setup.rate * (x + rec.setup.travel);
                 (0..n)
                     .map(|i| (body * trace.acceleration[i] + trace.force[i] - drive(trace.position[i]) - borne).powi(2))

@@ -58,7 +58,7 @@ pub fn unclipped(chosen: &Fitted) -> Option<(Channel, Vec<Unclipped>)> {
     let problem = Problem::new(&data, model);
     let start = problem.evaluate(chosen.fit.point.theta.clone(), chosen.fit.point.locals.clone());
     let point = &problem.fit(start, &Options { iterations: 100, ..Options::default() }).point;
-    let channel = problem.physics(&point.theta).clip_channel;
+    let channel = problem.physics(&point.theta).clipping.channel;
     let covariance = problem.covariance(point).map(|c| within_bounds(c, model, &point.theta));
     // what the model has beyond the limit is held to the impulse, where the law is not all that there is
     let shares = if tolerated { shares(&problem, point, channel) } else { vec![(1.0, 0.0); data.records.len()] };

@@ -1,7 +1,7 @@
 //! From a campaign to conditioned data: scales, noise, first guesses. Nothing is fitted yet.
 
 use crate::problem::{Data, Record, Scales};
-use mechanisms::wear::Taken;
+use mechanisms::load_history::LoadHistory;
 use plant::noise::Noise;
 use plant::simulate::Setup;
 use record::{self, Campaign, Channel, Kind, Recording};
@@ -179,7 +179,7 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
             setup: Setup {
                 kind: c.kind,
                 time: r.time.clone(),
-                taken: Taken::default(),
+                history: LoadHistory::default(),
                 travel: c.travel.unwrap_or(0.0),
                 preload: r.spring_preload.unwrap_or(0.0),
                 rate: c.return_spring_rate.unwrap_or(0.0),
@@ -281,9 +281,9 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
     }
     let k = forces[m] / depth.powf(p);
     let orders: Vec<f64> = c.recordings.iter().map(|r| r.order).collect();
-    let taken = Taken::before(&orders, if kind_is_indentation { &depths } else { &speeds });
+    let histories = LoadHistory::before(&orders, if kind_is_indentation { &depths } else { &speeds });
     for (i, r) in records.iter_mut().enumerate() {
-        r.setup.taken = taken[i];
+        r.setup.history = histories[i];
         r.setup.depth = depth * (forces[i] / forces[m]).max(0.2);
         r.setup.speed = speeds[i];
         r.setup.duration = duration;

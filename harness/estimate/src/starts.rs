@@ -125,11 +125,11 @@ impl Fitted {
         let s = &c.scales;
         let mut p = Physics::default();
         term.form.apply(values, c, &mut p);
-        if p.base_stiffness <= 0.0 || p.base_reads {
+        if p.base_compliance.stiffness <= 0.0 || p.base_compliance.reads {
             return None;
         }
         // the stop is held by its spring, and by its inertia for as long as the contact lasts
-        let held = p.base_stiffness + p.base_mass * (std::f64::consts::PI / s.duration).powi(2);
+        let held = p.base_compliance.stiffness + p.base_compliance.mass * (std::f64::consts::PI / s.duration).powi(2);
         let share = (s.force / held / s.depth).min(MOST_COMPLIANCE);
         Some(-self.fit.point.theta[1] * (1.0 - share).ln())
     }
@@ -232,7 +232,7 @@ impl Fitted {
         term.form.apply(&t, &self.structure.base().context, &mut unit);
         let (mut n, mut sx, mut sy, mut sxx, mut sxy) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for (r, l) in self.data.records.iter().zip(&drift.locals) {
-            let x = (1.0 - unit.softening_factor(&r.setup.taken)) / 0.01;
+            let x = (1.0 - unit.wear(&r.setup.history).stiffness) / 0.01;
             let y = l[i].exp();
             n += 1.0;
             sx += x;

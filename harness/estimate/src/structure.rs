@@ -298,7 +298,7 @@ fn model(base: &Arc<Base>, added: &[Term]) -> Model<'static> {
         p.mass = if with_mass { mass * th[at_mass].exp() } else { mass };
         p.gravity = if gravity { GRAVITY } else { 0.0 };
         for (i, c) in &gains {
-            p.gain[*c] = th[*i].exp();
+            p.force_gain.channel[*c] = th[*i].exp();
         }
         for (t, at) in all.iter().zip(&spans) {
             t.form.apply(&th[*at..*at + t.form.parameters.len()], &base.context, p);

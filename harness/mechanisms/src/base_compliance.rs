@@ -1,6 +1,7 @@
 //! base_compliance: the stop itself moves on a spring
 
 use crate::mechanism::*;
+use crate::part::Part;
 use record::Kind;
 
 /// m_b x_b'' = F - k_b x_b (1 + h x_b^2) - c_b x_b' (Den Hartog 1934); softening, k_b x_b/sqrt(1 + 2 |h| x_b^2), which
@@ -16,6 +17,38 @@ pub const MECHANISM: Mechanism = Mechanism {
     forms,
     acts: Acts::Push,
 };
+
+/// The stop on a spring.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BaseCompliance {
+    /// Mass of the stop, kg; 0: rigid.
+    pub mass: f64,
+    /// Stiffness of its spring, N/m.
+    pub stiffness: f64,
+    /// Damping, N s/m.
+    pub damping: f64,
+    /// Hardening h, 1/m^2: the stiffness grows by 1 + h u^2; where h is negative it falls by 1/sqrt(1 - 2 h u^2).
+    pub hardening: f64,
+    /// Whether the force channel reads that spring: the transducer is what the stop stands on.
+    pub reads: bool,
+}
+
+impl BaseCompliance {
+    /// Force of spring and damper, N, at a deflection of `u` m that grows by `w` m/s.
+    #[inline]
+    pub fn force(&self, u: f64, w: f64) -> f64 {
+        let h = self.hardening * u * u;
+        let growth = if h < 0.0 { 1.0 / (1.0 - 2.0 * h).sqrt() } else { 1.0 + h };
+        self.stiffness * growth * u + self.damping * w
+    }
+}
+
+impl Part for BaseCompliance {
+    #[inline]
+    fn needs_integration(&self) -> bool {
+        self.hardening != 0.0
+    }
+}
 
 /// Logarithm of the damping ratio up to which a hardening spring is told from damping in the contact: a stop that does
 /// not swing only gives way and takes energy.
@@ -54,7 +87,7 @@ fn forms(c: &Context) -> Vec<Form> {
     hardening.starts = grid(&[&[0.0, 1.0, 2.0], &[0.7, 1.5, 2.3], &[-2.5], &[0.5]]);
     hardening.apply = |t, c, p| {
         on_spring(t, c, p);
-        p.base_hardening = growth(t, c);
+        p.base_compliance.hardening = growth(t, c);
     };
     hardening.describe = |t, c| [described(t, c), vec![("base_hardening", growth(t, c), "1/m^2")]].concat();
     let mut softening = mass_on_spring.extended(
@@ -64,7 +97,7 @@ fn forms(c: &Context) -> Vec<Form> {
     );
     softening.apply = |t, c, p| {
         on_spring(t, c, p);
-        p.base_hardening = -growth(t, c);
+        p.base_compliance.hardening = -growth(t, c);
     };
     softening.describe = |t, c| [described(t, c), vec![("base_hardening", -growth(t, c), "1/m^2")]].concat();
     vec![mass_on_spring, hardening, softening]
@@ -79,9 +112,9 @@ fn growth(t: &[f64], c: &Context) -> f64 {
 
 fn on_spring(t: &[f64], c: &Context, p: &mut crate::physics::Physics) {
     let (k, m, d) = base(t, c);
-    p.base_stiffness = k;
-    p.base_mass = m;
-    p.base_damping = d;
+    p.base_compliance.stiffness = k;
+    p.base_compliance.mass = m;
+    p.base_compliance.damping = d;
 }
 
 fn described(t: &[f64], c: &Context) -> Vec<(&'static str, f64, &'static str)> {

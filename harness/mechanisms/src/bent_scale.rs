@@ -1,6 +1,7 @@
 //! bent_scale: the scale of a sensor is bent
 
 use crate::mechanism::*;
+use crate::part::{Part, Sampling};
 use record::Channel;
 use record::Kind;
 
@@ -17,10 +18,36 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Reading,
 };
 
+/// Curvature of a sensor's scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BentScale {
+    /// b.
+    pub bend: f64,
+    /// Reading at which the curvature counts b, N or m.
+    pub span: f64,
+    pub channel: Channel,
+}
+
+impl Default for BentScale {
+    fn default() -> Self {
+        BentScale { bend: 0.0, span: 1.0, channel: Channel::Penetration }
+    }
+}
+
+impl Part for BentScale {
+    fn measure(&self, y: &mut [Vec<f64>; 3], _: &Sampling) {
+        if self.bend != 0.0 {
+            for u in &mut y[self.channel.index()] {
+                *u *= 1.0 + self.bend * *u / self.span;
+            }
+        }
+    }
+}
+
 fn bend(t: &[f64], c: &Context, p: &mut crate::physics::Physics, channel: Channel) {
-    p.scale_bend = t[0];
-    p.scale_channel = channel;
-    p.scale_span = if channel == Channel::Force { c.scales.peak } else { c.scales.depth };
+    p.bent_scale.bend = t[0];
+    p.bent_scale.channel = channel;
+    p.bent_scale.span = if channel == Channel::Force { c.scales.peak } else { c.scales.depth };
 }
 
 fn forms(c: &Context) -> Vec<Form> {

@@ -1,6 +1,8 @@
 //! channel_skew: one channel is sampled later than the others
 
 use crate::mechanism::*;
+use crate::part::{Part, Sampling};
+use crate::signal::shift;
 use record::{Channel, Kind};
 
 /// y(t) = u(t - T) (sampling of multiplexed channels).
@@ -15,6 +17,28 @@ pub const MECHANISM: Mechanism = Mechanism {
     forms,
     acts: Acts::Reading,
 };
+
+/// Samples of a channel that come late.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChannelSkew {
+    /// s.
+    pub time: f64,
+    pub channel: Channel,
+}
+
+impl Default for ChannelSkew {
+    fn default() -> Self {
+        ChannelSkew { time: 0.0, channel: Channel::Force }
+    }
+}
+
+impl Part for ChannelSkew {
+    fn measure(&self, y: &mut [Vec<f64>; 3], s: &Sampling) {
+        if self.time != 0.0 {
+            shift(&mut y[self.channel.index()], self.time, s.dt);
+        }
+    }
+}
 
 fn forms(c: &Context) -> Vec<Form> {
     let form = |label, apply: Apply| Form {
@@ -40,6 +64,6 @@ fn forms(c: &Context) -> Vec<Form> {
 }
 
 fn late(t: &[f64], c: &Context, p: &mut crate::physics::Physics, channel: Channel) {
-    p.skew = t[0] * c.scales.duration;
-    p.skew_channel = channel;
+    p.channel_skew.time = t[0] * c.scales.duration;
+    p.channel_skew.channel = channel;
 }

@@ -1,6 +1,8 @@
 //! charge_droop: the force transducer is AC-coupled: its reading droops and undershoots
 
 use crate::mechanism::*;
+use crate::part::{Part, Sampling};
+use crate::signal::pole;
 use record::{Channel, Kind};
 
 /// y = u - w, w' = (u - w)/tau (charge amplifier, first-order AC coupling).
@@ -16,15 +18,51 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Reading,
 };
 
+/// AC coupling of a channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChargeDroop {
+    /// 1/s; 0: DC-coupled.
+    pub rate: f64,
+    /// Two such stages instead of one.
+    pub double: bool,
+    /// Share of the charge that leaks away.
+    pub share: f64,
+    pub channel: Channel,
+}
+
+impl Default for ChargeDroop {
+    fn default() -> Self {
+        ChargeDroop { rate: 0.0, double: false, share: 1.0, channel: Channel::Force }
+    }
+}
+
+impl Part for ChargeDroop {
+    fn measure(&self, y: &mut [Vec<f64>; 3], s: &Sampling) {
+        if self.rate <= 0.0 {
+            return;
+        }
+        let u = &mut y[self.channel.index()];
+        for _ in 0..if self.double { 2 } else { 1 } {
+            // the charge that has leaked away is zero at the first sample
+            let mut leaked = u.clone();
+            leaked[0] = 0.0;
+            pole(&mut leaked, self.rate, s.dt);
+            for (a, b) in u.iter_mut().zip(&leaked) {
+                *a -= self.share * b;
+            }
+        }
+    }
+}
+
 fn droop(t: &[f64], c: &Context, p: &mut crate::physics::Physics, channel: Channel, double: bool) {
-    p.droop = t[0] / c.scales.duration;
-    p.droop_double = double;
-    p.droop_channel = channel;
+    p.charge_droop.rate = t[0] / c.scales.duration;
+    p.charge_droop.double = double;
+    p.charge_droop.channel = channel;
 }
 
 fn in_part(t: &[f64], c: &Context, p: &mut crate::physics::Physics, channel: Channel) {
     droop(t, c, p, channel, false);
-    p.droop_share = t[1];
+    p.charge_droop.share = t[1];
 }
 
 fn forms(c: &Context) -> Vec<Form> {

@@ -1,6 +1,7 @@
 //! clipping: the chain reads no more beyond a level
 
 use crate::mechanism::*;
+use crate::part::{Part, Sampling};
 use record::Channel;
 
 /// y = min(u, c) (range of the amplifier).
@@ -16,15 +17,66 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Reading,
 };
 
+/// Level beyond which a channel reads no more.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clipping {
+    /// N or m/s^2, of magnitude; infinite: none.
+    pub level: f64,
+    /// Whether it saturates smoothly.
+    pub soft: bool,
+    /// Time for which an overloaded amplifier goes on reading the level, s.
+    pub recovery: f64,
+    pub channel: Channel,
+}
+
+impl Default for Clipping {
+    fn default() -> Self {
+        Clipping { level: f64::INFINITY, soft: false, recovery: 0.0, channel: Channel::Force }
+    }
+}
+
+impl Part for Clipping {
+    fn measure(&self, y: &mut [Vec<f64>; 3], s: &Sampling) {
+        if !self.level.is_finite() {
+            return;
+        }
+        let (y, c) = (&mut y[self.channel.index()], self.level);
+        if self.soft {
+            // linear to 0.8 c, then bent smoothly towards c
+            let k = 0.8 * c;
+            for v in y {
+                let a = v.abs();
+                if a > k {
+                    *v = v.signum() * (k + (c - k) * ((a - k) / (c - k)).tanh());
+                }
+            }
+            return;
+        }
+        // samples that an overload still holds at the level, the last of them in part
+        let held = self.recovery / s.dt;
+        let (mut left, mut level) = (0.0, c);
+        for v in y {
+            if v.abs() > c {
+                level = c.copysign(*v);
+                *v = level;
+                left = held;
+            } else if left > 0.0 {
+                *v += left.min(1.0) * (level - *v);
+                left -= 1.0;
+            }
+        }
+    }
+}
+
 fn clip(level: f64, channel: Channel, soft: bool, p: &mut crate::physics::Physics) {
-    p.clip = level;
-    p.clip_channel = channel;
-    p.clip_soft = soft;
+    p.clipping.level = level;
+    p.clipping.channel = channel;
+    p.clipping.soft = soft;
 }
 
 fn slowly(t: &[f64], c: &Context, channel: Channel, p: &mut crate::physics::Physics) {
     clip(t[0] * c.top[channel.index()], channel, false, p);
-    p.clip_recovery = t[1] * c.scales.duration;
+    p.clipping.recovery = t[1] * c.scales.duration;
 }
 
 fn level(t: &[f64], c: &Context, channel: Channel) -> (&'static str, f64, &'static str) {
@@ -102,4 +154,18 @@ fn forms(c: &Context) -> Vec<Form> {
         }
     }
     v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_overload_holds_its_level_for_the_time_it_takes_to_recover() {
+        let p = Clipping { level: 2.0, recovery: 2.5e-3, ..Clipping::default() };
+        let y = vec![1.0, 3.0, -1.0, 1.0, 1.0, 1.0, -4.0, 0.0, 0.0, 0.0, 0.0];
+        let mut y = [y, Vec::new(), Vec::new()];
+        p.measure(&mut y, &Sampling { dt: 1e-3, before: 0.0 });
+        assert_eq!(y[0], [1.0, 2.0, 2.0, 2.0, 1.5, 1.0, -2.0, -2.0, -2.0, -1.0, 0.0]);
+    }
 }

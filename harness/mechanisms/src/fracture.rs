@@ -1,6 +1,7 @@
 //! fracture: the contact loses part of its force once a load is passed
 
 use crate::mechanism::*;
+use crate::part::Part;
 
 /// F -> (1 - q) F once the load has passed F_c (brittle damage; Griffith 1921).
 pub const MECHANISM: Mechanism = Mechanism {
@@ -15,6 +16,23 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Reading,
 };
 
+/// A crack that opens at a load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fracture {
+    /// Load F_c, N; infinite: none.
+    pub load: f64,
+    /// Share q of the contact force lost then.
+    pub drop: f64,
+}
+
+impl Default for Fracture {
+    fn default() -> Self {
+        Fracture { load: f64::INFINITY, drop: 0.0 }
+    }
+}
+
+impl Part for Fracture {}
+
 fn forms(_: &Context) -> Vec<Form> {
     vec![Form {
         label: "drop past a load",
@@ -23,8 +41,8 @@ fn forms(_: &Context) -> Vec<Form> {
         linear: true,
         extends: None,
         apply: |t, c, p| {
-            p.fracture_drop = t[0];
-            p.fracture_load = t[1] * c.scales.force;
+            p.fracture.drop = t[0];
+            p.fracture.load = t[1] * c.scales.force;
         },
         describe: |t, c| vec![("fracture_drop", t[0], "1"), ("fracture_load", t[1] * c.scales.force, "N")],
     }]

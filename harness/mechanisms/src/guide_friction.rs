@@ -1,6 +1,7 @@
 //! guide_friction: the guide rubs on the moving body
 
 use crate::mechanism::*;
+use crate::part::{Motion, Part};
 use record::Kind;
 
 /// F = -(F_c (1 + s exp(-(v/v_s)^2)) tanh(v/v_0) + c v) (Coulomb 1785; Stribeck 1902).
@@ -16,6 +17,44 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Force,
 };
 
+/// Speed over which Coulomb friction changes sign, m/s: a smoothed jump can be integrated.
+pub const SLIP_SPEED: f64 = 0.005;
+
+/// Friction of the guide against the motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GuideFriction {
+    /// Coulomb's level F_c, N.
+    pub coulomb: f64,
+    /// Static excess s over that level, as a ratio of it.
+    pub stribeck_excess: f64,
+    /// Speed v_s over which the excess fades, m/s.
+    pub stribeck_speed: f64,
+    /// Viscous friction c, N s/m.
+    pub viscous: f64,
+}
+
+impl Default for GuideFriction {
+    fn default() -> Self {
+        GuideFriction { coulomb: 0.0, stribeck_excess: 0.0, stribeck_speed: 0.05, viscous: 0.0 }
+    }
+}
+
+impl Part for GuideFriction {
+    #[inline]
+    fn on_body(&self, at: &Motion, mut f: f64) -> f64 {
+        if self.coulomb != 0.0 {
+            let level = if self.stribeck_excess != 0.0 {
+                let u = at.v / self.stribeck_speed;
+                self.coulomb * (1.0 + self.stribeck_excess * (-u * u).exp())
+            } else {
+                self.coulomb
+            };
+            f -= level * (at.v / SLIP_SPEED).tanh();
+        }
+        f - self.viscous * at.v
+    }
+}
+
 fn forms(c: &Context) -> Vec<Form> {
     if c.kind == Kind::Indentation {
         return Vec::new();
@@ -27,7 +66,7 @@ fn forms(c: &Context) -> Vec<Form> {
             starts: vec![vec![0.01]],
             linear: true,
             extends: None,
-            apply: |t, c, p| p.friction = t[0] * c.scales.force,
+            apply: |t, c, p| p.guide_friction.coulomb = t[0] * c.scales.force,
             describe: |t, c| vec![("friction", t[0] * c.scales.force, "N")],
         },
         Form {
@@ -37,8 +76,8 @@ fn forms(c: &Context) -> Vec<Form> {
             linear: true,
             extends: None,
             apply: |t, c, p| {
-                p.friction = t[0] * c.scales.force;
-                p.friction_viscous = t[0] * t[1] * c.scales.force / c.scales.speed;
+                p.guide_friction.coulomb = t[0] * c.scales.force;
+                p.guide_friction.viscous = t[0] * t[1] * c.scales.force / c.scales.speed;
             },
             describe: |t, c| {
                 vec![
@@ -58,9 +97,9 @@ fn forms(c: &Context) -> Vec<Form> {
             linear: true,
             extends: None,
             apply: |t, c, p| {
-                p.friction = t[0] * c.scales.force;
-                p.stribeck_excess = t[1];
-                p.stribeck_speed = c.scales.speed * t[2].exp();
+                p.guide_friction.coulomb = t[0] * c.scales.force;
+                p.guide_friction.stribeck_excess = t[1];
+                p.guide_friction.stribeck_speed = c.scales.speed * t[2].exp();
             },
             describe: |t, c| {
                 vec![

@@ -78,7 +78,7 @@ fn forms(c: &Context) -> Vec<Form> {
         });
         forms.push(form("Lankarani-Nikravesh", |t, c, p| {
             damp(t[0], 0.0, c, p);
-            p.damping_speed = c.scales.v_ref;
+            p.damping_speed = Some(c.scales.v_ref);
         }));
     }
     forms

@@ -1,6 +1,8 @@
 //! jam: the motion is resisted at one place
 
+use crate::latent_force::against;
 use crate::mechanism::*;
+use crate::part::Part;
 
 /// F = a sign(v) exp(-((x - x0)/w)^2/2) (a tight place in the guide).
 pub const MECHANISM: Mechanism = Mechanism {
@@ -15,6 +17,42 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Reading,
 };
 
+/// A tight place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jam {
+    /// Resistance a, N.
+    pub force: f64,
+    /// Centre x0, m.
+    pub position: f64,
+    /// Width w, m.
+    pub width: f64,
+}
+
+impl Default for Jam {
+    fn default() -> Self {
+        Jam { force: 0.0, position: 0.0, width: 1.0 }
+    }
+}
+
+impl Part for Jam {
+    #[inline]
+    fn needs_integration(&self) -> bool {
+        self.force != 0.0
+    }
+    #[inline]
+    fn acts_on_face(&self) -> bool {
+        self.force != 0.0
+    }
+    #[inline]
+    fn on_face(&self, x: f64, v: f64, f: f64) -> f64 {
+        if self.force == 0.0 {
+            return f;
+        }
+        let z = (x - self.position) / self.width;
+        f + self.force * against(v) * (-0.5 * z * z).exp()
+    }
+}
+
 fn forms(_: &Context) -> Vec<Form> {
     vec![Form {
         label: "bump of resistance",
@@ -27,9 +65,9 @@ fn forms(_: &Context) -> Vec<Form> {
         linear: true,
         extends: None,
         apply: |t, c, p| {
-            p.jam_force = t[0] * c.scales.force;
-            p.jam_position = t[1] * c.scales.depth;
-            p.jam_width = c.scales.depth * t[2].exp();
+            p.jam.force = t[0] * c.scales.force;
+            p.jam.position = t[1] * c.scales.depth;
+            p.jam.width = c.scales.depth * t[2].exp();
         },
         describe: |t, c| {
             vec![

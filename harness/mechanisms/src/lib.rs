@@ -1,64 +1,91 @@
-//! Every mechanism the diagnosis knows, a file each.
+//! The vocabulary: every mechanism in a file of its own, with its equation, source and forms, and the part that it adds
+//! to the physics.
+//!
+//! A new mechanism is a file and its line in [`parts!`].
 
+pub mod catalogue;
+pub mod load_history;
 pub mod mechanism;
+pub mod part;
 pub mod physics;
+pub mod signal;
 pub mod wear;
 
 use mechanism::Mechanism;
 
+/// The mechanisms that act beside the contact law, in the order in which they act: the module, and where it has a part of
+/// its own, the field of [`physics::Physics`] and the part. Hands the list to the macro named.
+macro_rules! parts {
+    ($list:ident) => {
+        $list! {
+            cyclic_softening => cyclic_softening: cyclic_softening::CyclicSoftening;
+            cyclic_hardening => cyclic_hardening: cyclic_hardening::CyclicHardening;
+            residual_magnetism => residual_magnetism: residual_magnetism::ResidualMagnetism;
+            guide_friction => guide_friction: guide_friction::GuideFriction;
+            fluid_drag => fluid_drag: fluid_drag::FluidDrag;
+            squeeze_film => squeeze_film: squeeze_film::SqueezeFilm;
+            return_spring => return_spring: return_spring::ReturnSpring;
+            gravity;
+            base_compliance => base_compliance: base_compliance::BaseCompliance;
+            loose_part => loose_part: loose_part::LoosePart;
+            attached_mass => attached_mass: attached_mass::AttachedMass;
+            sensor_resonance => sensor_resonance: sensor_resonance::Tip;
+            lowpass_lag => low_pass: Option<lowpass_lag::LowPass>;
+            charge_droop => charge_droop: charge_droop::ChargeDroop;
+            channel_skew => channel_skew: channel_skew::ChannelSkew;
+            bent_scale => bent_scale: bent_scale::BentScale;
+            force_gain => force_gain: force_gain::ForceGain;
+            clipping => clipping: clipping::Clipping;
+            fracture => fracture: fracture::Fracture;
+            jam => jam: jam::Jam;
+            ripple => ripple: ripple::Ripple;
+            latent_force => latent_force: latent_force::LatentForce;
+        }
+    };
+}
+pub(crate) use parts;
+
 mod adhesion;
-mod base_compliance;
-mod bent_scale;
-mod channel_skew;
-mod charge_droop;
-mod clipping;
-mod cyclic_softening;
-mod fluid_drag;
-mod force_gain;
-mod fracture;
-mod gravity;
-mod guide_friction;
+pub mod attached_mass;
+pub mod base_compliance;
+pub mod bent_scale;
+pub mod channel_skew;
+pub mod charge_droop;
+pub mod clipping;
+pub mod cyclic_hardening;
+pub mod cyclic_softening;
+pub mod fluid_drag;
+pub mod force_gain;
+pub mod fracture;
+pub mod gravity;
+pub mod guide_friction;
 mod hysteresis_damping;
-mod jam;
-mod latent_force;
-mod loose_part;
-mod lowpass_lag;
+pub mod jam;
+pub mod latent_force;
+pub mod loose_part;
+pub mod lowpass_lag;
 mod plastic_indentation;
-mod residual_magnetism;
-mod return_spring;
-mod ripple;
+pub mod residual_magnetism;
+pub mod return_spring;
+pub mod ripple;
 mod secondary_stiffening;
-mod sensor_resonance;
-mod squeeze_film;
+pub mod sensor_resonance;
+pub mod squeeze_film;
 mod viscoelastic_relaxation;
 mod viscous_damping;
 
-/// All of them: those of the vocabulary first, then the stand-ins for the unknown.
-pub const ALL: &[Mechanism] = &[
-    hysteresis_damping::MECHANISM,
-    viscous_damping::MECHANISM,
-    plastic_indentation::MECHANISM,
-    adhesion::MECHANISM,
-    viscoelastic_relaxation::MECHANISM,
-    secondary_stiffening::MECHANISM,
-    cyclic_softening::MECHANISM,
-    gravity::MECHANISM,
-    guide_friction::MECHANISM,
-    fluid_drag::MECHANISM,
-    squeeze_film::MECHANISM,
-    base_compliance::MECHANISM,
-    loose_part::MECHANISM,
-    return_spring::MECHANISM,
-    residual_magnetism::MECHANISM,
-    sensor_resonance::MECHANISM,
-    charge_droop::MECHANISM,
-    lowpass_lag::MECHANISM,
-    channel_skew::MECHANISM,
-    clipping::MECHANISM,
-    force_gain::MECHANISM,
-    fracture::MECHANISM,
-    bent_scale::MECHANISM,
-    ripple::MECHANISM,
-    jam::MECHANISM,
-    latent_force::MECHANISM,
-];
+macro_rules! all {
+    ($($module:ident $(=> $field:ident: $part:ty)?;)*) => {
+        /// All mechanisms: those of the contact law, then those that act beside it.
+        pub const ALL: &[Mechanism] = &[
+            hysteresis_damping::MECHANISM,
+            viscous_damping::MECHANISM,
+            plastic_indentation::MECHANISM,
+            adhesion::MECHANISM,
+            viscoelastic_relaxation::MECHANISM,
+            secondary_stiffening::MECHANISM,
+            $($module::MECHANISM,)*
+        ];
+    };
+}
+parts!(all);

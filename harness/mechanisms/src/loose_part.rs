@@ -1,6 +1,7 @@
 //! loose_part: a part loose inside the body strikes late
 
 use crate::mechanism::*;
+use crate::part::Part;
 use record::Kind;
 
 /// a mass m_l strikes inside the body after a gap (Lieber and Jensen 1945 (acceleration damper)).
@@ -15,6 +16,67 @@ pub const MECHANISM: Mechanism = Mechanism {
     forms,
     acts: Acts::Struck,
 };
+
+/// A part loose inside the body, taken out of the moving mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoosePart {
+    /// kg; 0: none.
+    pub mass: f64,
+    /// Way to the wall before it, m.
+    pub gap: f64,
+    /// Way to a wall behind it, alike in stiffness and damping, m; infinite: none.
+    pub back: f64,
+    /// Stiffness of its contact with a wall, N/m.
+    pub stiffness: f64,
+    /// Damping of that contact, N s/m.
+    pub damping: f64,
+    /// Way over which that damping comes in, m; 0: at once.
+    pub ramp: f64,
+    /// Whether the body bears the part's weight although the part flies free inside it.
+    pub borne: bool,
+}
+
+impl Default for LoosePart {
+    fn default() -> Self {
+        LoosePart { mass: 0.0, gap: 0.0, back: f64::INFINITY, stiffness: 0.0, damping: 0.0, ramp: 0.0, borne: false }
+    }
+}
+
+impl Part for LoosePart {
+    #[inline]
+    fn needs_integration(&self) -> bool {
+        self.mass > 0.0
+    }
+    #[inline]
+    fn riding_mass(&self) -> f64 {
+        self.mass
+    }
+    /// From the wall before it once the gap is closed, from the wall behind it once the play there is.
+    #[inline]
+    fn riding_force(&self, z: f64, w: f64) -> f64 {
+        let pushed = |e: f64, w: f64| {
+            let come = if e < self.ramp { e / self.ramp } else { 1.0 };
+            (self.stiffness * e + come * self.damping * w).max(0.0)
+        };
+        if z > self.gap {
+            pushed(z - self.gap, w)
+        } else if z < -self.back {
+            -pushed(-z - self.back, -w)
+        } else {
+            0.0
+        }
+    }
+    fn riding_play(&self, z: f64) -> f64 {
+        (self.gap - z).min(z + self.back)
+    }
+    fn riding_seat(&self) -> Option<f64> {
+        Some(self.stiffness)
+    }
+    #[inline]
+    fn bears_riding_weight(&self) -> bool {
+        self.borne
+    }
+}
 
 /// Share of the depth to which the part would be pressed over which its damping comes in: there at once, it would jump.
 const EASED: f64 = 0.05;
@@ -48,7 +110,7 @@ fn forms(c: &Context) -> Vec<Form> {
     );
     eased.apply = |t, c, p| {
         part(t, c, p, false);
-        p.loose_ramp = c.scales.depth * t[4].exp();
+        p.loose_part.ramp = c.scales.depth * t[4].exp();
     };
     eased.describe = |t, c| [described(t, c), vec![("loose_ramp", c.scales.depth * t[4].exp(), "m")]].concat();
     let mut v = vec![plain, eased];
@@ -61,7 +123,7 @@ fn forms(c: &Context) -> Vec<Form> {
         );
         both.apply = |t, c, p| {
             part(t, c, p, false);
-            p.loose_back = c.scales.depth * t[4];
+            p.loose_part.back = c.scales.depth * t[4];
         };
         both.describe = |t, c| [described(t, c), vec![("loose_back", c.scales.depth * t[4], "m")]].concat();
         v.push(both);
@@ -85,14 +147,14 @@ fn described(t: &[f64], c: &Context) -> Vec<(&'static str, f64, &'static str)> {
 }
 
 fn part(t: &[f64], c: &Context, p: &mut crate::physics::Physics, borne: bool) {
-    p.loose_mass = c.scales.mass * t[0].exp();
-    p.loose_gap = c.scales.depth * t[1];
-    p.loose_stiffness = stiffness(t, c);
-    p.loose_damping = 2.0 * t[3].exp() * (p.loose_stiffness * p.loose_mass).sqrt();
-    p.loose_ramp = EASED * c.scales.speed * (p.loose_mass / p.loose_stiffness).sqrt();
-    p.loose_borne = borne;
+    p.loose_part.mass = c.scales.mass * t[0].exp();
+    p.loose_part.gap = c.scales.depth * t[1];
+    p.loose_part.stiffness = stiffness(t, c);
+    p.loose_part.damping = 2.0 * t[3].exp() * (p.loose_part.stiffness * p.loose_part.mass).sqrt();
+    p.loose_part.ramp = EASED * c.scales.speed * (p.loose_part.mass / p.loose_part.stiffness).sqrt();
+    p.loose_part.borne = borne;
     if c.kind == Kind::ContactorOpening {
         // a body that a spring sets in motion from rest would leave the part where it was, were it not carried along
-        p.loose_back = 0.0;
+        p.loose_part.back = 0.0;
     }
 }

@@ -1,6 +1,8 @@
 //! lowpass_lag: a low-pass filter in the chain lags and rounds the reading
 
 use crate::mechanism::*;
+use crate::part::{Part, Sampling};
+use crate::signal::{pole, pole_pair};
 use record::Channel;
 
 /// y' = w (u - y), or of higher order (Butterworth 1930; Thomson 1949).
@@ -16,8 +18,72 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Reading,
 };
 
-fn filter(t: &[f64], c: &Context, p: &mut crate::physics::Physics, form: u8, channel: Channel) {
-    p.low_pass = Some(crate::physics::LowPass::new(t[0].exp() / c.scales.duration, form, channel));
+/// How a channel is filtered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filter {
+    /// One pole.
+    Pole,
+    /// Two poles after Butterworth 1930.
+    Butterworth,
+    /// Two equal poles.
+    TwoPoles,
+    /// Fourth order after Bessel (Thomson 1949), corner of -3 dB.
+    Bessel,
+    /// A resonance of this damping ratio, with a second mode: its frequency over the first's, and its share of what is
+    /// read at rest (0: none).
+    Resonance { damping: f64, second_ratio: f64, second_share: f64 },
+}
+
+/// Low-pass behaviour of one channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LowPass {
+    /// Corner, rad/s.
+    pub corner: f64,
+    pub filter: Filter,
+    pub channel: Channel,
+}
+
+impl LowPass {
+    pub fn new(corner: f64, filter: Filter, channel: Channel) -> LowPass {
+        LowPass { corner, filter, channel }
+    }
+
+    fn apply(&self, u: &mut [f64], dt: f64) {
+        let w = self.corner;
+        match self.filter {
+            Filter::Pole => pole(u, w, dt),
+            Filter::Butterworth => pole_pair(u, w, std::f64::consts::FRAC_1_SQRT_2, dt),
+            Filter::TwoPoles => {
+                pole(u, w, dt);
+                pole(u, w, dt);
+            }
+            Filter::Bessel => {
+                pole_pair(u, 1.4302 * w, 0.9580, dt);
+                pole_pair(u, 1.6033 * w, 0.6207, dt);
+            }
+            Filter::Resonance { damping, second_ratio, second_share } if second_share > 0.0 => {
+                let mut second = u.to_vec();
+                pole_pair(&mut second, second_ratio * w, damping, dt);
+                pole_pair(u, w, damping, dt);
+                for (a, b) in u.iter_mut().zip(second) {
+                    *a += second_share * (b - *a);
+                }
+            }
+            Filter::Resonance { damping, .. } => pole_pair(u, w, damping, dt),
+        }
+    }
+}
+
+impl Part for Option<LowPass> {
+    fn measure(&self, y: &mut [Vec<f64>; 3], s: &Sampling) {
+        if let Some(l) = self.filter(|l| l.corner.is_finite()) {
+            l.apply(&mut y[l.channel.index()], s.dt);
+        }
+    }
+}
+
+fn filtered(t: &[f64], c: &Context, p: &mut crate::physics::Physics, filter: Filter, channel: Channel) {
+    p.low_pass = Some(LowPass::new(t[0].exp() / c.scales.duration, filter, channel));
 }
 
 fn forms(c: &Context) -> Vec<Form> {
@@ -32,14 +98,41 @@ fn forms(c: &Context) -> Vec<Form> {
     };
     let mut v = Vec::new();
     if c.has[0] {
-        v.push(form("force, first order", |t, c, p| filter(t, c, p, 1, Channel::Force)));
-        v.push(form("force, second order", |t, c, p| filter(t, c, p, 2, Channel::Force)));
-        v.push(form("force, two poles", |t, c, p| filter(t, c, p, 3, Channel::Force)));
-        v.push(form("force, Bessel", |t, c, p| filter(t, c, p, 4, Channel::Force)));
+        v.push(form("force, first order", |t, c, p| filtered(t, c, p, Filter::Pole, Channel::Force)));
+        v.push(form("force, second order", |t, c, p| filtered(t, c, p, Filter::Butterworth, Channel::Force)));
+        v.push(form("force, two poles", |t, c, p| filtered(t, c, p, Filter::TwoPoles, Channel::Force)));
+        v.push(form("force, Bessel", |t, c, p| filtered(t, c, p, Filter::Bessel, Channel::Force)));
     }
     if c.has[1] {
-        v.push(form("acceleration, first order", |t, c, p| filter(t, c, p, 1, Channel::Acceleration)));
-        v.push(form("acceleration, second order", |t, c, p| filter(t, c, p, 2, Channel::Acceleration)));
+        v.push(form("acceleration, first order", |t, c, p| filtered(t, c, p, Filter::Pole, Channel::Acceleration)));
+        v.push(form("acceleration, second order", |t, c, p| {
+            filtered(t, c, p, Filter::Butterworth, Channel::Acceleration)
+        }));
     }
     v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_modes_share_what_one_reads_and_settle_where_it_does() {
+        let mode = |corner: f64, second_share: f64| {
+            let filter = Filter::Resonance { damping: 0.05, second_ratio: 2.0, second_share };
+            LowPass::new(corner, filter, Channel::Force)
+        };
+        let step = |l: LowPass| {
+            let mut u = vec![1.0; 4000];
+            u[0] = 0.0;
+            l.apply(&mut u, 1e-4);
+            u
+        };
+        let (both, other) = (step(mode(300.0, 0.3)), step(mode(600.0, 0.0)));
+        let one = step(mode(300.0, 0.0));
+        for ((b, o), t) in both.iter().zip(&one).zip(&other) {
+            assert!((b - 0.7 * o - 0.3 * t).abs() < 1e-12);
+        }
+        assert!((both[3999] - 1.0).abs() < 3e-3);
+    }
 }

@@ -1,6 +1,7 @@
 //! residual_magnetism: what is left of the magnet still pulls on the bar
 
 use crate::mechanism::*;
+use crate::part::{Motion, Part};
 use crate::physics::Physics;
 use record::Kind;
 
@@ -16,6 +17,34 @@ pub const MECHANISM: Mechanism = Mechanism {
     forms,
     acts: Acts::Force,
 };
+
+/// A pull towards the place of rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResidualMagnetism {
+    /// Force F_m at closed gap and release, N.
+    pub force: f64,
+    /// Gap z_0 over which it fades, m; infinite: it does not fade with the gap.
+    pub gap: f64,
+    /// Time tau in which it fades, s; infinite: it does not fade with time.
+    pub time: f64,
+}
+
+impl Default for ResidualMagnetism {
+    fn default() -> Self {
+        ResidualMagnetism { force: 0.0, gap: f64::INFINITY, time: f64::INFINITY }
+    }
+}
+
+impl Part for ResidualMagnetism {
+    #[inline]
+    fn on_body(&self, at: &Motion, f: f64) -> f64 {
+        if self.force == 0.0 {
+            return f;
+        }
+        let z = (at.x + at.travel).max(0.0) / self.gap;
+        f - self.force * (-at.time / self.time).exp() / ((1.0 + z) * (1.0 + z))
+    }
+}
 
 /// A travel is of the order of so many depths.
 const TRAVELS: f64 = 20.0;
@@ -81,5 +110,5 @@ fn fades_in(ln_time: f64, c: &Context) -> f64 {
 }
 
 fn pull(p: &mut Physics, force: f64, gap: f64, time: f64) {
-    (p.magnet_force, p.magnet_gap, p.magnet_time) = (force, gap, time);
+    (p.residual_magnetism.force, p.residual_magnetism.gap, p.residual_magnetism.time) = (force, gap, time);
 }

@@ -1,6 +1,7 @@
 //! return_spring: a spring acts on the body
 
 use crate::mechanism::*;
+use crate::part::{Motion, Part};
 use record::Kind;
 
 /// F = -(P + r x + g x^3) (Hooke 1678; Duffing 1918).
@@ -16,6 +17,24 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Force,
 };
 
+/// A spring on the body beyond the one the rig declares, against +x.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReturnSpring {
+    /// Preload P at the nominal surface, N.
+    pub preload: f64,
+    /// Rate r, N/m.
+    pub rate: f64,
+    /// Growth g of the rate, N/m^3.
+    pub growth: f64,
+}
+
+impl Part for ReturnSpring {
+    #[inline]
+    fn on_body(&self, at: &Motion, f: f64) -> f64 {
+        f - self.preload - (self.rate + self.growth * at.x * at.x) * at.x
+    }
+}
+
 fn forms(c: &Context) -> Vec<Form> {
     if c.kind != Kind::DropTest {
         return Vec::new();
@@ -27,7 +46,7 @@ fn forms(c: &Context) -> Vec<Form> {
             starts: vec![vec![0.01]],
             linear: true,
             extends: None,
-            apply: |t, c, p| p.spring_preload = t[0] * c.scales.force,
+            apply: |t, c, p| p.return_spring.preload = t[0] * c.scales.force,
             describe: |t, c| vec![("spring_preload", t[0] * c.scales.force, "N")],
         },
         Form {
@@ -37,8 +56,8 @@ fn forms(c: &Context) -> Vec<Form> {
             linear: false,
             extends: None,
             apply: |t, c, p| {
-                p.spring_preload = t[0] * c.scales.force;
-                p.spring_rate = t[1] * c.scales.force / c.scales.depth;
+                p.return_spring.preload = t[0] * c.scales.force;
+                p.return_spring.rate = t[1] * c.scales.force / c.scales.depth;
             },
             describe: |t, c| {
                 vec![
@@ -59,8 +78,8 @@ fn forms(c: &Context) -> Vec<Form> {
             extends: None,
             apply: |t, c, p| {
                 let rate = c.scales.force / c.scales.depth;
-                (p.spring_preload, p.spring_rate) = (t[0] * c.scales.force, t[1] * rate);
-                p.spring_cubic = t[2] * rate / c.scales.depth.powi(2);
+                (p.return_spring.preload, p.return_spring.rate) = (t[0] * c.scales.force, t[1] * rate);
+                p.return_spring.growth = t[2] * rate / c.scales.depth.powi(2);
             },
             describe: |t, c| {
                 let rate = c.scales.force / c.scales.depth;

@@ -1,6 +1,7 @@
 //! ripple: a force that repeats with depth
 
 use crate::mechanism::*;
+use crate::part::Part;
 
 /// F = a (sin(2 pi x/l + f) - sin f) (corrugated face).
 pub const MECHANISM: Mechanism = Mechanism {
@@ -15,6 +16,37 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Reading,
 };
 
+/// A force periodic in depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ripple {
+    /// Amplitude a, N.
+    pub force: f64,
+    /// Wave length l, m.
+    pub length: f64,
+    /// Phase f, rad.
+    pub phase: f64,
+}
+
+impl Default for Ripple {
+    fn default() -> Self {
+        Ripple { force: 0.0, length: 1.0, phase: 0.0 }
+    }
+}
+
+impl Part for Ripple {
+    #[inline]
+    fn acts_on_face(&self) -> bool {
+        self.force != 0.0
+    }
+    #[inline]
+    fn on_face(&self, x: f64, _: f64, f: f64) -> f64 {
+        if self.force == 0.0 || x <= 0.0 {
+            return f;
+        }
+        f + self.force * ((std::f64::consts::TAU * x / self.length + self.phase).sin() - self.phase.sin())
+    }
+}
+
 fn forms(_: &Context) -> Vec<Form> {
     vec![Form {
         label: "periodic in depth",
@@ -27,9 +59,9 @@ fn forms(_: &Context) -> Vec<Form> {
         linear: true,
         extends: None,
         apply: |t, c, p| {
-            p.ripple_force = t[0] * c.scales.force;
-            p.ripple_length = c.scales.depth * t[1].exp();
-            p.ripple_phase = t[2];
+            p.ripple.force = t[0] * c.scales.force;
+            p.ripple.length = c.scales.depth * t[1].exp();
+            p.ripple.phase = t[2];
         },
         describe: |t, c| {
             vec![

@@ -1,7 +1,8 @@
 //! sensor_resonance: the transducer and its tip ring at their own frequency
 
+use crate::lowpass_lag::{Filter, LowPass};
 use crate::mechanism::*;
-use crate::physics::LowPass;
+use crate::part::Part;
 use record::{Channel, Kind};
 
 /// tip mass m_t before a transducer of stiffness k_t (Ahn and Ryu 2005, eqs. 3 to 5).
@@ -16,6 +17,27 @@ pub const MECHANISM: Mechanism = Mechanism {
     forms,
     acts: Acts::Push,
 };
+
+/// The transducer's tip before its spring, taken out of the moving mass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tip {
+    /// kg; 0: the transducer is rigid.
+    pub mass: f64,
+    /// Stiffness of the transducer, N/m.
+    pub stiffness: f64,
+    /// Its damping, N s/m.
+    pub damping: f64,
+}
+
+impl Tip {
+    /// Force of the transducer, N, compressed by `u` m and further by `w` m/s.
+    #[inline]
+    pub fn force(&self, u: f64, w: f64) -> f64 {
+        self.stiffness * u + self.damping * w
+    }
+}
+
+impl Part for Tip {}
 
 /// Logarithm of the damping ratio from which nothing rings any more: what is damped like that is a low-pass filter.
 const LEAST_RINGING: f64 = -1.0;
@@ -37,9 +59,9 @@ fn forms(c: &Context) -> Vec<Form> {
         extends: None,
         apply: |t, c, p| {
             let w = t[1].exp() / c.scales.duration;
-            p.tip_mass = c.scales.mass * t[0].exp();
-            p.tip_stiffness = p.tip_mass * w * w;
-            p.tip_damping = 2.0 * t[2].exp() * p.tip_mass * w;
+            p.sensor_resonance.mass = c.scales.mass * t[0].exp();
+            p.sensor_resonance.stiffness = p.sensor_resonance.mass * w * w;
+            p.sensor_resonance.damping = 2.0 * t[2].exp() * p.sensor_resonance.mass * w;
         },
         describe: |t, c| {
             let (w, m) = (t[1].exp() / c.scales.duration, c.scales.mass * t[0].exp());
@@ -56,10 +78,10 @@ fn forms(c: &Context) -> Vec<Form> {
         starts: grid(&[&[-4.0, -2.7], &[1.8, 2.4, 3.0, 3.6, 4.3], &[-3.5, -1.5]]),
         apply: |t, c, p| {
             let w = t[1].exp() / c.scales.duration;
-            p.base_mass = c.scales.mass * t[0].exp();
-            p.base_stiffness = p.base_mass * w * w;
-            p.base_damping = 2.0 * t[2].exp() * p.base_mass * w;
-            p.base_reads = true;
+            p.base_compliance.mass = c.scales.mass * t[0].exp();
+            p.base_compliance.stiffness = p.base_compliance.mass * w * w;
+            p.base_compliance.damping = 2.0 * t[2].exp() * p.base_compliance.mass * w;
+            p.base_compliance.reads = true;
         },
         ..tip.clone()
     };
@@ -72,7 +94,7 @@ fn forms(c: &Context) -> Vec<Form> {
         starts: grid(&[&[2.0, 2.5, 3.0, 3.5, 4.0, 4.6], &[-3.2, -1.5]]),
         linear: false,
         extends: None,
-        apply: |t, c, p| p.low_pass = Some(rings(t, c)),
+        apply: |t, c, p| p.low_pass = Some(rings(t, c, 1.0, 0.0)),
         describe: mode,
     };
     if let Some(l) = line {
@@ -87,7 +109,7 @@ fn forms(c: &Context) -> Vec<Form> {
     let further = vec![chain_parameter("ln ratio", 0.1, 2.0, 1e-2), chain_parameter("share", 0.0, 0.9, 5e-3)];
     let mut second = ringing.extended("reading rings at two frequencies", further, grid(&[&[0.35, 0.6, 0.9], &[0.2]]));
     second.apply = |t, c, p| {
-        p.low_pass = Some(LowPass { second_ratio: t[2].exp(), second_share: t[3], ..rings(t, c) });
+        p.low_pass = Some(rings(t, c, t[2].exp(), t[3]));
     };
     second.describe = |t, c| {
         let second = ("second_frequency", (t[0] + t[2]).exp() / c.scales.duration, "rad/s");
@@ -96,8 +118,9 @@ fn forms(c: &Context) -> Vec<Form> {
     vec![struck, tip, ringing, second]
 }
 
-fn rings(t: &[f64], c: &Context) -> LowPass {
-    LowPass { damping: t[1].exp(), ..LowPass::new(t[0].exp() / c.scales.duration, 5, Channel::Force) }
+fn rings(t: &[f64], c: &Context, second_ratio: f64, second_share: f64) -> LowPass {
+    let filter = Filter::Resonance { damping: t[1].exp(), second_ratio, second_share };
+    LowPass::new(t[0].exp() / c.scales.duration, filter, Channel::Force)
 }
 
 fn mode(t: &[f64], c: &Context) -> Vec<(&'static str, f64, &'static str)> {

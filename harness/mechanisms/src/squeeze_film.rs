@@ -1,6 +1,7 @@
 //! squeeze_film: a cushion of fluid builds up as the gap closes
 
 use crate::mechanism::*;
+use crate::part::{Motion, Part};
 use record::Kind;
 
 /// F = -c v (g/(gap + g))^n (Reynolds 1886; Stefan 1874).
@@ -16,15 +17,61 @@ pub const MECHANISM: Mechanism = Mechanism {
     acts: Acts::Force,
 };
 
+/// Film of fluid between body and stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SqueezeFilm {
+    /// Coefficient c at no gap, N s/m.
+    pub coefficient: f64,
+    /// Gap g at which it has halved (at n = 1), m.
+    pub gap: f64,
+    /// Power n.
+    pub power: f64,
+    /// Whether the film pushes on the transducer as well: it does where the transducer carries the stop.
+    pub reads: bool,
+}
+
+impl Default for SqueezeFilm {
+    fn default() -> Self {
+        SqueezeFilm { coefficient: 0.0, gap: 1.0, power: 1.0, reads: true }
+    }
+}
+
+impl SqueezeFilm {
+    /// Force against the motion into the stop, N.
+    #[inline]
+    fn force(&self, at: &Motion) -> f64 {
+        if self.coefficient == 0.0 {
+            return 0.0;
+        }
+        let w = self.gap / ((-at.x).max(0.0) + self.gap);
+        self.coefficient * at.v * if self.power == 1.0 { w } else { w.powf(self.power) }
+    }
+}
+
+impl Part for SqueezeFilm {
+    #[inline]
+    fn on_body(&self, at: &Motion, f: f64) -> f64 {
+        f - self.force(at)
+    }
+    #[inline]
+    fn needs_integration(&self) -> bool {
+        self.coefficient != 0.0
+    }
+    #[inline]
+    fn on_transducer(&self, at: &Motion, f: f64) -> f64 {
+        f + if self.reads { self.force(at) } else { 0.0 }
+    }
+}
+
 fn film(t: &[f64], c: &Context, p: &mut crate::physics::Physics, power: f64) {
-    p.squeeze = t[0] * c.scales.force / c.scales.speed;
-    p.squeeze_gap = c.scales.depth * t[1].exp();
-    p.squeeze_power = power;
+    p.squeeze_film.coefficient = t[0] * c.scales.force / c.scales.speed;
+    p.squeeze_film.gap = c.scales.depth * t[1].exp();
+    p.squeeze_film.power = power;
 }
 
 fn beside(t: &[f64], c: &Context, p: &mut crate::physics::Physics, power: f64) {
     film(t, c, p, power);
-    p.squeeze_reads = false;
+    p.squeeze_film.reads = false;
 }
 
 fn forms(c: &Context) -> Vec<Form> {

@@ -1,76 +1,135 @@
-//! What the recordings before have done to a contact.
+//! Stiffness that changes with the load taken before: the course, the part and the forms that softening and hardening
+//! share.
 
-/// What of the recordings before wears a contact.
+use crate::load_history::{Dose, LoadHistory};
+use crate::mechanism::*;
+use crate::part::Wear;
+use crate::physics::Physics;
+
+/// Course of what changes with the load taken, from 0 for a new contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Dose {
-    Recordings,
-    Impulse,
-    Energy,
+pub enum Course {
+    /// 1 - exp(-n/n_0), over so many mean recordings n_0.
+    Saturating(f64),
+    /// n/10.
+    Linear,
+    /// Decades of 1 + n.
+    Logarithmic,
 }
 
-/// What a contact had taken before a recording, each in units of the campaign's mean recording.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Taken {
-    pub recordings: f64,
-    pub impulse: f64,
-    pub energy: f64,
-}
-
-impl Taken {
-    /// After `n` recordings that are all alike.
-    pub fn alike(n: f64) -> Taken {
-        let n = n.max(0.0);
-        Taken { recordings: n, impulse: n, energy: n }
-    }
-
-    /// What was taken before each recording of a campaign: `order` from 1, and `severity`, which impulse goes with
-    /// (impact speed, depth; energy goes with its square). A place in the order that no recording fills counts as a
-    /// mean one.
-    pub fn before(order: &[f64], severity: &[f64]) -> Vec<Taken> {
-        let n = severity.len().max(1) as f64;
-        let mean = severity.iter().sum::<f64>() / n;
-        let square = severity.iter().map(|s| s * s).sum::<f64>() / n;
-        let at = |o: f64| {
-            let mut taken = Taken::alike(o - 1.0);
-            for (_, s) in order.iter().zip(severity).filter(|(p, _)| **p < o) {
-                taken.impulse += s / mean - 1.0;
-                taken.energy += s * s / square - 1.0;
-            }
-            taken
-        };
-        order.iter().map(|o| at(*o)).collect()
-    }
-
-    /// How much of it counts by that dose.
-    pub fn by(&self, dose: Dose) -> f64 {
-        match dose {
-            Dose::Recordings => self.recordings,
-            Dose::Impulse => self.impulse,
-            Dose::Energy => self.energy,
-        }
-        .max(0.0)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn alike_recordings_count_alike_by_every_dose() {
-        let orders = [3.0, 1.0, 2.0, 6.0];
-        for (t, o) in Taken::before(&orders, &[0.4; 4]).iter().zip(orders) {
-            for dose in [Dose::Recordings, Dose::Impulse, Dose::Energy] {
-                assert!((t.by(dose) - (o - 1.0)).abs() < 1e-12, "{t:?}");
-            }
+impl Course {
+    /// The course after a load of `n` mean recordings.
+    pub fn after(self, n: f64) -> f64 {
+        match self {
+            Course::Saturating(orders) => 1.0 - (-n / orders).exp(),
+            Course::Linear => n / 10.0,
+            Course::Logarithmic => (1.0 + n).ln() / 10f64.ln(),
         }
     }
+}
 
-    #[test]
-    fn impulse_goes_with_the_speeds_before_and_energy_with_their_squares() {
-        let taken = Taken::before(&[1.0, 2.0, 3.0], &[1.0, 2.0, 3.0]);
-        assert_eq!(taken[0], Taken::alike(0.0));
-        assert!((taken[2].by(Dose::Impulse) - 3.0 / 2.0).abs() < 1e-12, "{taken:?}");
-        assert!((taken[2].by(Dose::Energy) - 5.0 / (14.0 / 3.0)).abs() < 1e-12, "{taken:?}");
+/// Stiffness that changes by a share with the load taken before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CyclicChange {
+    /// Share, >= 0; 0: none.
+    pub share: f64,
+    pub course: Course,
+    /// What of the recordings before counts.
+    pub by: Dose,
+    /// Whether the damping stays as it was.
+    pub spares_damping: bool,
+}
+
+impl Default for CyclicChange {
+    fn default() -> Self {
+        CyclicChange { share: 0.0, course: Course::Linear, by: Dose::Recordings, spares_damping: false }
     }
+}
+
+impl CyclicChange {
+    /// The factors of a change in the direction of `sign`, `least` at least.
+    pub fn wear(&self, sign: f64, least: f64, history: &LoadHistory) -> Wear {
+        let stiffness = (1.0 + sign * self.share * self.course.after(history.by(self.by))).max(least);
+        Wear { stiffness, damping: if self.spares_damping { 1.0 } else { stiffness } }
+    }
+}
+
+/// Which way the stiffness goes, and what its quantities are called.
+pub trait Direction {
+    /// Largest share.
+    const MOST: f64;
+    /// Names of the share of a course that saturates, and of the recordings it takes.
+    const SHARE: &'static str;
+    const ORDERS: &'static str;
+    /// Names of the share of ten recordings, and of a decade.
+    const PER_TEN: &'static str;
+    const PER_DECADE: &'static str;
+    /// The part that is to change.
+    fn part(p: &mut Physics) -> &mut CyclicChange;
+}
+
+fn saturating<D: Direction>(t: &[f64], by: Dose, p: &mut Physics) {
+    *D::part(p) = CyclicChange { share: t[0], course: Course::Saturating(t[1].exp()), by, spares_damping: false };
+}
+
+fn endless<D: Direction>(t: &[f64], course: Course, p: &mut Physics) {
+    *D::part(p) = CyclicChange { share: t[0], course, ..CyclicChange::default() };
+}
+
+/// The forms of a change with the load taken; none for fewer than three recordings.
+pub fn forms<D: Direction>(c: &Context) -> Vec<Form> {
+    if c.scales.orders < 3.0 {
+        return Vec::new();
+    }
+    let plain = Form {
+        label: "saturating",
+        parameters: vec![parameter("share", 0.0, D::MOST, 1e-3), parameter("ln orders", -1.0, 3.5, 2e-2)],
+        starts: grid(&[&[0.02], &[0.0, 0.9, 1.8]]),
+        linear: true,
+        extends: None,
+        apply: |t, _, p| saturating::<D>(t, Dose::Recordings, p),
+        describe: |t, _| vec![(D::SHARE, t[0], "1"), (D::ORDERS, t[1].exp(), "1")],
+    };
+    let one = |label, apply: Apply, describe: Describe| Form {
+        label,
+        parameters: plain.parameters[..1].to_vec(),
+        starts: vec![vec![0.02]],
+        apply,
+        describe,
+        ..plain.clone()
+    };
+    let linear = one("linear", |t, _, p| endless::<D>(t, Course::Linear, p), |t, _| vec![(D::PER_TEN, t[0], "1")]);
+    let logarithmic =
+        one("logarithmic", |t, _, p| endless::<D>(t, Course::Logarithmic, p), |t, _| vec![(D::PER_DECADE, t[0], "1")]);
+    let mut v = vec![plain.clone(), linear, logarithmic.clone()];
+    // severe recordings may count more than gentle ones; in units of the mean recording
+    v.push(Form {
+        label: "saturating, by the impulse taken",
+        apply: |t, _, p| saturating::<D>(t, Dose::Impulse, p),
+        ..plain.clone()
+    });
+    v.push(Form {
+        label: "saturating, by the energy taken",
+        apply: |t, _, p| saturating::<D>(t, Dose::Energy, p),
+        ..plain.clone()
+    });
+    if c.terms.iter().any(|t| t == "hysteresis_damping") {
+        v.push(Form {
+            label: "saturating, stiffness alone",
+            apply: |t, _, p| {
+                saturating::<D>(t, Dose::Recordings, p);
+                D::part(p).spares_damping = true;
+            },
+            ..plain
+        });
+        v.push(Form {
+            label: "logarithmic, stiffness alone",
+            apply: |t, _, p| {
+                endless::<D>(t, Course::Logarithmic, p);
+                D::part(p).spares_damping = true;
+            },
+            ..logarithmic
+        });
+    }
+    v
 }

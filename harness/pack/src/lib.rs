@@ -255,9 +255,9 @@ mod tests {
     #[test]
     fn start_values_reach_library_and_description_and_change_the_guid() {
         let mut library = vec![7u8; 100];
-        library.extend(hysteresis_contact::start::MARKER);
-        library.extend(hysteresis_contact::start::UNPACKED_GUID);
-        library.extend(hysteresis_contact::start::COUNT);
+        library.extend(face::start::MARKER);
+        library.extend(face::start::UNPACKED_GUID);
+        library.extend(face::start::count(PARAMETERS));
         library.extend(vec![0u8; 8 * PARAMETERS + 50]);
         let b = Binary { platform: "linux64".into(), bytes: library };
         let starts = [("stiffness".to_string(), 2.5e9), ("plastic_form".to_string(), 1.0)];
@@ -277,8 +277,8 @@ mod tests {
         assert!(archive(&[("stiffness".into(), -1.0)], std::slice::from_ref(&b)).is_err());
         let mut older = b.clone();
         assert!(archive(&[("plastic_form".into(), 0.5)], &[b]).is_err());
-        let at = older.bytes.windows(16).position(|w| w == hysteresis_contact::start::MARKER).unwrap();
-        older.bytes[at + hysteresis_contact::start::COUNT_OFFSET] -= 1;
+        let at = older.bytes.windows(16).position(|w| w == face::start::MARKER).unwrap();
+        older.bytes[at + face::start::COUNT_OFFSET] -= 1;
         let e = format!("{:#}", archive(&[], &[older]).unwrap_err());
         assert!(e.contains(&format!("has {} parameters", PARAMETERS - 1)), "{e}");
         let foreign = Binary { platform: "linux64".into(), bytes: vec![0; 1000] };

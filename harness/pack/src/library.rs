@@ -2,7 +2,7 @@
 
 use super::Model;
 use anyhow::{bail, ensure, Context, Result};
-use hysteresis_contact::start::{COUNT_OFFSET, GUID_LENGTH, GUID_OFFSET, MARKER, VALUES_OFFSET};
+use face::start::{COUNT_OFFSET, GUID_LENGTH, GUID_OFFSET, MARKER, VALUES_OFFSET};
 use std::ffi::{c_char, CStr};
 use std::path::{Path, PathBuf};
 

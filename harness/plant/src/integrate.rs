@@ -4,7 +4,9 @@
 use crate::tableau::{A, C, E};
 
 /// Most state variables any rig here has.
-pub const MAX: usize = 12;
+pub const MAX: usize = 14;
+/// Most event functions.
+pub const EVENTS: usize = 5;
 /// State vector; only the first `n` entries are used.
 pub type State = [f64; MAX];
 
@@ -27,7 +29,7 @@ pub trait System {
     /// Size of each variable that counts as one in the error norm.
     fn scale(&self) -> &State;
     /// Event functions whose sign changes end a step.
-    fn events(&self, t: f64, y: &State, out: &mut [f64; 4]) -> usize;
+    fn events(&self, t: f64, y: &State, out: &mut [f64; EVENTS]) -> usize;
     /// Called after each accepted step with the new state; true where it changed the state or the rates at it.
     fn accept(&mut self, t: f64, y: &mut State) -> bool;
 }
@@ -149,7 +151,7 @@ pub fn integrate<S: System>(
             step.r[4][j] = dir * h * sum;
         }
         // an event inside: shorten the step to end just past it
-        let (mut g0, mut g1) = ([0.0; 4], [0.0; 4]);
+        let (mut g0, mut g1) = ([0.0; EVENTS], [0.0; EVENTS]);
         let m = s.events(t, y, &mut g0);
         s.events(t + dir * h, &z, &mut g1);
         let mut cut = 1.0;
@@ -160,7 +162,7 @@ pub fn integrate<S: System>(
                 let mut side = 0;
                 for _ in 0..60 {
                     let mid = if hi - lo < 1e-3 { 0.5 * (lo + hi) } else { (lo * fhi - hi * flo) / (fhi - flo) };
-                    let mut g = [0.0; 4];
+                    let mut g = [0.0; EVENTS];
                     s.events(step.t0 + mid * step.h, &step.at(mid), &mut g);
                     if g[e] * g0[e] > 0.0 {
                         lo = mid;
@@ -266,7 +268,7 @@ mod tests {
         fn scale(&self) -> &State {
             &self.0
         }
-        fn events(&self, _: f64, y: &State, out: &mut [f64; 4]) -> usize {
+        fn events(&self, _: f64, y: &State, out: &mut [f64; EVENTS]) -> usize {
             out[0] = y[0];
             1
         }

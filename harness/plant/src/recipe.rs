@@ -2,8 +2,8 @@
 
 use crate::chain::readings;
 use crate::simulate::{simulate, Local, Setup};
+use mechanisms::load_history::LoadHistory;
 use mechanisms::physics::{Physics, GRAVITY};
-use mechanisms::wear::Taken;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::Path;
@@ -60,7 +60,7 @@ pub fn write_campaign(dir: &Path, recipe: &Recipe) -> std::io::Result<()> {
             let start = 1e-3 * (0.8 + 0.4 * rng.random::<f64>());
             let time: Vec<f64> = (0..700).map(|i| 1e-5 * f64::from(i)).collect();
             let setup = Setup {
-                taken: Taken::alike(f64::from(order) - 1.0),
+                history: LoadHistory::alike(f64::from(order) - 1.0),
                 ..Setup::drop_test(time.clone(), 3e-4, speed, 2e-3)
             };
             let local = Local { start, speed, stiffness: 0.004 * normal(&mut rng), offset: 0.0 };

@@ -4,8 +4,8 @@ use super::integrate::{integrate, Control, State};
 use super::rig::{Driven, Rig};
 use crate::element::Element;
 use law::{Memory, Parameters};
+use mechanisms::load_history::LoadHistory;
 use mechanisms::physics::Physics;
-use mechanisms::wear::Taken;
 use record::Kind;
 use std::cell::RefCell;
 
@@ -16,7 +16,7 @@ pub struct Setup {
     /// Sample times on the recording's own clock, s.
     pub time: Vec<f64>,
     /// What the contact had taken before.
-    pub taken: Taken,
+    pub history: LoadHistory,
     /// Contactor: distance from rest to the stop m, preload N, rate N/m.
     pub travel: f64,
     pub preload: f64,
@@ -38,7 +38,7 @@ impl Setup {
         Setup {
             kind: Kind::DropTest,
             time,
-            taken: Taken::default(),
+            history: LoadHistory::default(),
             travel: 0.0,
             preload: 0.0,
             rate: 0.0,
@@ -91,15 +91,16 @@ pub const COARSE: f64 = 3e-6;
 /// Steps after which a recording is given up.
 const MOST_STEPS: usize = 20_000;
 
-fn scaled(p: &Physics, taken: &Taken, local: &Local) -> Physics {
+/// The physics of one recording: what earlier ones have done to the contact, and its own stiffness.
+fn scaled(p: &Physics, history: &LoadHistory, local: &Local) -> Physics {
     let mut q = *p;
-    let (own, softened) = (local.stiffness.exp(), p.softening_factor(taken));
-    let f = own * softened;
-    if p.damping_speed.is_finite() && local.speed > 0.0 {
-        q.law.hysteresis_damping *= p.damping_speed / local.speed;
+    let (own, wear) = (local.stiffness.exp(), p.wear(history));
+    let f = own * wear.stiffness;
+    if let Some(speed) = p.damping_speed.filter(|_| local.speed > 0.0) {
+        q.law.hysteresis_damping *= speed / local.speed;
     }
     q.law.stiffness *= f;
-    q.law.hysteresis_damping *= if p.softening_spares_damping { own } else { f };
+    q.law.hysteresis_damping *= own * wear.damping;
     q.law.secondary_stiffness *= f;
     q.law.relaxation_stiffness *= f;
     q
@@ -107,7 +108,7 @@ fn scaled(p: &Physics, taken: &Taken, local: &Local) -> Physics {
 
 /// Simulates one recording.
 pub fn simulate(physics: &Physics, s: &Setup, local: &Local) -> Trace {
-    let p = scaled(physics, &s.taken, local);
+    let p = scaled(physics, &s.history, local);
     match s.kind {
         Kind::Indentation => indent(&p, s, local, None),
         _ => free(&p, s, local, None),
@@ -116,7 +117,7 @@ pub fn simulate(physics: &Physics, s: &Setup, local: &Local) -> Trace {
 
 /// The law a recording is simulated with: `physics` with what this recording differs by.
 pub fn law_of(physics: &Physics, s: &Setup, local: &Local) -> Parameters {
-    scaled(physics, &s.taken, local).law
+    scaled(physics, &s.history, local).law
 }
 
 /// As [`simulate`], with `element` in the law's place and at least `steps` steps a contact.
@@ -130,7 +131,7 @@ pub fn simulate_on(
     s: &Setup,
     local: &Local,
 ) -> anyhow::Result<Trace> {
-    let p = scaled(physics, &s.taken, local);
+    let p = scaled(physics, &s.history, local);
     let driven = RefCell::new(Driven { element, steps, at: (0.0, 0.0, 0.0), failed: None });
     let trace = match s.kind {
         Kind::Indentation => indent(&p, s, local, Some(&driven)),
@@ -144,7 +145,7 @@ pub fn simulate_on(
 
 fn indent(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>) -> Trace {
     let n = s.time.len();
-    let mut t = Trace { ok: true, first_speed: s.imposed_rate[0], before: s.taken.recordings, ..Trace::default() };
+    let mut t = Trace { ok: true, first_speed: s.imposed_rate[0], before: s.history.recordings, ..Trace::default() };
     let mut m = Memory::default();
     let mut cracked = false;
     for i in 0..n {
@@ -166,13 +167,13 @@ fn indent(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven
                 p.law.force(&m, x, v)
             }
         };
-        if f > p.fracture_load {
+        if f > p.fracture.load {
             cracked = true;
         }
         if cracked {
-            f *= 1.0 - p.fracture_drop;
+            f *= 1.0 - p.fracture.drop;
         }
-        f += p.latent_force(x, v);
+        f += p.on_face(x, v);
         t.force.push(f);
         t.position.push(x);
         t.velocity.push(v);
@@ -200,7 +201,7 @@ fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>
         touch: f64::NAN,
         deepest: f64::NAN,
         leave: f64::NAN,
-        before: s.taken.recordings,
+        before: s.history.recordings,
         ..Trace::default()
     };
     let clock = local.start;
@@ -215,12 +216,11 @@ fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>
     if s.kind == Kind::DropTest {
         y = rig.along(0.0, local.speed);
         out.touch = clock;
-        rig.part_loose((clock - s.time[0]).max(0.0), &mut y);
+        rig.fall_apart((clock - s.time[0]).max(0.0), &mut y);
         forward_from = s.time.partition_point(|t| *t < clock);
         if forward_from > 0 {
             // the approach, backwards from touch: only forces in flight act
-            let mut rig = Rig::new(p, s, None);
-            rig.contact = false;
+            let mut rig = Rig::new(p, s, None).approaching();
             let mut back = y;
             rig.release(0.0, &mut back, true);
             let mut i = forward_from;

@@ -1,9 +1,9 @@
 //! What every form of every mechanism owes the search, and that what extends a form holds it.
 
+use mechanisms::load_history::LoadHistory;
 use mechanisms::mechanism::Scales;
 use mechanisms::mechanism::{Context, Form};
 use mechanisms::physics::Physics;
-use mechanisms::wear::Taken;
 use mechanisms::ALL;
 use plant::chain::readings;
 use plant::simulate::{simulate, Local, Setup};
@@ -43,7 +43,7 @@ fn recording(kind: Kind) -> (Physics, Setup, Local) {
     let mut p = Physics { mass: 0.8, ..Physics::default() };
     p.law.stiffness = 2e7;
     p.law.hysteresis_damping = 8e6;
-    let mut setup = Setup { taken: Taken::alike(1.0), ..Setup::drop_test(time, 1.2e-3, 0.6, 5e-3) };
+    let mut setup = Setup { history: LoadHistory::alike(1.0), ..Setup::drop_test(time, 1.2e-3, 0.6, 5e-3) };
     let mut local = Local { start: 2e-3, speed: 0.6, stiffness: 0.0, offset: 0.0 };
     setup.kind = kind;
     match kind {
@@ -133,7 +133,8 @@ fn every_form_acts_on_what_is_read_from_one_of_its_starts() {
 #[test]
 fn what_extends_a_form_is_that_form_where_its_further_parameters_are_neutral() {
     // value of the further parameters at which they change nothing, and how near the forms then are
-    let neutral: [(&str, &[f64], f64); 14] = [
+    let neutral: [(&str, &[f64], f64); 15] = [
+        ("hardening spring", &[0.0], 1e-12),
         ("neck near the surface, while leaving", &[9.0], 0.05),
         ("reading rings at two frequencies", &[0.6, 0.0], 1e-12),
         ("a share of it, first order", &[1.0], 1e-12),
@@ -180,6 +181,11 @@ fn the_clipping_level_told_is_the_one_that_acts() {
         let mut p = Physics::default();
         form.apply(&form.starts[0], &c, &mut p);
         let told = form.describe(&form.starts[0], &c)[0].1;
-        assert!((told / p.clip - 1.0).abs() < 1e-12, "{}: {told} told, {} acts", form.label, p.clip);
+        assert!(
+            (told / p.clipping.level - 1.0).abs() < 1e-12,
+            "{}: {told} told, {} acts",
+            form.label,
+            p.clipping.level
+        );
     }
 }

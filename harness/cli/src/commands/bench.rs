@@ -39,7 +39,7 @@ fn campaigns(given: Option<&Path>, folder: &Path) -> Result<[PathBuf; 2]> {
     }
     let plain = Recipe::default();
     let mut rubbing = plain;
-    rubbing.physics.friction = 0.8;
+    rubbing.physics.guide_friction.coulomb = 0.8;
     let made = [("base", plain), ("hidden-friction", rubbing)].map(|(name, recipe)| {
         let dir = folder.join(name);
         write_campaign(&dir, &recipe).with_context(|| format!("{}: cannot be written", dir.display())).map(|()| dir)

@@ -5,6 +5,7 @@ mod demo;
 mod diagnose;
 mod fit;
 mod impact;
+mod mechanisms;
 mod pack;
 mod paper;
 mod run;
@@ -38,6 +39,8 @@ enum Command {
     Fit(fit::Arguments),
     /// Print the exact impact of a mass on the law F = k x^p + mu_d x^p v
     Impact(impact::Arguments),
+    /// Print the vocabulary of the diagnosis: every mechanism with its equation, quantities, units and source
+    Mechanisms(mechanisms::Arguments),
     /// Write the element as an FMU, with start values of your own where you give them
     Pack(pack::Arguments),
     /// Repeat the estimation and the contactor of Ahn and Ryu 2005
@@ -70,6 +73,7 @@ fn command(c: Cli) -> Result<ExitCode> {
         Command::Diagnose(a) => diagnose::run(&a),
         Command::Fit(a) => fit::run(&a),
         Command::Impact(a) => impact::run(&a),
+        Command::Mechanisms(a) => mechanisms::run(&a),
         Command::Pack(a) => pack::run(&a),
         Command::Paper(a) => paper::run(&a),
         Command::Run(a) => run::run(&a),

@@ -403,7 +403,7 @@ mod tests {
         let friction = Parameter { name: "friction".into(), lower: 0.0, upper: 1.0, step, prior: None, dynamic: true };
         let apply = |t: &[f64], p: &mut Physics| {
             (p.law.stiffness, p.law.exponent, p.law.hysteresis_damping) = (3e7, 1.2, 6e6);
-            p.friction = 100.0 * t[0];
+            p.guide_friction.coulomb = 100.0 * t[0];
         };
         let model = Model::new(vec![friction], apply);
         let problem = Problem::new(data, &model);

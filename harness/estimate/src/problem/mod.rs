@@ -96,7 +96,7 @@ impl<'a> Problem<'a> {
     /// As [`Problem::predict`], with the readings once more as they would be without the limit of the chain.
     pub fn predict_unlimited(&self, theta: &[f64], r: usize, local: &[f64]) -> (Trace, [Vec<f64>; 3], [Vec<f64>; 3]) {
         let (trace, limited) = self.predict(theta, r, local);
-        let p = Physics { clip: f64::INFINITY, ..self.physics(theta) };
+        let p = Physics { clipping: Default::default(), ..self.physics(theta) };
         let mut free = readings(&p, &trace, &self.data.records[r].setup.time);
         self.add_zeros(&mut free, local);
         (trace, limited, free)

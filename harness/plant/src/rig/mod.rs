@@ -3,17 +3,19 @@
 //! Where a spring-borne mass (transducer tip, stop) swings free of the contact, its swing is known in closed form and is
 //! not integrated: centre of mass and swing part, and steps need not resolve the ringing.
 
-mod loose;
+mod riders;
 #[cfg(test)]
 mod tests;
 
-use super::chain::transition;
-use super::integrate::{State, System, MAX};
+use super::integrate::{State, System, EVENTS, MAX};
 use super::simulate::Setup;
 use crate::element::Element;
 use law::{Memory, BRANCHES};
+use mechanisms::part::Motion;
 use mechanisms::physics::Physics;
+use mechanisms::signal::transition;
 use record::Kind;
+use riders::{Riding, MOST};
 use std::cell::RefCell;
 
 /// A contact element that takes the law's place in a simulation.
@@ -60,7 +62,7 @@ pub(super) struct Rig<'a> {
     preload: f64,
     rate: f64,
     base: usize,
-    loose: usize,
+    riders: [Option<Riding>; MOST],
     tip: usize,
     relax: usize,
     n: usize,
@@ -70,8 +72,6 @@ pub(super) struct Rig<'a> {
     pub(super) contact: bool,
     latent: bool,
     body_mass: f64,
-    /// Whether the loose part is still carried along as one with the body, for as long as nothing slows that down.
-    carried: bool,
     /// Whether the swing may be left to its closed form.
     closed: bool,
     swing: Option<Swing>,
@@ -115,9 +115,12 @@ impl<'a> Rig<'a> {
                 0
             }
         };
-        let base = pair(p.base_mass > 0.0, &mut scale);
-        let loose = pair(p.loose_mass > 0.0, &mut scale);
-        let tip = pair(p.tip_mass > 0.0, &mut scale);
+        let base = pair(p.base_compliance.mass > 0.0, &mut scale);
+        let mut riders = [None; MOST];
+        for (place, rider) in riders.iter_mut().zip(p.riders()) {
+            *place = Some(Riding::new(rider, pair(true, &mut scale), s));
+        }
+        let tip = pair(p.sensor_resonance.mass > 0.0, &mut scale);
         let mut relax = 0;
         if p.law.relaxation_stiffness > 0.0 && element.is_none() {
             relax = n;
@@ -126,7 +129,6 @@ impl<'a> Rig<'a> {
             }
             n += BRANCHES;
         }
-        let body_mass = p.mass - p.tip_mass - p.loose_mass;
         Rig {
             p,
             element,
@@ -136,22 +138,16 @@ impl<'a> Rig<'a> {
             preload: s.preload,
             rate: s.rate,
             base,
-            loose,
+            riders,
             tip,
             relax,
             n,
             scale,
             cracked: false,
             contact: true,
-            latent: p.has_latent(),
-            body_mass,
-            carried: loose > 0 && s.kind == Kind::ContactorOpening,
-            closed: (base > 0) != (tip > 0)
-                && loose == 0
-                && p.law.adhesion_force == 0.0
-                && p.jam_force == 0.0
-                && p.squeeze == 0.0
-                && p.base_hardening == 0.0,
+            latent: p.acts_on_face(),
+            body_mass: p.body_mass(),
+            closed: (base > 0) != (tip > 0) && p.law.adhesion_force == 0.0 && !p.needs_integration(),
             swing: None,
         }
     }
@@ -160,10 +156,8 @@ impl<'a> Rig<'a> {
     pub(super) fn along(&self, x: f64, v: f64) -> State {
         let mut y = [0.0; MAX];
         (y[0], y[1]) = (x, v);
-        for at in [self.tip, self.loose] {
-            if at > 0 {
-                (y[at], y[at + 1]) = (x, v);
-            }
+        for at in self.riders.iter().flatten().map(|r| r.at).chain((self.tip > 0).then_some(self.tip)) {
+            (y[at], y[at + 1]) = (x, v);
         }
         y
     }
@@ -176,14 +170,18 @@ impl<'a> Rig<'a> {
         }
         let p = self.p;
         let (mass, k, c) = if self.tip > 0 {
-            (p.tip_mass * self.body_mass / p.mass, p.tip_stiffness, p.tip_damping)
+            (
+                p.sensor_resonance.mass * self.body_mass / p.mass,
+                p.sensor_resonance.stiffness,
+                p.sensor_resonance.damping,
+            )
         } else {
-            (p.base_mass, p.base_stiffness, p.base_damping)
+            (p.base_compliance.mass, p.base_compliance.stiffness, p.base_compliance.damping)
         };
         let omega = (k / mass).sqrt();
         let mut swing = Swing { since: t, u: 0.0, w: 0.0, omega, zeta: 0.5 * c / (mass * omega) };
         if self.tip > 0 {
-            let share = p.tip_mass / p.mass;
+            let share = p.sensor_resonance.mass / p.mass;
             let (u, w) = (y[0] - y[self.tip], y[1] - y[self.tip + 1]);
             y[0] -= share * u;
             y[1] -= share * w;
@@ -227,19 +225,25 @@ impl<'a> Rig<'a> {
             let u = a * s.u + b * s.w / s.omega + self.held(t, y, s.omega);
             let w = -s.omega * b * s.u + c * s.w;
             return if self.tip > 0 {
-                let share = p.tip_mass / p.mass;
+                let share = p.sensor_resonance.mass / p.mass;
                 let (x, v) = (y[0] + share * u, y[1] + share * w);
-                Place { x, v, face: x - u, face_speed: v - w, spring: p.tip_stiffness * u + p.tip_damping * w }
+                Place {
+                    x,
+                    v,
+                    face: x - u,
+                    face_speed: v - w,
+                    spring: p.sensor_resonance.stiffness * u + p.sensor_resonance.damping * w,
+                }
             } else {
-                let spring = p.base_stiffness * u + p.base_damping * w;
+                let spring = p.base_compliance.stiffness * u + p.base_compliance.damping * w;
                 Place { x: y[0], v: y[1], face: y[0] - u, face_speed: y[1] - w, spring }
             };
         }
         let (face, face_speed) = self.face(y);
         let spring = if self.tip > 0 {
-            p.tip_stiffness * (y[0] - y[self.tip]) + p.tip_damping * (y[1] - y[self.tip + 1])
+            p.sensor_resonance.force(y[0] - y[self.tip], y[1] - y[self.tip + 1])
         } else if self.base > 0 {
-            self.base_spring(y)
+            p.base_compliance.force(y[self.base], y[self.base + 1])
         } else {
             0.0
         };
@@ -267,15 +271,6 @@ impl<'a> Rig<'a> {
         (x, v)
     }
 
-    /// Force of the stop's spring and damper, N.
-    #[inline]
-    fn base_spring(&self, y: &State) -> f64 {
-        let (p, u) = (self.p, y[self.base]);
-        let h = p.base_hardening * u * u;
-        let growth = if h < 0.0 { 1.0 / (1.0 - 2.0 * h).sqrt() } else { 1.0 + h };
-        p.base_stiffness * growth * u + p.base_damping * y[self.base + 1]
-    }
-
     #[inline]
     fn contact_force(&self, y: &State) -> f64 {
         if !self.contact || self.swing.is_some() {
@@ -288,9 +283,9 @@ impl<'a> Rig<'a> {
                 None => self.p.law.force(&self.memory, x, v),
             };
             if self.cracked {
-                f *= 1.0 - self.p.fracture_drop;
+                f *= 1.0 - self.p.fracture.drop;
             }
-            return if self.latent { f + self.p.latent_force(x, v) } else { f };
+            return if self.latent { f + self.p.on_face(x, v) } else { f };
         }
         let mut m = self.memory;
         if self.relax > 0 {
@@ -298,52 +293,23 @@ impl<'a> Rig<'a> {
         }
         let mut f = self.p.law.force(&m, x, v);
         if self.cracked {
-            f *= 1.0 - self.p.fracture_drop;
+            f *= 1.0 - self.p.fracture.drop;
         }
-        f + self.p.latent_force(x, v)
+        f + self.p.on_face(x, v)
+    }
+
+    /// Where the body is, for the parts that act on it.
+    #[inline]
+    fn motion(&self, time: f64, x: f64, v: f64) -> Motion {
+        Motion { time, x, v, travel: self.travel }
     }
 
     /// Forces on the body along +x other than contact and gravity, N.
     #[inline]
     pub(super) fn motion_force(&self, t: f64, x: f64, v: f64) -> f64 {
-        let p = self.p;
-        let mut f = 0.0;
-        if self.kind == Kind::ContactorOpening {
-            f += self.preload - self.rate * (x + self.travel);
-            if p.magnet_force != 0.0 {
-                let z = (x + self.travel).max(0.0) / p.magnet_gap;
-                f -= p.magnet_force * (-t / p.magnet_time).exp() / ((1.0 + z) * (1.0 + z));
-            }
-        }
-        if p.friction != 0.0 {
-            let s = v / 0.005;
-            let level = if p.stribeck_excess != 0.0 {
-                let u = v / p.stribeck_speed;
-                p.friction * (1.0 + p.stribeck_excess * (-u * u).exp())
-            } else {
-                p.friction
-            };
-            f -= level * s.tanh();
-        }
-        f -= p.friction_viscous * v;
-        if p.drag != 0.0 {
-            let way = if v < 0.0 { p.drag_back } else { 1.0 };
-            let way = if p.drag_crisis > 0.0 { way * p.past_crisis(v) } else { way };
-            f -= way * p.drag * v * if p.drag_power == 2.0 { v.abs() } else { v.abs().powf(p.drag_power - 1.0) };
-        }
-        f -= self.film_force(x, v);
-        f - p.spring_preload - (p.spring_rate + p.spring_cubic * x * x) * x
-    }
-
-    /// Force of the film between body and stop against the motion into it, N.
-    #[inline]
-    fn film_force(&self, x: f64, v: f64) -> f64 {
-        let p = self.p;
-        if p.squeeze == 0.0 {
-            return 0.0;
-        }
-        let w = p.squeeze_gap / ((-x).max(0.0) + p.squeeze_gap);
-        p.squeeze * v * if p.squeeze_power == 1.0 { w } else { w.powf(p.squeeze_power) }
+        let driven = self.kind == Kind::ContactorOpening;
+        let drive = if driven { self.preload - self.rate * (x + self.travel) } else { 0.0 };
+        self.p.on_body(&self.motion(t, x, v), drive)
     }
 
     /// Transducer's force N, acceleration of the body less gravity m/s^2, position m and speed m/s of the body.
@@ -353,15 +319,16 @@ impl<'a> Rig<'a> {
         let ft = if self.tip > 0 { place.spring } else { self.contact_force(y) };
         let mut f = self.motion_force(t, place.x, place.v) - ft;
         let mut mass = self.body_mass;
-        if self.carried {
-            mass += p.loose_mass;
-        } else if self.loose > 0 {
-            f += self.loose_force(y) + self.borne();
+        for r in self.riders.iter().flatten() {
+            if r.carried {
+                mass += r.rider.mass;
+            } else {
+                f += r.force(p, y) + r.borne(p);
+            }
         }
-        let ft = if p.base_reads { place.spring } else { ft };
-        // the film lies between body and stop, and pushes on a transducer under the stop
-        let film = if p.squeeze_reads { self.film_force(place.x, place.v) } else { 0.0 };
-        [ft + film, f / mass, place.x, place.v]
+        let ft = if p.base_compliance.reads { place.spring } else { ft };
+        let ft = p.on_transducer(&self.motion(t, place.x, place.v), ft);
+        [ft, f / mass, place.x, place.v]
     }
 }
 
@@ -378,7 +345,7 @@ impl System for Rig<'_> {
         if self.swing.is_some() {
             let at = self.tip.max(self.base);
             (dy[at], dy[at + 1]) = (0.0, 0.0);
-            dy[1] = self.motion_force(t, y[0], y[1]) / (self.body_mass + p.tip_mass) + p.gravity;
+            dy[1] = self.motion_force(t, y[0], y[1]) / (self.body_mass + p.sensor_resonance.mass) + p.gravity;
             if self.relax > 0 {
                 dy[self.relax..self.relax + BRANCHES].fill(0.0);
             }
@@ -387,34 +354,36 @@ impl System for Rig<'_> {
         let fc = self.contact_force(y);
         let mut f = self.motion_force(t, y[0], y[1]) + self.body_mass * p.gravity;
         if self.tip > 0 {
-            let ft = p.tip_stiffness * (y[0] - y[self.tip]) + p.tip_damping * (y[1] - y[self.tip + 1]);
+            let ft = p.sensor_resonance.force(y[0] - y[self.tip], y[1] - y[self.tip + 1]);
             f -= ft;
             dy[self.tip] = y[self.tip + 1];
-            dy[self.tip + 1] = (ft - fc) / p.tip_mass + p.gravity;
+            dy[self.tip + 1] = (ft - fc) / p.sensor_resonance.mass + p.gravity;
         } else {
             f -= fc;
         }
         if self.base > 0 {
             dy[self.base] = y[self.base + 1];
-            dy[self.base + 1] = (fc - self.base_spring(y)) / p.base_mass;
+            dy[self.base + 1] = (fc - p.base_compliance.force(y[self.base], y[self.base + 1])) / p.base_compliance.mass;
         }
-        if self.carried {
-            let mass = self.body_mass + p.loose_mass;
-            dy[1] = f / mass + p.gravity * p.loose_mass / mass;
-            (dy[self.loose], dy[self.loose + 1]) = (dy[0], dy[1]);
-            if self.relax > 0 {
-                dy[self.relax..self.relax + BRANCHES].fill(0.0);
+        let mut carried = 0.0;
+        for r in self.riders.iter().flatten() {
+            if r.carried {
+                carried += r.rider.mass;
+                continue;
             }
-            return;
-        }
-        if self.loose > 0 {
-            let fl = self.loose_force(y);
-            let borne = self.borne();
-            f += fl + borne;
-            dy[self.loose] = y[self.loose + 1];
-            dy[self.loose + 1] = p.gravity - fl / p.loose_mass;
+            let fr = r.force(p, y);
+            f += fr + r.borne(p);
+            dy[r.at] = y[r.at + 1];
+            dy[r.at + 1] = p.gravity - fr / r.rider.mass;
         }
         dy[1] = f / self.body_mass;
+        if carried > 0.0 {
+            let mass = self.body_mass + carried;
+            dy[1] = f / mass + p.gravity * carried / mass;
+            for r in self.riders.iter().flatten().filter(|r| r.carried) {
+                (dy[r.at], dy[r.at + 1]) = (dy[0], dy[1]);
+            }
+        }
         if self.relax > 0 {
             let (x, v) = self.face(y);
             let mut m = self.memory;
@@ -423,17 +392,17 @@ impl System for Rig<'_> {
             dy[self.relax..self.relax + BRANCHES].copy_from_slice(&r);
         }
     }
-    fn events(&self, t: f64, y: &State, out: &mut [f64; 4]) -> usize {
+    fn events(&self, t: f64, y: &State, out: &mut [f64; EVENTS]) -> usize {
         let (x, v) = self.face_at(t, y);
         out[0] = x;
         out[1] = v;
         let mut n = 2;
-        if self.loose > 0 && !self.carried {
-            out[n] = self.loose_play(y);
+        for play in self.riders.iter().flatten().filter_map(|r| r.play(self.p, y)) {
+            out[n] = play;
             n += 1;
         }
-        if self.p.fracture_load.is_finite() && !self.cracked {
-            out[n] = self.contact_force(y) - self.p.fracture_load;
+        if self.p.fracture.load.is_finite() && !self.cracked {
+            out[n] = self.contact_force(y) - self.p.fracture.load;
             n += 1;
         }
         n
@@ -445,7 +414,7 @@ impl System for Rig<'_> {
             e.borrow_mut().advance(t, x, v);
             changed = true;
         }
-        if self.carried && self.let_loose(t, x, y) {
+        if self.let_go(t, x, y) {
             changed = true;
         }
         if self.closed && self.contact {
@@ -464,8 +433,8 @@ impl System for Rig<'_> {
             self.memory.deepest = x;
         }
         if !self.cracked
-            && self.p.fracture_load.is_finite()
-            && self.contact_force(y) >= self.p.fracture_load * (1.0 - 1e-9)
+            && self.p.fracture.load.is_finite()
+            && self.contact_force(y) >= self.p.fracture.load * (1.0 - 1e-9)
         {
             self.cracked = true;
             changed = true;

@@ -24,14 +24,16 @@ fn a_swing_in_closed_form_is_the_one_integrated() {
         let mut p = bare;
         let (m, w) = (0.05, 6000.0);
         if what == 0 {
-            (p.tip_mass, p.tip_stiffness, p.tip_damping) = (m, m * w * w, 0.06 * m * w);
+            (p.sensor_resonance.mass, p.sensor_resonance.stiffness, p.sensor_resonance.damping) =
+                (m, m * w * w, 0.06 * m * w);
         } else {
-            (p.base_mass, p.base_stiffness, p.base_damping) = (m, m * w * w, 0.06 * m * w);
-            p.base_reads = what == 2;
+            (p.base_compliance.mass, p.base_compliance.stiffness, p.base_compliance.damping) =
+                (m, m * w * w, 0.06 * m * w);
+            p.base_compliance.reads = what == 2;
         }
         let closed = simulate(&p, &setup, &local);
         // a film too thin to act keeps the closed form from being used
-        p.squeeze = 1e-200;
+        p.squeeze_film.coefficient = 1e-200;
         let integrated = simulate(&p, &setup, &local);
         assert!(closed.ok && integrated.ok);
         let worst = [
@@ -49,13 +51,13 @@ fn a_swing_in_closed_form_is_the_one_integrated() {
 #[test]
 fn a_film_beside_the_transducer_moves_the_body_alike_and_reads_nothing() {
     let (mut p, setup, local) = rig();
-    (p.squeeze, p.squeeze_gap) = (5.0, 1e-4);
+    (p.squeeze_film.coefficient, p.squeeze_film.gap) = (5.0, 1e-4);
     let under = simulate(&p, &setup, &local);
-    p.squeeze_reads = false;
+    p.squeeze_film.reads = false;
     let beside = simulate(&p, &setup, &local);
     assert_eq!(under.position, beside.position);
     for i in 0..setup.time.len() {
-        let film = p.squeeze * under.velocity[i] * 1e-4 / ((-under.position[i]).max(0.0) + 1e-4);
+        let film = p.squeeze_film.coefficient * under.velocity[i] * 1e-4 / ((-under.position[i]).max(0.0) + 1e-4);
         assert!((under.force[i] - beside.force[i] - film).abs() < 1e-9, "{i}");
     }
     assert!(under.force.iter().zip(&beside.force).any(|(a, b)| (a - b).abs() > 1.0));
@@ -64,17 +66,17 @@ fn a_film_beside_the_transducer_moves_the_body_alike_and_reads_nothing() {
 #[test]
 fn a_hardening_stop_begins_as_the_linear_one_and_gives_less_a_softening_one_more() {
     let (mut p, setup, local) = rig();
-    (p.base_mass, p.base_stiffness, p.base_damping) = (0.4, 2e5, 5.0);
+    (p.base_compliance.mass, p.base_compliance.stiffness, p.base_compliance.damping) = (0.4, 2e5, 5.0);
     let linear = simulate(&p, &setup, &local);
-    p.base_hardening = 1e-6;
+    p.base_compliance.hardening = 1e-6;
     assert!(apart(&linear.force, &simulate(&p, &setup, &local).force) < 1e-5);
-    p.base_hardening = 1e6;
+    p.base_compliance.hardening = 1e6;
     let hard = simulate(&p, &setup, &local);
     let deepest = |x: &[f64]| x.iter().cloned().fold(f64::MIN, f64::max);
     assert!(hard.ok && deepest(&hard.position) < 0.95 * deepest(&linear.position));
-    p.base_hardening = -1e-6;
+    p.base_compliance.hardening = -1e-6;
     assert!(apart(&linear.force, &simulate(&p, &setup, &local).force) < 1e-5);
-    p.base_hardening = -1e6;
+    p.base_compliance.hardening = -1e6;
     let soft = simulate(&p, &setup, &local);
     assert!(soft.ok && deepest(&soft.position) > 1.05 * deepest(&linear.position));
 }
@@ -82,12 +84,12 @@ fn a_hardening_stop_begins_as_the_linear_one_and_gives_less_a_softening_one_more
 #[test]
 fn drag_of_a_power_is_quadratic_at_two() {
     let (mut p, setup, local) = rig();
-    p.drag = 3.0;
+    p.fluid_drag.coefficient = 3.0;
     let quadratic = simulate(&p, &setup, &local);
-    p.drag_power = 2.0 + 1e-9;
+    p.fluid_drag.power = 2.0 + 1e-9;
     assert!(apart(&quadratic.acceleration, &simulate(&p, &setup, &local).acceleration) < 1e-6);
     // at 0.6 m/s a lower power drags more
-    p.drag_power = 1.6;
+    p.fluid_drag.power = 1.6;
     assert!(simulate(&p, &setup, &local).first_speed > quadratic.first_speed);
 }
 
@@ -95,11 +97,14 @@ fn drag_of_a_power_is_quadratic_at_two() {
 fn drag_past_its_crisis_is_a_share_of_what_it_was() {
     let (mut p, setup, local) = rig();
     let first = |p: &Physics| simulate(p, &setup, &local).first_speed;
-    p.drag = 3.0;
-    let (whole, share) = (first(&p), first(&Physics { drag: 1.2, ..p }));
-    (p.drag_crisis, p.drag_beyond) = (0.06, 0.4);
+    p.fluid_drag.coefficient = 3.0;
+    let whole = first(&p);
+    let mut less = p;
+    less.fluid_drag.coefficient = 1.2;
+    let share = first(&less);
+    (p.fluid_drag.crisis_speed, p.fluid_drag.beyond) = (Some(0.06), 0.4);
     assert!((first(&p) - share).abs() < 1e-6 * share, "far above it");
-    p.drag_crisis = 6.0;
+    p.fluid_drag.crisis_speed = Some(6.0);
     assert!((first(&p) - whole).abs() < 1e-6 * whole, "far below it");
 }
 
@@ -110,14 +115,14 @@ fn a_spring_drives_the_loose_part_along_until_the_stop_and_the_part_strikes() {
     let setup = Setup { kind: Kind::ContactorOpening, travel: 2e-3, preload: 40.0, rate: 4e3, ..drop };
     local.start = 0.0;
     let whole = simulate(&p, &setup, &local);
-    (p.loose_mass, p.loose_gap, p.loose_stiffness, p.loose_damping) = (0.08, 2e-4, 4e7, 200.0);
-    p.loose_back = 0.0;
+    (p.loose_part.mass, p.loose_part.gap, p.loose_part.stiffness, p.loose_part.damping) = (0.08, 2e-4, 4e7, 200.0);
+    p.loose_part.back = 0.0;
     let split = simulate(&p, &setup, &local);
     assert!(whole.ok && split.ok && whole.touch < setup.time[890]);
     // the whole mass is moved until the touch ...
     assert!((split.touch / whole.touch - 1.0).abs() < 1e-5, "{} {}", split.touch, whole.touch);
     // ... and the part gives its push late
-    let body = p.mass - p.loose_mass;
+    let body = p.mass - p.loose_part.mass;
     let force = |i: usize| {
         let drive = setup.preload - setup.rate * (split.position[i] + setup.travel);
         body * split.acceleration[i] + split.force[i] - drive
@@ -131,16 +136,16 @@ fn a_spring_drives_the_loose_part_along_until_the_stop_and_the_part_strikes() {
 fn a_part_loose_both_ways_bounces_between_its_walls() {
     let (mut p, setup, local) = rig();
     p.gravity = 0.0;
-    (p.loose_mass, p.loose_gap, p.loose_stiffness, p.loose_damping) = (0.08, 2e-4, 4e7, 0.0);
+    (p.loose_part.mass, p.loose_part.gap, p.loose_part.stiffness, p.loose_part.damping) = (0.08, 2e-4, 4e7, 0.0);
     let pushed = |p: &Physics| -> (f64, f64) {
         let t = simulate(p, &setup, &local);
         assert!(t.ok);
-        let body = p.mass - p.loose_mass;
+        let body = p.mass - p.loose_part.mass;
         let force = t.acceleration.iter().zip(&t.force).map(|(a, f)| body * a + f);
         force.fold((0.0f64, 0.0f64), |(low, high), f| (low.min(f), high.max(f)))
     };
     let one = pushed(&p);
-    p.loose_back = 3e-4;
+    p.loose_part.back = 3e-4;
     let two = pushed(&p);
     // the wall before it is struck either way, the one behind only where there is one
     assert!(one.1 > 100.0 && (two.1 / one.1 - 1.0).abs() < 1e-6, "{one:?} {two:?}");
@@ -150,13 +155,40 @@ fn a_part_loose_both_ways_bounces_between_its_walls() {
 #[test]
 fn a_body_that_bears_its_loose_part_falls_faster_than_gravity() {
     let (mut p, setup, local) = rig();
-    (p.loose_mass, p.loose_gap, p.loose_stiffness, p.loose_damping) = (0.16, 1e-5, 1e6, 10.0);
+    (p.loose_part.mass, p.loose_part.gap, p.loose_part.stiffness, p.loose_part.damping) = (0.16, 1e-5, 1e6, 10.0);
     for (borne, want) in [(false, 0.0), (true, 9.81 * 0.16 / 0.64)] {
-        p.loose_borne = borne;
+        p.loose_part.borne = borne;
         let t = simulate(&p, &setup, &local);
         assert!(t.ok);
         // before touch the reading is what the body falls faster than gravity
         assert!((t.acceleration[10] - want).abs() < 1e-9, "{borne} {}", t.acceleration[10]);
         assert!(t.force.iter().fold(0.0f64, |m, f| m.max(*f)) > 100.0);
     }
+}
+
+#[test]
+fn an_attached_mass_keeps_momentum_and_rings_at_its_own_frequency() {
+    let (mut p, setup, local) = rig();
+    p.gravity = 0.0;
+    p.law.hysteresis_damping = 0.0;
+    let alone = simulate(&p, &setup, &local);
+    let (m, w) = (0.2, 3000.0);
+    (p.attached_mass.mass, p.attached_mass.stiffness) = (m, m * w * w);
+    let t = simulate(&p, &setup, &local);
+    assert!(alone.ok && t.ok);
+    // the impulse of the contact goes into both: the body alone swings about the centre of mass behind it
+    let dt = setup.time[1] - setup.time[0];
+    let impulse: f64 = t.force.iter().sum::<f64>() * dt;
+    let after: Vec<f64> = (0..900).filter(|i| setup.time[*i] > t.leave).map(|i| t.velocity[i]).collect();
+    // a whole number of periods of the free pair, m (M - m)/M on the spring
+    let period = std::f64::consts::TAU / (w * (0.8 / (0.8 - m)).sqrt());
+    let whole = (after.len() as f64 * dt / period).floor() * period / dt;
+    let mean = after.iter().take(whole.round() as usize).sum::<f64>() / whole.round();
+    assert!((impulse - 0.8 * (0.6 - mean)).abs() < 2e-3 * impulse, "{impulse} {mean}");
+    let (high, low) = after.iter().fold((f64::MIN, f64::MAX), |(h, l), v| (h.max(*v), l.min(*v)));
+    assert!(high - low > 0.02, "it rings: {}", high - low);
+    // as stiff as it gets it is one with the body
+    p.attached_mass.stiffness = m * 2e5f64.powi(2);
+    let stiff = simulate(&p, &setup, &local);
+    assert!(apart(&alone.position, &stiff.position) < 2e-3);
 }

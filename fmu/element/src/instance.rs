@@ -1,13 +1,13 @@
 //! One instance of the element: calls in their order, values in and out, steps. No pointer of a host's gets here.
 
-use crate::life::{self, error};
-pub use crate::life::{Outcome, Refusal};
 use crate::start;
-use crate::state::{Phase, State};
-use crate::variables::{Kind, Role, PARAMETER_TABLE};
+use crate::state::{self, State};
+use crate::variables::{by_reference, Kind, Role, Variable, LOG_CATEGORIES, MODEL, PARAMETER_TABLE};
+use face::start::GUID_LENGTH;
+use face::{error, Life, Model, Outcome, Phase, Refusal};
 use law::Memory;
 
-/// The inputs' bits in [`State::refused`].
+/// The inputs' bits in [`Life::refused`].
 const INPUT_NAMES: [&str; 2] = ["penetration", "velocity"];
 
 /// One instance.
@@ -26,10 +26,48 @@ impl Default for Instance {
     }
 }
 
-impl Instance {
-    /// Takes up a state that was kept.
-    pub fn restore(&mut self, state: State) {
+/// The variable of a value reference.
+///
+/// # Errors
+/// No such variable, or one of another type.
+fn find(reference: u32, kind: Kind) -> Outcome<Variable> {
+    face::checked(by_reference(reference).map(|v| (v.name, v.kind, v)), reference, kind).map(|(_, v)| v)
+}
+
+impl Model for Instance {
+    type State = State;
+    const NAME: &'static str = MODEL;
+    const LOG_CATEGORIES: [&'static str; 4] = LOG_CATEGORIES;
+    const STATE_BYTES: usize = state::BYTES;
+
+    fn guid() -> [u8; GUID_LENGTH] {
+        start::guid()
+    }
+
+    fn state(&self) -> State {
+        self.state
+    }
+
+    fn restore(&mut self, state: State) {
         *self = Instance { state, known: f64::NAN };
+    }
+
+    fn write(state: &State, bytes: &mut [u8]) {
+        bytes.copy_from_slice(&state::to_bytes(state));
+    }
+
+    fn read(bytes: &[u8]) -> Result<State, &'static str> {
+        state::from_bytes(bytes)
+    }
+
+    #[inline]
+    fn life(&self) -> &Life {
+        &self.state.life
+    }
+
+    #[inline]
+    fn life_mut(&mut self) -> &mut Life {
+        &mut self.state.life
     }
 
     /// fmi2ExitInitializationMode: a contact that starts loaded has been loaded slowly, see
@@ -37,25 +75,16 @@ impl Instance {
     ///
     /// # Errors
     /// Out of order; a parameter out of its range; an input not finite.
-    pub fn exit_initialization(&mut self) -> Outcome<()> {
-        self.require("fmi2ExitInitializationMode", &[Phase::Initialization])?;
+    fn exit_initialization(&mut self) -> Outcome<()> {
+        self.state.life.require("fmi2ExitInitializationMode", &[Phase::Initialization])?;
         self.inputs_are_good()?;
         self.state.settings.validate().map_err(Refusal::Error)?;
         let s = &mut self.state;
         s.memory = s.settings.law.start(s.input[0]);
         s.last = s.input;
         s.slope = [f64::NAN; 2];
-        s.phase = Phase::Stepping;
+        s.life.phase = Phase::Stepping;
         self.known = f64::NAN;
-        Ok(())
-    }
-
-    fn inputs_are_good(&self) -> Outcome<()> {
-        for (i, name) in INPUT_NAMES.iter().enumerate() {
-            if self.state.refused & (1 << i) != 0 {
-                return Err(Refusal::Discard(format!("{} was set to no finite number: set it again", name)));
-            }
-        }
         Ok(())
     }
 
@@ -64,9 +93,9 @@ impl Instance {
     /// # Errors
     /// No such variable; not to be set, or not now; a number that is not finite (inputs: discard, and the instance
     /// gives no force and takes no step until a finite one is set).
-    pub fn set(&mut self, reference: u32, kind: Kind, value: f64) -> Outcome<()> {
-        let v = self.find(reference, kind)?;
-        if self.state.phase == Phase::Terminated {
+    fn set(&mut self, reference: u32, kind: Kind, value: f64) -> Outcome<()> {
+        let v = find(reference, kind)?;
+        if self.state.life.phase == Phase::Terminated {
             return error(format!("{} cannot be set after fmi2Terminate", v.name));
         }
         let input = match v.role {
@@ -74,7 +103,7 @@ impl Instance {
             Role::Velocity => 1,
             Role::Parameter(i) => {
                 let fixed = PARAMETER_TABLE.get(i).map_or(true, |p| !p.tunable);
-                if fixed && self.state.phase == Phase::Stepping {
+                if fixed && self.state.life.phase == Phase::Stepping {
                     return error(format!("{} is fixed: set it before fmi2ExitInitializationMode", v.name));
                 }
                 if !value.is_finite() {
@@ -82,7 +111,7 @@ impl Instance {
                 }
                 let mut changed = self.state.settings;
                 changed.set(i, value);
-                if self.state.phase == Phase::Stepping {
+                if self.state.life.phase == Phase::Stepping {
                     changed.validate().map_err(Refusal::Error)?;
                 }
                 self.state.settings = changed;
@@ -92,14 +121,14 @@ impl Instance {
             _ => return error(format!("{} is an output: it cannot be set", v.name)),
         };
         if value.is_finite() {
-            self.state.refused &= !(1 << input);
+            self.state.life.refused &= !(1 << input);
             if self.state.input[input] != value {
                 self.known = f64::NAN;
             }
             self.state.input[input] = value;
             Ok(())
         } else {
-            self.state.refused |= 1 << input;
+            self.state.life.refused |= 1 << input;
             Err(Refusal::Discard(format!("{} is {}: give a finite number", v.name, value)))
         }
     }
@@ -108,8 +137,8 @@ impl Instance {
     ///
     /// # Errors
     /// No such variable; an output before fmi2EnterInitializationMode; a force from inputs that are not finite.
-    pub fn get(&self, reference: u32, kind: Kind) -> Outcome<f64> {
-        let v = self.find(reference, kind)?;
+    fn get(&self, reference: u32, kind: Kind) -> Outcome<f64> {
+        let v = find(reference, kind)?;
         let s = &self.state;
         match v.role {
             Role::Penetration => return Ok(s.input[0]),
@@ -117,7 +146,7 @@ impl Instance {
             Role::Parameter(i) => return Ok(s.settings.get(i)),
             _ => {}
         }
-        if s.phase == Phase::Instantiated {
+        if s.life.phase == Phase::Instantiated {
             return error(format!("{} is known from fmi2EnterInitializationMode on", v.name));
         }
         let memory = self.memory();
@@ -138,68 +167,23 @@ impl Instance {
             Role::DeepestPenetration => memory.deepest,
             Role::PermanentSet => s.settings.law.permanent_set(memory.deepest),
             _ => {
-                let v = if s.phase == Phase::Initialization { s.input[1] } else { s.last[1] };
+                let v = if s.life.phase == Phase::Initialization { s.input[1] } else { s.last[1] };
                 s.settings.law.recommended_step(s.settings.effective_mass, v, memory.stored)
             }
         })
-    }
-
-    /// The memory that answers are given from: while initializing, that of the inputs as they are set.
-    fn memory(&self) -> Memory {
-        let s = &self.state;
-        if s.phase == Phase::Initialization {
-            s.settings.law.start(s.input[0])
-        } else {
-            s.memory
-        }
-    }
-
-    /// How far ahead of the inputs the law is evaluated, s.
-    #[inline]
-    fn time_ahead(&self) -> f64 {
-        self.state.settings.lookahead * self.state.step + self.state.settings.lookahead_time
-    }
-
-    /// Where the law is evaluated: at the inputs as set, penetration `ahead` s further on; and the memory there.
-    fn ahead(&self, memory: &Memory, ahead: f64) -> (Memory, f64, f64) {
-        let s = &self.state;
-        let (x, v) = (s.input[0] + ahead * s.input[1], s.input[1]);
-        if s.phase == Phase::Initialization {
-            (*memory, x, v)
-        } else {
-            (s.settings.law.tried(memory, (s.last[0], s.last[1]), (x, v)), x, v)
-        }
-    }
-
-    #[inline]
-    fn force(&self, memory: &Memory, ahead: f64) -> f64 {
-        let (tried, x, v) = self.ahead(memory, ahead);
-        self.state.settings.law.force(&tried, x, v)
-    }
-
-    /// (dF/dx N/m, dF/dv N s/m) at the inputs as set, the penetration `ahead` s further on, the memory held.
-    fn derivatives(&self, ahead: f64) -> (f64, f64) {
-        let s = &self.state;
-        let (tried, x, v) = self.ahead(&self.memory(), ahead);
-        let (mut fx, mut fv) = s.settings.law.derivatives(&tried, x, v);
-        if s.settings.law.relaxation_stiffness > 0.0 && s.settings.law.pushes(&tried, x, v) {
-            fx += s.settings.law.relaxation_slope(x);
-        }
-        fv += fx * ahead;
-        (fx, fv)
     }
 
     /// fmi2GetDirectionalDerivative of one output along one input, per unit of the input.
     ///
     /// # Errors
     /// Before fmi2EnterInitializationMode; no such output or input.
-    pub fn directional(&self, unknown: u32, known: u32) -> Outcome<f64> {
-        if self.state.phase == Phase::Instantiated {
-            return self.require("fmi2GetDirectionalDerivative", &[]).map(|()| 0.0);
+    fn directional(&self, unknown: u32, known: u32) -> Outcome<f64> {
+        if self.state.life.phase == Phase::Instantiated {
+            return self.state.life.require("fmi2GetDirectionalDerivative", &[]).map(|()| 0.0);
         }
         self.inputs_are_good()?;
-        let u = self.find(unknown, Kind::Real)?;
-        let k = self.find(known, Kind::Real)?;
+        let u = find(unknown, Kind::Real)?;
+        let k = find(known, Kind::Real)?;
         if matches!(u.role, Role::Penetration | Role::Velocity | Role::Parameter(_)) {
             return error(format!("{} is no output: it has no directional derivative", u.name));
         }
@@ -222,10 +206,10 @@ impl Instance {
     ///
     /// # Errors
     /// Out of order; not an input; an order other than 1; not finite.
-    pub fn set_input_derivative(&mut self, reference: u32, order: i32, value: f64) -> Outcome<()> {
+    fn set_input_derivative(&mut self, reference: u32, order: i32, value: f64) -> Outcome<()> {
         let phases = [Phase::Instantiated, Phase::Initialization, Phase::Stepping];
-        self.require("fmi2SetRealInputDerivatives", &phases)?;
-        let v = self.find(reference, Kind::Real)?;
+        self.state.life.require("fmi2SetRealInputDerivatives", &phases)?;
+        let v = find(reference, Kind::Real)?;
         let input = match v.role {
             Role::Penetration => 0,
             Role::Velocity => 1,
@@ -245,13 +229,13 @@ impl Instance {
     /// velocity where nothing was set, and the velocity as set or as over the last step.
     ///
     /// # Errors
-    /// Out of order; an order other than 1; an output whose rate is not told.
-    pub fn output_derivative(&self, reference: u32, order: i32) -> Outcome<f64> {
-        self.require("fmi2GetRealOutputDerivatives", &[Phase::Stepping, Phase::Terminated])?;
+    /// Out of order; an order other than 1; an output whose rate is not given.
+    fn output_derivative(&self, reference: u32, order: i32) -> Outcome<f64> {
+        self.state.life.require("fmi2GetRealOutputDerivatives", &[Phase::Stepping, Phase::Terminated])?;
         self.inputs_are_good()?;
-        let v = self.find(reference, Kind::Real)?;
+        let v = find(reference, Kind::Real)?;
         if order != 1 {
-            return error(format!("derivative {} of {}: only order 1 is told", order, v.name));
+            return error(format!("derivative {} of {}: only order 1 is given", order, v.name));
         }
         if matches!(v.role, Role::Penetration | Role::Velocity | Role::Parameter(_)) {
             return error(format!("{} is no output", v.name));
@@ -282,10 +266,9 @@ impl Instance {
     /// # Errors
     /// Out of order; a time that is not where the instance stands; a step that is none or leads past the stop time;
     /// inputs that are not finite (discard); an answer that is not finite (discard, the instance as before).
-    pub fn do_step(&mut self, time: f64, step: f64) -> Outcome<Option<&'static str>> {
-        self.require("fmi2DoStep", &[Phase::Stepping])?;
+    fn do_step(&mut self, time: f64, step: f64) -> Outcome<Option<&'static str>> {
         let s = &self.state;
-        life::step_is_good(time, step, s.time, s.stop)?;
+        self.state.life.step_is_good(time, step)?;
         self.inputs_are_good()?;
         let [x, v] = s.input;
         let [xs, vs] = s.slope;
@@ -319,9 +302,65 @@ impl Instance {
         s.last = to;
         s.slope = [f64::NAN; 2];
         s.step = step;
-        s.time = time + step;
+        s.life.time = time + step;
         self.known = if timeless { probe } else { f64::NAN };
         Ok(event)
+    }
+}
+
+impl Instance {
+    fn inputs_are_good(&self) -> Outcome<()> {
+        for (i, name) in INPUT_NAMES.iter().enumerate() {
+            if self.state.life.refused & (1 << i) != 0 {
+                return Err(Refusal::Discard(format!("{} was set to no finite number: set it again", name)));
+            }
+        }
+        Ok(())
+    }
+
+    /// The memory that answers are given from: while initializing, that of the inputs as they are set.
+    fn memory(&self) -> Memory {
+        let s = &self.state;
+        if s.life.phase == Phase::Initialization {
+            s.settings.law.start(s.input[0])
+        } else {
+            s.memory
+        }
+    }
+
+    /// How far ahead of the inputs the law is evaluated, s.
+    #[inline]
+    fn time_ahead(&self) -> f64 {
+        self.state.settings.lookahead * self.state.step + self.state.settings.lookahead_time
+    }
+
+    /// Where the law is evaluated: at the inputs as set, penetration `ahead` s further on; and the memory there.
+    fn ahead(&self, memory: &Memory, ahead: f64) -> (Memory, f64, f64) {
+        let s = &self.state;
+        let (x, v) = (s.input[0] + ahead * s.input[1], s.input[1]);
+        if s.life.phase == Phase::Initialization {
+            (*memory, x, v)
+        } else {
+            (s.settings.law.tried(memory, (s.last[0], s.last[1]), (x, v)), x, v)
+        }
+    }
+
+    #[inline]
+    fn force(&self, memory: &Memory, ahead: f64) -> f64 {
+        let (tried, x, v) = self.ahead(memory, ahead);
+        self.state.settings.law.force(&tried, x, v)
+    }
+
+    /// (dF/dx N/m, dF/dv N s/m) at the inputs as set, the penetration `ahead` s further on, the memory held.
+    fn derivatives(&self, ahead: f64) -> (f64, f64) {
+        let s = &self.state;
+        let (tried, x, v) = self.ahead(&self.memory(), ahead);
+        let (mut fx, mut fv) = s.settings.law.derivatives(&tried, x, v);
+        if s.settings.law.relaxation_stiffness > 0.0 && s.settings.law.pushes(&tried, x, v) {
+            fx += s.settings.law.relaxation_slope(x);
+        }
+        fv += fx * ahead;
+        (fx, fv)
     }
 }
 
@@ -369,10 +408,10 @@ mod tests {
                     i.set(1, Kind::Real, v).unwrap();
                 }
                 let before = i.state;
-                i.do_step(i.state.time, 1e-5).unwrap();
+                i.do_step(i.state.life.time, 1e-5).unwrap();
                 let mut fresh = Instance::default();
                 fresh.restore(before);
-                fresh.do_step(before.time, 1e-5).unwrap();
+                fresh.do_step(before.life.time, 1e-5).unwrap();
                 assert_eq!(i.state.memory, fresh.state.memory, "{} step {}", name, n);
                 fresh.restore(i.state);
                 for output in [2, 3, 4, 5, 6, 7, 8, 9] {

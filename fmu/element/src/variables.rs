@@ -1,5 +1,6 @@
 //! The variable table: what the modelDescription must say too.
 
+pub use face::Kind;
 use law::Parameters;
 
 /// Name of the model, and of its shared library.
@@ -8,17 +9,6 @@ pub const MODEL: &str = "HysteresisContact";
 pub const LOG_CATEGORIES: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logContact"];
 /// Number of parameters.
 pub const PARAMETERS: usize = 28;
-
-/// Type of a variable.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// fmi2Real.
-    Real,
-    /// fmi2Integer.
-    Integer,
-    /// fmi2Boolean.
-    Boolean,
-}
 
 /// What a variable is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

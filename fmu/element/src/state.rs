@@ -1,23 +1,19 @@
 //! The whole state of an instance, and its bytes.
 
-pub use crate::life::Phase;
-use crate::life::{number, seal, unseal};
 use crate::variables::{Settings, PARAMETERS};
+use face::bytes::{number, seal, unseal};
+use face::{Life, Phase};
 use law::{Memory, BRANCHES};
 
 /// Everything that a later answer depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
-    /// Phase.
-    pub phase: Phase,
+    /// Phase and times; bit 0 of the inputs refused is the penetration, bit 1 the velocity.
+    pub life: Life,
     /// Parameters.
     pub settings: Settings,
     /// Memory of the law at the last communication point.
     pub memory: Memory,
-    /// Time, s.
-    pub time: f64,
-    /// End of the experiment, s; infinite where the host named none.
-    pub stop: f64,
     /// Inputs (penetration m, velocity m/s) as set.
     pub input: [f64; 2],
     /// Their derivatives as set since the last step; NaN for none.
@@ -28,25 +24,20 @@ pub struct State {
     pub acceleration: f64,
     /// Size of the last step, s; 0 before any.
     pub step: f64,
-    /// Which inputs were refused last and wait for a finite value: bit 0 penetration, bit 1 velocity.
-    pub refused: u8,
 }
 
 impl State {
     /// A state never stepped.
     pub fn new(settings: Settings) -> Self {
         State {
-            phase: Phase::Instantiated,
+            life: Life::default(),
             settings,
             memory: Memory::default(),
-            time: 0.0,
-            stop: f64::INFINITY,
             input: [0.0; 2],
             slope: [f64::NAN; 2],
             last: [0.0; 2],
             acceleration: 0.0,
             step: 0.0,
-            refused: 0,
         }
     }
 }
@@ -65,7 +56,8 @@ pub fn to_bytes(s: &State) -> [u8; BYTES] {
         n += b.len();
     };
     put(&MAGIC);
-    put(&[s.phase as u8, s.refused]);
+    let life = &s.life;
+    put(&[life.phase as u8, life.refused]);
     for i in 0..PARAMETERS {
         put(&s.settings.get(i).to_le_bytes());
     }
@@ -73,8 +65,18 @@ pub fn to_bytes(s: &State) -> [u8; BYTES] {
     for v in [m.deepest, m.released, m.work, m.stored].iter().chain(&m.relaxation) {
         put(&v.to_le_bytes());
     }
-    let rest =
-        [s.time, s.stop, s.input[0], s.input[1], s.slope[0], s.slope[1], s.last[0], s.last[1], s.acceleration, s.step];
+    let rest = [
+        life.time,
+        life.stop,
+        s.input[0],
+        s.input[1],
+        s.slope[0],
+        s.slope[1],
+        s.last[0],
+        s.last[1],
+        s.acceleration,
+        s.step,
+    ];
     for v in rest {
         put(&v.to_le_bytes());
     }
@@ -103,17 +105,14 @@ pub fn from_bytes(b: &[u8]) -> Result<State, &'static str> {
         *f = take();
     }
     Ok(State {
-        phase,
+        life: Life { phase, time: take(), stop: take(), refused: b[9] },
         settings,
         memory,
-        time: take(),
-        stop: take(),
         input: [take(), take()],
         slope: [take(), take()],
         last: [take(), take()],
         acceleration: take(),
         step: take(),
-        refused: b[9],
     })
 }
 
@@ -124,12 +123,12 @@ mod tests {
     #[test]
     fn bytes_round_trip_and_damage_is_found() {
         let mut s = State::new(Settings::default());
-        s.phase = Phase::Stepping;
+        s.life.phase = Phase::Stepping;
         s.memory.relaxation = [1.0, 2.0, 3.0];
         s.memory.work = 0.125;
         s.slope = [4.0, 5.0];
-        s.time = 7.0;
-        s.refused = 2;
+        s.life.time = 7.0;
+        s.life.refused = 2;
         let b = to_bytes(&s);
         assert_eq!(from_bytes(&b), Ok(s));
         for i in 0..BYTES {

@@ -1,0 +1,34 @@
+//! Start values and GUID of this library: see [`face::start`].
+
+use crate::variables::{Settings, PARAMETERS};
+use face::start::{Block, GUID_LENGTH};
+
+#[used]
+static BLOCK: Block<PARAMETERS> = Block::unpacked();
+
+/// The GUID that a host has to give.
+pub fn guid() -> [u8; GUID_LENGTH] {
+    BLOCK.guid()
+}
+
+/// Start values.
+pub fn settings() -> Settings {
+    let mut s = Settings::default();
+    for (i, value) in BLOCK.values().iter().enumerate() {
+        if let Some(v) = value {
+            s.set(i, *v);
+        }
+    }
+    s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_library_never_packed_starts_with_the_defaults() {
+        assert_eq!(settings(), Settings::default());
+        assert_eq!(guid(), face::start::UNPACKED_GUID);
+    }
+}

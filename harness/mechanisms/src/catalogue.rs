@@ -1,0 +1,97 @@
+//! The vocabulary as a table: every mechanism with its equation, source, forms and quantities.
+
+use crate::mechanism::{Context, Mechanism, Scales};
+use crate::ALL;
+use record::Kind;
+
+/// A quantity that a fit of a mechanism reports.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Quantity {
+    pub name: &'static str,
+    /// SI; "1" for none.
+    pub unit: &'static str,
+}
+
+/// One mechanism of the table.
+#[derive(Clone)]
+pub struct Entry {
+    pub mechanism: &'static Mechanism,
+    /// Labels of its forms, over all kinds of campaigns.
+    pub forms: Vec<&'static str>,
+    /// Quantities of all its forms.
+    pub quantities: Vec<Quantity>,
+    /// Kinds of campaigns that can show it.
+    pub kinds: Vec<Kind>,
+}
+
+/// A campaign of `kind` with every channel, ten recordings and sizes of one.
+fn plain(kind: Kind) -> Context {
+    Context {
+        kind,
+        has: [true; 3],
+        scales: Scales {
+            force: 1.0,
+            depth: 1.0,
+            speed: 1.0,
+            duration: 1.0,
+            mass: 1.0,
+            length: 1.0,
+            dt: 1.0,
+            x_ref: 1.0,
+            v_ref: 1.0,
+            orders: 10.0,
+            peak: 1.0,
+        },
+        terms: Vec::new(),
+        top: [1.0; 3],
+        flat: None,
+        ring: None,
+    }
+}
+
+/// Every named mechanism, in the order of [`ALL`].
+pub fn catalogue() -> Vec<Entry> {
+    let kinds = [Kind::DropTest, Kind::ContactorOpening, Kind::Indentation];
+    let named = ALL.iter().filter(|m| m.named);
+    named
+        .map(|mechanism| {
+            let mut entry = Entry { mechanism, forms: Vec::new(), quantities: Vec::new(), kinds: Vec::new() };
+            for kind in kinds {
+                let c = plain(kind);
+                let forms = mechanism.forms(&c);
+                if !forms.is_empty() {
+                    entry.kinds.push(kind);
+                }
+                for f in forms {
+                    if !entry.forms.contains(&f.label) {
+                        entry.forms.push(f.label);
+                    }
+                    let neutral = vec![0.0; f.parameters.len()];
+                    for (name, _, unit) in f.describe(&neutral, &c) {
+                        if entry.quantities.iter().all(|q| q.name != name) {
+                            entry.quantities.push(Quantity { name, unit });
+                        }
+                    }
+                }
+            }
+            entry
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_named_mechanism_has_forms_a_source_and_quantities_with_units() {
+        let table = catalogue();
+        assert!(table.len() >= 23);
+        for e in &table {
+            let name = e.mechanism.name;
+            assert!(!e.forms.is_empty() && !e.kinds.is_empty() && !e.quantities.is_empty(), "{name}");
+            assert!(!e.mechanism.source.is_empty() && !e.mechanism.equation.is_empty(), "{name}");
+            assert!(e.quantities.iter().all(|q| !q.unit.is_empty()), "{name}: {:?}", e.quantities);
+        }
+    }
+}
