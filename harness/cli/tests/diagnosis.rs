@@ -1,9 +1,9 @@
 //! The diagnosis on campaigns made by the harness itself: silent when nothing is missing, the right name when something is.
 
-use diagnose::answer::summary;
 use diagnose::run::{diagnose, diagnose_with, Outcome, Settings};
 use plant::recipe::{write_campaign, Recipe};
 use record;
+use report::diagnosis::summary;
 
 fn outcome(recipe: &Recipe) -> Outcome {
     let dir = tempfile::tempdir().unwrap();
@@ -11,15 +11,15 @@ fn outcome(recipe: &Recipe) -> Outcome {
     diagnose(&record::load(dir.path()).unwrap()).unwrap()
 }
 
-fn names(o: &Outcome) -> Vec<String> {
-    o.verdict["missing"].as_array().unwrap().iter().map(|m| m["mechanism"].as_str().unwrap().to_string()).collect()
+fn names(o: &Outcome) -> Vec<&str> {
+    o.verdict.missing.iter().map(|m| m.mechanism).collect()
 }
 
 #[test]
 fn nothing_is_reported_where_nothing_is_missing() {
     for seed in [1, 2] {
         let o = outcome(&Recipe { seed, ..Recipe::default() });
-        assert_eq!(o.verdict["mismatch"]["detected"], false, "{:?}", o.candidates.first());
+        assert!(!o.verdict.mismatch.detected, "{:?}", o.findings.rivals.first());
         assert!(names(&o).is_empty() && o.after.is_none());
     }
 }
@@ -45,7 +45,7 @@ fn only(recipe: &Recipe, channel: &str) -> Outcome {
 fn one_channel_alone_raises_no_alarm_and_says_what_it_cannot_tell() {
     for channel in ["force", "acceleration", "penetration"] {
         let o = only(&Recipe { seed: 5, ..Recipe::default() }, channel);
-        assert_eq!(o.verdict["mismatch"]["detected"], false, "{channel}: {:?}", o.candidates.first());
+        assert!(!o.verdict.mismatch.detected, "{channel}: {:?}", o.findings.rivals.first());
         assert!(o.findings.caveats.iter().any(|c| c.starts_with("One channel only")), "{:?}", o.findings.caveats);
     }
 }
@@ -56,10 +56,9 @@ fn hidden_friction_is_named_sized_and_improves_levels_not_seen() {
     r.physics.guide_friction.coulomb = 0.8;
     let o = outcome(&r);
     assert_eq!(names(&o), ["guide_friction"]);
-    assert_eq!(o.verdict["mismatch"]["where"][0]["origin"], "motion");
-    let p = &o.verdict["missing"][0]["parameters"]["friction"];
-    let v = p["value"].as_f64().unwrap();
-    assert!((v - 0.8).abs() < 0.12, "{p}");
+    assert_eq!(o.verdict.mismatch.places[0].origin, "motion");
+    let p = &o.verdict.missing[0].parameters["friction"];
+    assert!((p.value - 0.8).abs() < 0.12, "{p:?}");
     assert!(o.after.unwrap().nrmse < o.before.nrmse);
 }
 
@@ -73,9 +72,8 @@ fn gravity_left_out_is_found_wherever_the_speeds_were_measured() {
         std::fs::write(&head, text.replace("\"gravity\", ", "")).unwrap();
         let o = diagnose(&record::load(dir.path()).unwrap()).unwrap();
         assert_eq!(names(&o), ["gravity"], "at touch: {speed_at_touch}");
-        let p = &o.verdict["missing"][0]["parameters"]["gravity"];
-        let bounds = (p["ci95"][0].as_f64().unwrap(), p["ci95"][1].as_f64().unwrap());
-        assert!(bounds.0 < 9.81 && 9.81 < bounds.1, "at touch: {speed_at_touch}: {p}");
+        let p = &o.verdict.missing[0].parameters["gravity"];
+        assert!(p.ci95[0] < 9.81 && 9.81 < p.ci95[1], "at touch: {speed_at_touch}: {p:?}");
     }
 }
 
@@ -86,7 +84,7 @@ fn a_permanent_set_is_named_and_located_in_the_unloading() {
     r.physics.law.plastic_indentation.yield_penetration = 5e-5;
     let o = outcome(&r);
     assert_eq!(names(&o), ["plastic_indentation"]);
-    assert_eq!(o.verdict["mismatch"]["where"][0]["phase"], "unloading");
+    assert_eq!(o.verdict.mismatch.places[0].phase, "unloading");
     assert!(o.law.plastic_indentation.ratio > 0.1);
     // the FMU holds it, and what it does is the answer's prediction
     let packed = o.element.as_ref().unwrap();
@@ -95,7 +93,7 @@ fn a_permanent_set_is_named_and_located_in_the_unloading() {
     let through = packed.through.as_ref().unwrap();
     assert!(through.difference < 1e-4, "{}", through.difference);
     assert_eq!(through.readings, o.after.as_ref().unwrap().readings);
-    assert_eq!(o.verdict["element"]["right"], false);
+    assert!(!o.verdict.element.as_ref().unwrap().right);
 }
 
 #[test]
@@ -114,14 +112,13 @@ fn a_low_pass_filter_in_the_chain_leaves_the_element_right() {
     let o = diagnose_with(&slow, &Settings { others: &[quick], ..Settings::default() }).unwrap();
     let n = names(&o);
     assert!(n == ["lowpass_lag"] || n == ["channel_skew"], "{n:?}");
-    assert_eq!(o.verdict["mismatch"]["where"][0]["origin"], "chain");
-    assert_eq!(o.verdict["element"]["right"], true);
-    let beside = o.verdict["other_sensors"].as_array().unwrap();
-    let of = |channel: &str| beside.iter().find(|b| b["channel"] == channel).unwrap();
+    assert_eq!(o.verdict.mismatch.places[0].origin, "chain");
+    assert!(o.verdict.element.as_ref().unwrap().right);
+    let of = |channel: &str| o.verdict.other_sensors.iter().find(|b| b.channel == channel).unwrap();
     let (force, acceleration) = (of("force"), of("acceleration"));
-    assert_eq!((&force["campaign"], &force["mechanism"]), (&"quick".into(), &"lowpass_lag".into()));
-    assert!((force["lag"]["value"].as_f64().unwrap() - 5e-5).abs() < 5e-6, "{force}");
-    assert!(acceleration["mechanism"].is_null(), "{acceleration}");
+    assert_eq!((force.campaign.as_str(), force.mechanism), ("quick", Some("lowpass_lag")));
+    assert!((force.lag.value - 5e-5).abs() < 5e-6, "{force:?}");
+    assert!(acceleration.mechanism.is_none(), "{acceleration:?}");
     assert!(summary(&o).contains("lags behind by 0.0"), "{}", summary(&o));
 }
 
@@ -132,11 +129,11 @@ fn a_form_that_extends_another_is_found_from_it_and_nothing_stays_unexplained() 
     (r.physics.charge_droop.rate, r.physics.charge_droop.share) = (40.0, 0.5);
     let o = outcome(&r);
     assert_eq!(names(&o), ["charge_droop"]);
-    assert_eq!(o.verdict["unexplained"]["detected"], false);
-    let found = &o.verdict["missing"][0];
-    assert_eq!(found["form"], "a share of it, first order");
+    assert!(!o.verdict.unexplained.detected);
+    let found = &o.verdict.missing[0];
+    assert_eq!(found.form, "a share of it, first order");
     for (name, want) in [("droop_rate", 40.0), ("droop_share", 0.5)] {
-        let value = found["parameters"][name]["value"].as_f64().unwrap();
+        let value = found.parameters[name].value;
         assert!((value / want - 1.0).abs() < 0.1, "{name} {value}");
     }
 }
@@ -145,16 +142,13 @@ fn a_form_that_extends_another_is_found_from_it_and_nothing_stays_unexplained() 
 fn the_same_campaign_gives_the_same_verdict_on_one_thread_and_on_many() {
     let r = Recipe { seed: 3, ..Recipe::default() };
     let verdict = |threads| {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap()
-            .install(|| outcome(&r).verdict.to_string())
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut verdict = pool.install(|| outcome(&r).verdict);
+        // a temporary folder's name
+        verdict.campaign.clear();
+        verdict.json().unwrap()
     };
-    let (a, b) = (verdict(1), verdict(4));
-    // the folder's name is a temporary one
-    let fit = |v: &str| v[v.find("\"fit\"").unwrap()..v.find("\"format\"").unwrap()].to_string();
-    assert_eq!(fit(&a), fit(&b));
+    assert_eq!(verdict(1), verdict(4));
 }
 
 #[test]

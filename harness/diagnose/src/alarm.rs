@@ -14,7 +14,7 @@ use statrs::function::erf::erfc;
 
 /// Nulls drawn.
 const NULLS: usize = 999;
-/// Least probability told: a tail says nothing beyond it.
+/// Least probability reported: a tail says nothing beyond it.
 const LEAST: f64 = 1e-16;
 /// Samples that keep one sign.
 const BLOCK: usize = 48;

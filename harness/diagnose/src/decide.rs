@@ -1,4 +1,4 @@
-//! From fits to a decision: what is missing, what cannot be told apart, what stays unexplained.
+//! From fits to a decision: what is missing, what cannot be distinguished, what stays unexplained.
 
 use super::candidate::{Candidate, DETECT, PENALTY, WHITE};
 use super::search::Search;
@@ -92,14 +92,14 @@ impl Search {
                 first = (*g).clone();
             }
         }
-        // what can be seen without any fit comes first
+        // what shows in the readings without any fit comes first
         let flat = self.structure.base().context.flat;
         if flat.is_some() {
             if let Some(c) = named.iter().find(|c| c.names() == ["clipping"]) {
                 first = (*c).clone();
             }
         }
-        let seen = first.names() == ["clipping"] && flat.is_some();
+        let certain = first.names() == ["clipping"] && flat.is_some();
         let strength = first.significance(&base, lambda);
         let stand_in = singles.iter().find(|c| !c.is_named()).cloned();
         let stand_in_strength = stand_in.as_ref().map_or(0.0, |c| c.gain(&base) / lambda.max(1.0) / DETECT);
@@ -107,7 +107,7 @@ impl Search {
         if strength < 1.0 && stand_in_strength < 2.0 {
             return nothing(base, singles, lambda, probability(strength.max(stand_in_strength)));
         }
-        let mut chosen = self.with_second(&base, &first, &named, seen);
+        let mut chosen = self.with_second(&base, &first, &named, certain);
         let final_overdispersion = chosen.overdispersion();
         // does physics nobody has named do better than one name, and as well as two?
         let mut unexplained = false;

@@ -2,7 +2,7 @@
 
 use super::candidate::{Candidate, DETECT_TOLERANCE, PENALTY};
 use super::search::Search;
-use super::sift::HARD;
+use super::sift::STRONGLY_NONLINEAR;
 use estimate::fitted::Fitted;
 use estimate::problem::{Options, Point};
 use estimate::structure::Term;
@@ -35,19 +35,19 @@ impl Search {
         if top < 0.5 * DETECT_TOLERANCE {
             return best;
         }
-        // refine: what is among the best, and what is hard to fit and so may have been missed
+        // refine: what is among the best, and what is strongly nonlinear and so may have been missed
         let mut rank = 0;
         let refine: Vec<(usize, usize)> = best
             .iter()
             .enumerate()
             .filter_map(|(i, f)| {
                 let gain = from.chi2() - f.chi2();
-                let is_hard = HARD.contains(&f.added());
+                let is_nonlinear = STRONGLY_NONLINEAR.contains(&f.added());
                 if (rank < keep && (rank < 2 || gain > REFINED_SHARE * top))
-                    || (is_hard && gain > 0.1 * top && keep > 3)
+                    || (is_nonlinear && gain > 0.1 * top && keep > 3)
                 {
                     rank += 1;
-                    Some((i, if is_hard { 2 } else { 1 }))
+                    Some((i, if is_nonlinear { 2 } else { 1 }))
                 } else {
                     None
                 }

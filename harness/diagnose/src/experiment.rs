@@ -1,4 +1,5 @@
-//! Names that these recordings cannot part: how sure the choice is, and the experiment that would part them.
+//! Names that these recordings cannot distinguish (collinear effects): how sure the choice is, and the experiment that
+//! would distinguish them.
 
 use super::decide::Decision;
 use super::search::Search;

@@ -11,13 +11,13 @@ use rayon::prelude::*;
 /// Mechanisms fitted in every form, and the share of the best gain within which they have to lie.
 const FAMILIES: usize = 4;
 const FAMILY_SHARE: f64 = 0.25;
-/// Share of the best gain by which a form may lie above its mechanism's best after the first steps, to be taken on.
+/// Share of the best gain by which a form may lie above its mechanism's best after the first steps, to be fitted on.
 const BEHIND: f64 = 0.1;
 /// Overdispersion of the residual from which a form is extended.
 const EXTENDED: f64 = 1.05;
 /// Share of the base's overdispersion from which what the best leaves is more than a form that is not quite the one present.
 const LEFT: f64 = 0.05;
-/// The best few, which are taken on, and whose base parameters others start from, where the best leaves more than noise.
+/// The best few, which are fitted on, and whose base parameters others start warm from, where the best leaves more than noise.
 const BEST: usize = 2;
 /// Changes of the exponent from which the best candidates are fitted again.
 const PERTURBATIONS: [f64; 3] = [-0.3, 0.0, 0.3];
@@ -32,9 +32,9 @@ fn keep_better(v: &mut [Fitted], found: Vec<(usize, Fitted)>) {
 }
 
 impl Search {
-    /// Every mechanism sifted once more from where the best few have led the base parameters: a base that took up part of
-    /// what is missing hides the rest of it. Only where the best leaves more than noise. Names of what came out better,
-    /// and all that was sifted.
+    /// Warm starts: every mechanism sifted once more from the base parameters of the best few, for a base that has absorbed
+    /// part of what is missing hides the rest of it. Only where the best leaves more than noise. Names of what came out
+    /// better, and all that was sifted.
     pub(super) fn warm_started(
         &self,
         from: &Fitted,
@@ -102,7 +102,7 @@ impl Search {
         let Some(best) = v.first().map(|c| c.cost()) else { return };
         let gain = from.chi2() - best;
         let named = |c: &Fitted| c.structure.last().is_some_and(|t| t.mechanism.named);
-        // what stands in for the unknown takes up some of everything: names are held against the best name
+        // what stands in for the unknown absorbs some of everything: names are compared with the best name
         let best_named = v.iter().find(|c| named(c)).map_or(best, |c| c.cost());
         let is_near = |c: &Fitted| {
             let best = if named(c) { best_named } else { best };

@@ -1,5 +1,5 @@
-//! The impulse that a channel at its limit did not read: speeds before and after the impact leave so much for it, and
-//! hold what a law that is not all that there is says of the peak.
+//! The impulse that a channel at its limit did not read: the change of speed of the impact bounds it, and with it the peak
+//! that an incomplete law gives.
 
 use estimate::problem::{Point, Problem};
 use estimate::structure::GAIN;
@@ -135,13 +135,13 @@ mod tests {
         let (_, found) = unclipped(&wrong).unwrap();
         let shares = shares(&wrong.problem(), &wrong.fit.point, Channel::Acceleration);
         // errors of the peaks, and of those that the law has without the speeds
-        let (mut by_speeds, mut by_law, mut seen) = (0.0f64, 0.0f64, 0);
+        let (mut by_speeds, mut by_law, mut clipped) = (0.0f64, 0.0f64, 0);
         for ((u, peak), (share, _)) in found.iter().zip(&without_limit).zip(shares).filter(|((u, _), _)| u.clipped) {
             let law = LIMIT + (u.peak - LIMIT) / share;
             by_speeds = by_speeds.max((u.peak / peak - 1.0).abs());
             by_law = by_law.max((law / peak - 1.0).abs());
-            seen += 1;
+            clipped += 1;
         }
-        assert!(seen == 6 && by_speeds < 0.02 && by_law > 0.03, "{seen} {by_speeds} {by_law}");
+        assert!(clipped == 6 && by_speeds < 0.02 && by_law > 0.03, "{clipped} {by_speeds} {by_law}");
     }
 }

@@ -6,8 +6,8 @@
 //! cross-validation (Golub, Heath and Wahba 1979). Which of the places fits best is the parity test: a contact force
 //! shows in force and motion, a body force in motion alone, an error of a reading in that reading alone.
 
-use super::acts::{phases, PHASES};
-use super::answer::figure;
+use super::figure::figure;
+use super::phases::{phases, PHASES};
 use estimate::fitted::Fitted;
 use estimate::problem::{Nuisance, Point, Problem};
 use law::{Memory, Parameters};
@@ -122,7 +122,7 @@ pub fn latent(reference: &Fitted) -> Option<Latent> {
     let (z, r, i) = best?;
     let rec = &records[r];
     let channels = data.compared(r).count();
-    let apart = if channels > 1 { "" } else { " With one channel the place it enters cannot be told." };
+    let apart = if channels > 1 { "" } else { " With one channel the place it enters cannot be identified." };
     let unit = place.unit();
     let brief = format!(
         "{}, {} at its clearest, most in the {} phase",

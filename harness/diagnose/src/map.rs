@@ -1,6 +1,6 @@
 //! Where the misfit sits: level by phase by channel, in multiples of noise.
 
-use super::acts::phases;
+use super::phases::phases;
 use estimate::fitted::Fitted;
 use plant::simulate::Trace;
 use record::Channel;
@@ -13,7 +13,7 @@ const BLOCKS: [usize; 3] = [1, 5, 24];
 pub struct Cell {
     /// Index into `Campaign::levels`.
     pub level: usize,
-    /// Index into `acts::PHASES`.
+    /// Index into `phases::PHASES`.
     pub phase: usize,
     pub channel: Channel,
     /// Misfit over noise (1: noise alone) without and with the mechanisms found.

@@ -1,37 +1,32 @@
 //! One campaign from recordings to verdict.
 
-use super::answer::findings::{gather, Findings};
-use super::answer::verdict;
 use super::bootstrap::bootstrap;
 use super::decide::Decision;
 use super::element::{packed, Packed};
+use super::findings::{gather, Findings};
 use super::heldout::{held_out, HeldOut};
 use super::search::Search;
 use super::sensors::against;
+use super::verdict::Verdict;
 use super::weigh::weigh_second;
 use estimate::condition::{condition, Invalid};
 use estimate::fitted::Fitted;
 use estimate::prepare::Prepared;
 use estimate::problem::{Data, Options};
 use record::{Campaign, Kind};
-use serde_json::Value;
 use std::sync::Arc;
 
-/// The outcome for one campaign.
+/// The outcome for one campaign. Where nothing can be judged the verdict says why, and there may be no predictions.
 pub struct Outcome {
     pub data: Arc<Data>,
-    pub verdict: Value,
+    pub verdict: Verdict,
     pub before: HeldOut,
     pub after: Option<HeldOut>,
     /// The law to put into the FMU.
     pub law: law::Parameters,
-    /// Candidates with their gain in chi^2, best first.
-    pub candidates: Vec<(String, f64)>,
     pub findings: Findings,
     /// The element with that law; or why it could not be packed or run.
     pub element: Result<Packed, String>,
-    /// Why nothing can be judged; then there may be no predictions.
-    pub invalid: Option<String>,
 }
 
 /// How a diagnosis is run.
@@ -42,7 +37,7 @@ pub struct Settings<'a> {
     pub element: bool,
     /// Campaigns of the same run: where one read the same impacts, the two sensors are held against each other.
     pub others: &'a [Campaign],
-    /// Told of every stage as it begins.
+    /// Called with the name of every stage as it begins.
     pub stage: &'a (dyn Fn(&str) + Sync),
     /// Asked between stages; true ends the diagnosis.
     pub stopped: &'a (dyn Fn() -> bool + Sync),
@@ -60,13 +55,13 @@ pub enum Failure {
     /// The recordings themselves are bad.
     #[error(transparent)]
     Recordings(#[from] Invalid),
-    /// Told to stop.
+    /// Stopped by the caller.
     #[error("stopped")]
     Stopped,
 }
 
 /// Overdispersion of the residual from which the noise model is not trusted alone, and the share by which levels not seen
-/// then have to be predicted better: slow noise has no side, and what follows it predicts next to nothing.
+/// then have to be predicted better: slow noise has no preferred sign, and a model that follows it predicts next to nothing.
 const NOISE_DOUBTED: f64 = 1.5;
 const LEAST_FALL: f64 = 0.005;
 
@@ -74,7 +69,7 @@ const LEAST_FALL: f64 = 0.005;
 const ELSEWHERE: f64 = 10.0;
 
 /// The data with the speeds measured elsewhere, if the decision's model fits that better: where the simulation as given
-/// lacks gravity, the base fit cannot tell.
+/// lacks gravity, the base fit cannot decide.
 fn measured_elsewhere(c: &Campaign, d: &Decision) -> Option<Data> {
     let reported_at_touch = c.recordings.iter().all(|r| r.impact_speed.is_some());
     if c.kind != Kind::DropTest || !reported_at_touch || !d.detected {
@@ -111,7 +106,7 @@ fn converged_base(prepared: &Prepared) -> Fitted {
 /// Diagnoses a campaign as `settings` say.
 ///
 /// # Errors
-/// [`Failure::Recordings`] when the recordings are bad, [`Failure::Stopped`] when told to stop.
+/// [`Failure::Recordings`] when the recordings are bad, [`Failure::Stopped`] when the caller stops it.
 pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Failure> {
     let stage = |text: &str| -> Result<(), Failure> {
         (settings.stage)(text);
@@ -197,24 +192,20 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     if let Err(e) = &element {
         findings.caveats.push(format!("HysteresisContact.fmu is not written: {e}."));
     }
-    let mut verdict = verdict::verdict(c, &decision, &findings, &before, after.as_ref());
-    verdict["element"] = verdict::element(&decision, element.as_ref().ok());
-    let candidates = findings.rivals.iter().map(|r| (format!("{} ({})", r.name, r.form), r.gain)).collect();
-    Ok(Outcome { verdict, before, after, law, candidates, findings, element, invalid: None, data: prepared.data })
+    let verdict = Verdict::new(c, &decision, &findings, &before, after.as_ref(), element.as_ref().ok());
+    Ok(Outcome { verdict, before, after, law, findings, element, data: prepared.data })
 }
 
 /// The outcome where nothing can be judged.
 fn unjudged(c: &Campaign, data: Arc<Data>, reason: String, before: Option<HeldOut>) -> Outcome {
     let before = before.unwrap_or(HeldOut { readings: Vec::new(), nrmse: f64::NAN, points: Vec::new() });
     Outcome {
-        verdict: verdict::invalid(c, &reason, before.nrmse.is_finite().then_some(before.nrmse)),
+        verdict: Verdict::invalid(c, &reason, before.nrmse.is_finite().then_some(before.nrmse)),
         data,
         before,
         after: None,
         law: Default::default(),
-        candidates: Vec::new(),
         findings: Findings { caveats: c.warnings.clone(), ..Findings::default() },
         element: Err("nothing was judged".into()),
-        invalid: Some(reason),
     }
 }

@@ -33,7 +33,7 @@ const SLOW: Options = Options { iterations: 60, tolerance: 1e-5, hopeless: 0.0, 
 /// chi^2 within which two fits of one structure are the same fit.
 const SAME: f64 = 2.0;
 
-/// What was found beside a candidate, kept: swaps come back to the singles that pairs were first sought beside.
+/// What was found beside a candidate, kept: swaps search beside the same candidates again.
 #[derive(Default)]
 struct Beside(Vec<(Fitted, Vec<Fitted>)>);
 
@@ -58,13 +58,13 @@ struct Scale {
 
 impl Search {
     /// `first` alone, or with the second effect that the recordings carry. `named`: all single names, best first;
-    /// `seen`: the first was seen without a fit, nothing else may take its place.
-    pub fn with_second(&self, base: &Fitted, first: &Fitted, named: &[&Fitted], seen: bool) -> Fitted {
+    /// `certain`: the first shows in the readings without any fit, nothing else may take its place.
+    pub fn with_second(&self, base: &Fitted, first: &Fitted, named: &[&Fitted], certain: bool) -> Fitted {
         let scale = Scale { total: first.gain(base).max(1.0), overdispersion: first.overdispersion() };
         if scale.overdispersion <= WHITE_ALONE && scale.total >= FAINT {
             return first.clone();
         }
-        let near: Vec<&Fitted> = if seen {
+        let near: Vec<&Fitted> = if certain {
             vec![first]
         } else {
             let near = named.iter().take(FIRSTS).filter(|c| c.gain(base) > FIRST_SHARE * scale.total);
@@ -73,15 +73,15 @@ impl Search {
         // of what is not the best, the plain form only where there is something left to find
         let plain: Vec<Fitted> = near
             .iter()
-            .filter(|c| !seen && (c.names() == first.names() || scale.overdispersion > WHITE))
+            .filter(|c| !certain && (c.names() == first.names() || scale.overdispersion > WHITE))
             .filter_map(|c| self.plainer(base, c))
             .filter(|c| c.gain(base) > PLAIN_SHARE * scale.total)
             .collect();
         let mut found = Beside::default();
         let mut pairs: Vec<(Fitted, &Fitted)> = Vec::new();
         for c in near.iter().copied().chain(&plain) {
-            let (starts, keep) = if seen { (2, 6) } else { (1, 3) };
-            // what stands beside the plainer form is weighed against that
+            let (starts, keep) = if certain { (2, 6) } else { (1, 3) };
+            // what is added to the plainer form is weighed against that
             let against = if plain.iter().any(|p| std::ptr::eq(p, c)) { c } else { first };
             pairs.extend(found.of(self, c, starts, keep).into_iter().take(SECONDS).map(|p| (p, against)));
         }
@@ -94,11 +94,11 @@ impl Search {
         };
         let believed = best_believed(&mut pairs);
         let pair = match (believed, pairs.first()) {
-            (Some(p), _) if seen => Some(p),
+            (Some(p), _) if certain => Some(p),
             (Some(p), _) => Some(self.swapped(p, &mut found)),
-            (None, Some((p, against))) if scale.overdispersion > FAR_FROM_NOISE && !seen => {
+            (None, Some((p, against))) if scale.overdispersion > FAR_FROM_NOISE && !certain => {
                 let led = Some(self.swapped(p.clone(), &mut found)).filter(|p| self.believed(p, against, &scale));
-                // far from noise whatever stands beside it: once more, from more starts and in every form
+                // far from noise whatever is added: once more, from more starts and in every form
                 led.or_else(|| {
                     let mut more: Vec<_> = self.further(first, SECONDS).into_iter().map(|p| (p, first)).collect();
                     best_believed(&mut more).map(|p| self.swapped(p, &mut found))
@@ -107,7 +107,7 @@ impl Search {
             _ => None,
         };
         let Some(pair) = pair else { return first.clone() };
-        if seen {
+        if certain {
             return pair;
         }
         // either may do without the other, from where the pair has led it
@@ -120,8 +120,8 @@ impl Search {
         pair
     }
 
-    /// The first effect in the form of fewest parameters, where it has taken one of more: those may have made room for
-    /// what a second effect does.
+    /// The first effect in the form of fewest parameters, where its best form has more: those may stand in for a second
+    /// effect.
     fn plainer(&self, base: &Fitted, first: &Fitted) -> Option<Fitted> {
         let term = first.structure.terms().first()?;
         let forms = self.candidates().into_iter().filter(|t| t.name() == term.name());

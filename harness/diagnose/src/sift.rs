@@ -9,14 +9,14 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Mechanisms whose effect is far from linear in their parameters, so that a score may miss them.
-pub const HARD: [&str; 6] =
+pub const STRONGLY_NONLINEAR: [&str; 6] =
     ["base_compliance", "loose_part", "sensor_resonance", "cyclic_softening", "secondary_stiffening", "return_spring"];
 
 /// Share of the best score from which a form is fitted at all: linear in its first parameter, and others.
 const LINEAR_SHARE: f64 = 0.12;
 const OTHER_SHARE: f64 = 0.01;
 /// Expected gain in chi^2 from which a calibration beyond its tolerance is fitted at all.
-const HELD_BACK: f64 = 5.0;
+const TOLERANCE_GAIN: f64 = 5.0;
 /// Share of a gain found with coarse integration that may be lost by fine, before a candidate is fitted again.
 const SHIFTED: f64 = 0.1;
 /// chi^2 a sample from which a fit is far from noise.
@@ -51,22 +51,22 @@ impl Search {
         scored.sort_by(|a, b| score(&b.1).total_cmp(&score(&a.1)));
         // a score says little far from noise: of one effect it names the best form, of two not even that
         let far = point.chi2 > FAR * self.data.samples() as f64;
-        let lost = far && from.structure.terms().len() > 1;
+        let unranked = far && from.structure.terms().len() > 1;
         let mut forms: Vec<&str> = Vec::new();
         scored.retain(|(t, s)| {
             // the score says little of what is not linear in its parameters
-            let hard = HARD.contains(&t.mechanism.name) && starts > 1;
+            let nonlinear = STRONGLY_NONLINEAR.contains(&t.name()) && starts > 1;
             let plain = t.form.linear && t.form.parameters.len() == 1;
             let small = plain && top <= LITTLE;
-            // what a tolerance holds back counts by its prior, however much others promise
-            let held = t.mechanism.is_calibration() && score(s) >= HELD_BACK;
+            // what a tolerance restrains counts by its prior, however much others promise
+            let beyond_tolerance = t.mechanism.is_calibration() && score(s) >= TOLERANCE_GAIN;
             let least = if t.form.linear { LINEAR_SHARE } else { OTHER_SHARE } * top;
             forms.push(t.mechanism.name);
             let rank = forms.iter().filter(|f| **f == t.mechanism.name).count();
-            (hard && !s.is_empty())
-                || held
+            (nonlinear && !s.is_empty())
+                || beyond_tolerance
                 || ((rank <= FORMS_A_MECHANISM || plain)
-                    && (score(s) >= least.max(1.0) || small || lost || far && rank == 1 || top <= 20.0))
+                    && (score(s) >= least.max(1.0) || small || unranked || far && rank == 1 || top <= 20.0))
         });
         let fitted = |(t, s): &(&Term, Vec<Start>), options: &Options| -> Option<(f64, Fitted)> {
             let s = &s[..s.len().min(if t.form.linear { 1 } else { starts })];

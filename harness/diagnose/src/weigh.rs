@@ -8,8 +8,8 @@ use estimate::fitted::Fitted;
 
 /// Ratio of held-out misfits from which a second name is believed although something stays unexplained.
 const BELIEVED: f64 = 0.9;
-/// The same for a third name beside two that are believed: in a form that is not quite theirs they leave what a third
-/// takes up in part.
+/// The same for a third name beside two that are believed: in forms that are not quite right they leave a remainder that
+/// a third absorbs in part.
 const THIRD: f64 = 0.75;
 /// Ratio of held-out misfits up to which a calibration is kept: one that drifts predicts no better, and is wrong still.
 const CALIBRATED: f64 = 1.01;

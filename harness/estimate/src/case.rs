@@ -98,10 +98,10 @@ pub struct Estimate {
     pub covariance: Option<DMatrix<f64>>,
     /// Factor on variances for the overdispersion of the misfit, >= 1.
     pub widening: f64,
-    /// Length of the gradient in standard errors: how far the optimum is, as Gauss and Newton's step tells it.
+    /// Length of the gradient in standard errors: the distance of the optimum by Gauss and Newton's step.
     pub gradient: f64,
     /// Least rise of the objective, in units of `widening`, over steps of [`CLOSE`] standard errors both ways along
-    /// every principal axis; 0.09 for a parabola, negative where something is lower, NaN where it cannot be told.
+    /// every principal axis; 0.09 for a parabola, negative where something is lower, NaN where it cannot be probed.
     pub rise: f64,
     pub runs: Vec<Run>,
     /// Nothing lower close by, and another start ends at the same values.

@@ -141,7 +141,7 @@ pub struct Conditioned {
 /// Conditions a campaign's recordings.
 ///
 /// # Errors
-/// When the recordings hold no impact, or the noise cannot be told.
+/// When the recordings hold no impact, or the noise cannot be estimated.
 pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
     let mass = c.moving_mass.unwrap_or(1.0);
     let mut records = Vec::new();
@@ -169,8 +169,9 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
             return Err(Invalid(format!("{}: its peak does not stand out of the noise", r.file)));
         }
         // a pull is contact as well where nothing but contact makes force
-        let seen: Vec<f64> = if c.kind == Kind::Indentation { push.iter().map(|v| v.abs()).collect() } else { push };
-        quiet.push(quiet_stretches(&seen, 0.04 * pu.peak, &pu));
+        let touching: Vec<f64> =
+            if c.kind == Kind::Indentation { push.iter().map(|v| v.abs()).collect() } else { push };
+        quiet.push(quiet_stretches(&touching, 0.04 * pu.peak, &pu));
         lasts.push((pu.first, pu.last));
         peaks.push(if r.channels[0].is_some() || r.channels[1].is_some() { pu.peak } else { f64::NAN });
         let n = r.time.len();
@@ -276,7 +277,7 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
         0.5 * mass * speeds[m] * speeds[m] * (p + 1.0) / forces[m]
     };
     if !(depth > 0.0 && depth.is_finite() && forces[m] > 0.0) {
-        return Err(Invalid("the recordings hold no impact whose depth could be told".into()));
+        return Err(Invalid("the recordings hold no impact whose depth could be estimated".into()));
     }
     let k = forces[m] / depth.powf(p);
     let orders: Vec<f64> = c.recordings.iter().map(|r| r.order).collect();
@@ -440,7 +441,7 @@ fn overdispersion(noise: &Noise, stretches: &[Vec<f64>]) -> f64 {
 /// Samples of a batch.
 const BATCH: usize = 24;
 
-/// Samples far outside the spread of their stretch are noise of another kind: taken out.
+/// A stretch without the samples far outside its spread, which are noise of another kind: they become zero.
 fn despiked(mut e: Vec<f64>) -> Vec<f64> {
     let spread = median(e.iter().map(|v| v.abs()).collect()) / 0.6745;
     for v in &mut e {

@@ -83,7 +83,7 @@ pub fn estimate(case: &Case, method: Method, watch: &Watch<'_>) -> Result<Estima
         ));
     }
     (watch.say)(&format!("{} starts over {} recordings", starts.len(), data.records.len()));
-    // a few steps of each tell which are worth following
+    // a few steps of each show which are worth following
     let few = Options { iterations: 6, ..Options::default() };
     let mut begun: Vec<(Start, Point, Vec<f64>)> = starts
         .into_par_iter()
@@ -225,7 +225,7 @@ impl Course<'_> {
             moved |= gained(self.data, before, leg.point.chi2);
             let mut end = End {
                 start: ends[best].start,
-                origin: "a hop from the best run",
+                origin: "a perturbed restart of the best run",
                 first: p.chi2,
                 point: leg.point,
                 objective: ends[best].objective.clone(),

@@ -107,7 +107,7 @@ impl Fitted {
     }
 
     /// Variance of batch means of the whitened residual over that of white noise (batch means: Conway 1963), of
-    /// batches of two lengths the larger; 1 for white noise, and where there are too few samples to tell.
+    /// batches of two lengths the larger; 1 for white noise, and where there are too few samples.
     pub fn overdispersion(&self) -> f64 {
         self.overdispersion_up_to(MOST)
     }

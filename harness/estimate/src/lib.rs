@@ -1,6 +1,5 @@
 //! Estimation of a campaign's parameters from its recordings.
 
-pub mod answer;
 pub mod case;
 pub mod condition;
 pub mod course;

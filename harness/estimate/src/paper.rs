@@ -1,4 +1,4 @@
-//! Ahn and Ryu 2005: their estimation by the simplex repeated, and their contactor settled.
+//! Ahn and Ryu 2005: their estimation by the simplex repeated, and their contactor with its unit corrected.
 
 use super::simplex::{minimise, Minimum, Options};
 use law::impact::{impact, Impact};

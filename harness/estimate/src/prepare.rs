@@ -1,4 +1,4 @@
-//! From conditioned data to data ready for estimation: what a fit of the simulation as given has to settle first.
+//! From conditioned data to data ready for estimation: what takes a fit of the simulation as given.
 
 use crate::condition::{condition, renewed_noise, Conditioned, Guess, Invalid};
 use crate::fitted::Fitted;

@@ -13,7 +13,7 @@ const NOISE_AT_LEAST: f64 = 0.98;
 pub const LITTLE: f64 = 100.0;
 /// Change of the residual beside the residual from which a start is too far off to lead anywhere.
 const FARTHEST: f64 = 10.0;
-/// Largest share of the depth that the compliance of the stop is taken to have had, where a fit starts.
+/// Largest share of the depth that the compliance of the stop is assumed to have had, where a fit starts.
 const MOST_COMPLIANCE: f64 = 0.8;
 const SOFTENING: &str = "cyclic_softening";
 const LAYER: &str = "secondary_stiffening";
@@ -173,7 +173,7 @@ impl Fitted {
         Some(Fitted { data: self.data.clone(), structure, fit })
     }
 
-    /// Nuisances to start a term from: for softening, what the scatter between repeats had taken up goes back.
+    /// Nuisances to start a term from: for softening, the scatter between repeats, which had absorbed it, starts at zero.
     fn locals_for(&self, locals: &[Vec<f64>], term: &Term) -> Vec<Vec<f64>> {
         if term.name() == SOFTENING {
             self.data.without_scatter(locals)
@@ -182,8 +182,8 @@ impl Fitted {
         }
     }
 
-    /// Fitted with every recording's stiffness free: how it drifts with order tells softening apart from what the other
-    /// parameters had made of it.
+    /// Fitted with every recording's stiffness free: how it drifts with order distinguishes softening from what the other
+    /// parameters had absorbed of it.
     fn drift(&self) -> Option<Point> {
         if self.structure.base().context.scales.orders < 3.0 || self.structure.holds(SOFTENING) {
             return None;

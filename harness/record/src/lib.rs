@@ -29,6 +29,14 @@ impl Channel {
             Channel::Penetration => "penetration",
         }
     }
+    /// SI unit of its readings.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Channel::Force => "N",
+            Channel::Acceleration => "m/s^2",
+            Channel::Penetration => "m",
+        }
+    }
     pub fn index(self) -> usize {
         self as usize
     }

@@ -1,9 +1,9 @@
 //! `touchdown diagnose`.
 
 use anyhow::{anyhow, Context, Result};
-use diagnose::answer;
 use diagnose::run::{self as diagnosis, Failure, Settings};
 use record;
+use report::diagnosis as answer;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use touchdown::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
@@ -43,7 +43,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
             ));
         }
         let dir = a.out.join(&c.folder);
-        answer::room(&dir).with_context(|| format!("{}: cannot be written", dir.display()))?;
+        answer::check_folder(&dir).with_context(|| format!("{}: cannot be written", dir.display()))?;
         campaigns.push(c);
     }
     for c in &campaigns {

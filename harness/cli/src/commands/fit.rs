@@ -1,13 +1,13 @@
 //! `touchdown fit`.
 
 use anyhow::{anyhow, Context, Result};
-use estimate::answer::Answer;
 use estimate::case::{Case, Method};
 use estimate::course::estimate;
 use estimate::levels::{levels, readings};
 use estimate::prepare::Prepared;
 use estimate::Watch;
 use record;
+use report::fit::Answer;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};

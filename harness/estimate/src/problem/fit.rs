@@ -90,7 +90,7 @@ impl Part {
 struct Trial {
     point: Point,
     residuals: Vec<(Vec<f64>, f64)>,
-    taken: Vec<Vec<f64>>,
+    change: Vec<Vec<f64>>,
 }
 
 impl Problem<'_> {
@@ -134,8 +134,8 @@ impl Problem<'_> {
                             .enumerate()
                             .map(|(r, (part, (residual, speed)))| {
                                 let weight: Vec<f64> =
-                                    (0..t.taken[r].len()).map(|j| normals[r].0[(j, j)].max(1e-30)).collect();
-                                let squares = part.follow(&t.taken[r], &weight, residual, speed);
+                                    (0..t.change[r].len()).map(|j| normals[r].0[(j, j)].max(1e-30)).collect();
+                                let squares = part.follow(&t.change[r], &weight, residual, speed);
                                 squares + self.prior_terms(r, &next.locals[r], speed)
                             })
                             .collect::<Vec<f64>>()
@@ -235,19 +235,19 @@ impl Problem<'_> {
         let step = s.cholesky()?.solve(&q);
         let theta: Vec<f64> = (0..g).map(|j| (point.theta[j] + step[j]).clamp(ps[j].lower, ps[j].upper)).collect();
         let global = DVector::from_iterator(g, (0..g).map(|j| theta[j] - point.theta[j]));
-        let mut taken = Vec::with_capacity(nr);
+        let mut change = Vec::with_capacity(nr);
         let locals: Vec<Vec<f64>> = solved
             .iter()
             .zip(&point.locals)
             .map(|((x, y), from)| {
                 let d = y - x * &global;
                 let to: Vec<f64> = (0..l).map(|i| self.stepped(i, from[i], d[i])).collect();
-                taken.push(global.iter().cloned().chain(to.iter().zip(from).map(|(a, b)| a - b)).collect());
+                change.push(global.iter().cloned().chain(to.iter().zip(from).map(|(a, b)| a - b)).collect());
                 to
             })
             .collect();
         let (point, residuals) = self.look(theta, locals);
-        Some(Trial { point, residuals, taken })
+        Some(Trial { point, residuals, change })
     }
 
     /// Nuisance `i` after a step `by` from `from`: a speed keeps its order of magnitude.

@@ -268,7 +268,7 @@ impl Problem<'_> {
         Some(out)
     }
 
-    /// Squared distance of the globals from the optimum in standard errors, as Gauss and Newton's step tells it:
+    /// Squared distance of the globals from the optimum in standard errors, by Gauss and Newton's step:
     /// g' S^-1 g of the gradient with everything of the recordings eliminated. What a bound holds takes no part.
     ///
     /// None where the simulation or the normal matrix fails.

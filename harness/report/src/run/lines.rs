@@ -2,9 +2,9 @@
 
 use super::summary::{ComparisonRow, Done, RunSummary, Summary};
 
-/// Most impacts of a run, and most comparisons, that are told.
+/// Most impacts of a run, and most comparisons, that are printed.
 const SHOWN: usize = 5;
-/// Most runs that are told.
+/// Most runs that are printed.
 const RUNS: usize = 20;
 
 /// The sentence a reader should take away; empty where nothing touched.
@@ -75,7 +75,7 @@ pub fn lines(done: &[Done], s: &Summary) -> Vec<String> {
             for (name, p) in [("transducer", p.transducer), ("accelerometer", p.accelerometer)] {
                 let late = if p.delay < 0.0 { "earlier" } else { "later" };
                 out.push(format!(
-                    "{of}{name} tells {:.4} of the contact's peak ({:.4} if rigid), {:.3} us {late}",
+                    "{of}{name} reads {:.4} of the contact's peak ({:.4} if rigid), {:.3} us {late}",
                     p.over_contact,
                     p.over_contact_if_rigid,
                     1e6 * p.delay.abs()
@@ -84,7 +84,7 @@ pub fn lines(done: &[Done], s: &Summary) -> Vec<String> {
         }
         if let Some(p) = &r.photo_interrupters {
             if let (Some(v), Some(off)) = (p.recovered, p.difference) {
-                out.push(format!("{of}photo interrupters tell {:.6} m/s, {off:.1e} from true", v.impact_speed));
+                out.push(format!("{of}photo interrupters give {:.6} m/s, {off:.1e} from true", v.impact_speed));
             }
         }
     }

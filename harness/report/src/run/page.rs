@@ -195,7 +195,7 @@ fn interrupter_table(page: Page, s: &Summary) -> Page {
     if rows.is_empty() {
         return page;
     }
-    let head = ["run", "times, s", "recovered speed, m/s", "true speed, m/s", "off by", "acceleration told, m/s^2"];
+    let head = ["run", "times, s", "recovered speed, m/s", "true speed, m/s", "off by", "acceleration measured, m/s^2"];
     page.section("Photo interrupters")
         .paragraph("The speed at touch by constant acceleration through the last three times (Ahn and Ryu 2005).")
         .table(&head, &rows)
@@ -241,14 +241,14 @@ fn energy(page: Page, done: &[Done], s: &Summary) -> Page {
     }
     let worst = s.runs.iter().filter_map(|r| r.energy.residual).fold(f64::NAN, f64::max);
     let motion = s.runs.iter().map(|r| r.energy.residual_of_motion).fold(0.0, f64::max);
-    let told = if worst.is_nan() {
-        "the element does not tell its energies".into()
+    let balance = if worst.is_nan() {
+        "the element does not report its energies".into()
     } else {
-        format!("within {worst:.1e} of the largest energy with what the element tells")
+        format!("within {worst:.1e} of the largest energy with what the element reports")
     };
     page.section("Energy")
         .paragraph(&format!(
-            "Kinetic, potential, stored and dissipated energy together stay what they were: {told}, within \
+            "Kinetic, potential, stored and dissipated energy together stay what they were: {balance}, within \
              {motion:.1e} with the contact's work integrated along the motion."
         ))
         .figure(&c.svg(), &format!("Energy against time, {}", label(d)))

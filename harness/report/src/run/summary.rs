@@ -35,7 +35,7 @@ pub struct Summary {
 /// One run.
 #[derive(Clone, Debug, Serialize)]
 pub struct RunSummary {
-    /// What tells it from the others; empty for the only one.
+    /// What distinguishes it from the others; empty for the only one.
     pub name: String,
     /// Tip's name.
     pub tip: Option<String>,
@@ -61,7 +61,7 @@ pub struct RunSummary {
     pub energy: Balance,
     /// What the sensors make of the first impact.
     pub sensors: Option<SensorSummary>,
-    /// What the photo interrupters tell.
+    /// What the photo interrupters measure.
     pub photo_interrupters: Option<InterrupterSummary>,
     /// What happened, in order.
     pub events: Vec<Event>,
@@ -76,14 +76,14 @@ pub struct SensorSummary {
     pub accelerometer: SensorPeak,
 }
 
-/// The times, and the speed they tell beside the true one.
+/// The times, and the speed they give beside the true one.
 #[derive(Clone, Debug, Serialize)]
 pub struct InterrupterSummary {
     /// Positions, m, negative above the stop.
     pub positions: Vec<f64>,
-    /// Times as the clock tells them, s.
+    /// Times as the clock gives them, s.
     pub times: Vec<f64>,
-    /// What the last three tell.
+    /// What the last three give.
     pub recovered: Option<Recovered>,
     /// True speed at touch, m/s.
     pub impact_speed: f64,
@@ -134,13 +134,13 @@ pub struct ComparisonRow {
 fn interrupters(d: &Done) -> Option<InterrupterSummary> {
     let p = d.case.interrupters?;
     let tick = |t: f64| if p.clock > 0.0 { (t / p.clock).round() * p.clock } else { t };
-    let seen: Vec<(f64, f64)> = d.outcome.passages.iter().map(|(t, x)| (tick(*t), *x)).collect();
+    let passed: Vec<(f64, f64)> = d.outcome.passages.iter().map(|(t, x)| (tick(*t), *x)).collect();
     let speed = d.outcome.bounces.first()?.impact_speed;
-    let last: Option<&[(f64, f64); 3]> = seen.last_chunk();
+    let last: Option<&[(f64, f64); 3]> = passed.last_chunk();
     let recovered = last.and_then(recover);
     Some(InterrupterSummary {
-        positions: seen.iter().map(|s| s.1).collect(),
-        times: seen.iter().map(|s| s.0).collect(),
+        positions: passed.iter().map(|s| s.1).collect(),
+        times: passed.iter().map(|s| s.0).collect(),
         recovered,
         impact_speed: speed,
         difference: recovered.map(|r| r.impact_speed / speed - 1.0),

@@ -1,10 +1,11 @@
 //! report.html: what a test engineer reads in a minute, the sentence on top.
 
-use super::verdict::unit;
-use super::words::{advice, bias, figure, parameters, sensors, sentence, share, through};
-use crate::acts::PHASES;
-use crate::run::Outcome;
+use super::words::{advice, bias, parameters, sensors, sentence, share, through};
 use chart::{Chart, Heat, Page, Style};
+use diagnose::figure::figure;
+use diagnose::phases::PHASES;
+use diagnose::run::Outcome;
+use diagnose::verdict::Missing;
 use estimate::levels::nrmse;
 use record::{Campaign, Channel, Kind};
 
@@ -12,14 +13,14 @@ use record::{Campaign, Channel, Kind};
 pub fn html(c: &Campaign, o: &Outcome) -> String {
     let v = &o.verdict;
     let mut page = Page::new(&format!("Diagnosis of {}", c.name)).sentence(&sentence(o));
-    if o.invalid.is_none() {
+    if v.invalid.is_none() {
         for a in advice(o) {
             page = page.paragraph(&a);
         }
         page = facts(page, c, o);
         page = first_sight(page, c, o);
         page = heat(page, c, o);
-        for m in v["missing"].as_array().into_iter().flatten() {
+        for m in &v.missing {
             page = mechanism(page, m);
         }
         page = clipping(page, c, o);
@@ -50,13 +51,12 @@ pub fn html(c: &Campaign, o: &Outcome) -> String {
 }
 
 fn facts(page: Page, c: &Campaign, o: &Outcome) -> Page {
-    let m = &o.verdict["mismatch"];
     let kind = match c.kind {
         Kind::DropTest => "drop test",
         Kind::ContactorOpening => "contactor opening",
         Kind::Indentation => "indentation",
     };
-    let alarm = m["false_alarm_probability"].as_f64().unwrap_or(f64::NAN);
+    let alarm = o.verdict.mismatch.false_alarm_probability;
     let by = match &o.findings.bootstrap {
         Some(b) => format!("{alarm:.3} ({} nulls simulated)", b.nulls),
         None if o.findings.alarm.is_some_and(|a| a.as_bad > 0) => format!("{alarm:.3} (nulls of the residual)"),
@@ -87,7 +87,7 @@ fn overlay(c: &Campaign, o: &Outcome, i: usize, ch: Channel, size: (u32, u32)) -
         return String::new();
     }
     let mut chart =
-        Chart::new(&format!("{} {}", r.file, ch.name()), "time [s]", &format!("{} [{}]", ch.name(), unit(ch)))
+        Chart::new(&format!("{} {}", r.file, ch.name()), "time [s]", &format!("{} [{}]", ch.name(), ch.unit()))
             .size(size.0, size.1)
             .series("measured", &r.time, y, Style::Measured)
             .series("before", &r.time, &o.before.readings[i][ch.index()], Style::Before);
@@ -107,7 +107,7 @@ fn remainder(c: &Campaign, o: &Outcome, i: usize, ch: Channel) -> String {
     let r = &c.recordings[i];
     let Some(y) = &r.channels[ch.index()] else { return String::new() };
     let less = |p: &[f64]| -> Vec<f64> { y.iter().zip(p).map(|(a, b)| a - b).collect() };
-    let mut chart = Chart::new("measured - predicted", "time [s]", &format!("[{}]", unit(ch)))
+    let mut chart = Chart::new("measured - predicted", "time [s]", &format!("[{}]", ch.unit()))
         .size(420, 170)
         .without_names()
         .series("before", &r.time, &less(&o.before.readings[i][ch.index()]), Style::Before);
@@ -150,12 +150,8 @@ fn heat(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
         return page;
     }
     page = page.section("Where the mismatch sits");
-    for w in o.verdict["mismatch"]["where"].as_array().into_iter().flatten() {
-        page = page.paragraph(&format!(
-            "In the {}: {}.",
-            w["origin"].as_str().unwrap_or(""),
-            w["text"].as_str().unwrap_or("")
-        ));
+    for w in &o.verdict.mismatch.places {
+        page = page.paragraph(&format!("In the {}: {}.", w.origin, w.text));
     }
     let channels: Vec<Channel> = Channel::ALL.into_iter().filter(|ch| map.iter().any(|m| m.channel == *ch)).collect();
     let phases: Vec<usize> = (0..4).filter(|p| map.iter().any(|m| m.phase == *p)).collect();
@@ -191,13 +187,12 @@ fn short(c: Channel) -> &'static str {
     }
 }
 
-fn mechanism(page: Page, m: &serde_json::Value) -> Page {
-    let text = |k: &str| m[k].as_str().unwrap_or("").to_string();
+fn mechanism(page: Page, m: &Missing) -> Page {
     let rows: Vec<Vec<String>> = parameters(m).into_iter().map(|(n, v, ci)| vec![n, v, ci]).collect();
-    page.section(&format!("{} ({})", text("mechanism"), text("form")))
-        .paragraph(&text("text"))
-        .paragraph(&format!("{} ({})", text("equation"), text("source")))
-        .table(&["parameter", "value", &format!("95 % interval by {}", text("intervals_by"))], &rows)
+    page.section(&format!("{} ({})", m.mechanism, m.form))
+        .paragraph(&m.text)
+        .paragraph(&format!("{} ({})", m.equation, m.source))
+        .table(&["parameter", "value", &format!("95 % interval by {}", m.intervals_by)], &rows)
 }
 
 fn clipping(page: Page, c: &Campaign, o: &Outcome) -> Page {
@@ -208,7 +203,7 @@ fn clipping(page: Page, c: &Campaign, o: &Outcome) -> Page {
         .map(|u| {
             let level =
                 c.recordings.iter().find(|r| r.file == u.file).map_or(String::new(), |r| c.levels[r.level].1.clone());
-            let q = unit(*channel);
+            let q = channel.unit();
             vec![
                 u.file.clone(),
                 level,
@@ -232,7 +227,7 @@ fn other_sensors(mut page: Page, o: &Outcome) -> Page {
             .readings
             .iter()
             .map(|r| {
-                let (q, percent) = (unit(a.channel), |v: f64| format!("{:.2} %", 100.0 * v));
+                let (q, percent) = (a.channel.unit(), |v: f64| format!("{:.2} %", 100.0 * v));
                 vec![
                     r.file.clone(),
                     format!("{} ms", figure(1e3 * r.lag, "")),
@@ -262,7 +257,7 @@ fn other_sensors(mut page: Page, o: &Outcome) -> Page {
 
 fn experiments(mut page: Page, o: &Outcome) -> Page {
     for t in o.findings.ties.iter().flatten() {
-        page = page.section(&format!("What these recordings cannot part: {}", t.set.join(", ")));
+        page = page.section(&format!("Collinear in these recordings: {}", t.set.join(", ")));
         page = page.paragraph(&format!(
             "The trace left after refit is {:.1} sigma long, the closest pair has a cosine of {:.4}: P(right) = {:.2}.",
             t.trace, t.rho, t.p_right
@@ -301,7 +296,7 @@ fn latent(mut page: Page, o: &Outcome) -> Page {
         page = page.figure(&chart.svg(), "");
     }
     let rows: Vec<Vec<String>> = l.scores.iter().map(|(p, g)| vec![p.words(), format!("{g:.0}")]).collect();
-    page.table(&["taken as", "fall of chi^2, less twice the freedom spent"], &rows)
+    page.table(&["modelled as", "fall of chi^2, less twice the freedom spent"], &rows)
         .paragraph("Every recording's curve is in latent_force/.")
 }
 

@@ -1,4 +1,4 @@
-//! What the answer tells beyond the decision: everything is worked out while the search still stands.
+//! What is worked out beyond the decision: map, intervals, ties, bias, latent force, caveats.
 
 use crate::alarm::{alarm, Alarm};
 use crate::bias::{biases, Bias};
@@ -47,7 +47,7 @@ pub struct Findings {
 /// Quiet samples (nothing touches) below which noise is not learnt from them.
 const QUIET: usize = 64;
 
-/// Works the findings out. `stage` is told what is being done.
+/// Works the findings out. `stage` is called with what is done next.
 pub fn gather(
     c: &Campaign,
     search: &Search,
@@ -135,7 +135,7 @@ fn caveats(c: &Campaign, d: &Decision) -> Vec<String> {
     }
     if c.levels.len() < 2 {
         v.push(if data.records.len() > 1 {
-            "One level only: what grows with speed or depth cannot be told from what does not, and held-out means \
+            "One level only: what grows with speed or depth cannot be distinguished from what does not, and held-out means \
              without the recording itself."
                 .into()
         } else {

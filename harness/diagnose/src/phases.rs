@@ -1,4 +1,4 @@
-//! When an effect acts: its own share in approach, loading, unloading and after.
+//! The phases of an impact, and the share of an effect's action in each: approach, loading, unloading and after.
 
 use estimate::fitted::Fitted;
 use estimate::problem::Problem;

@@ -1,50 +1,20 @@
 //! The answer in words: one sentence, and a short text for the terminal.
 
-use super::verdict::unit;
-use crate::bias::Bias;
-use crate::element::Packed;
-use crate::run::Outcome;
-use crate::sensors::{Against, Reading};
-use serde_json::Value;
-
-/// A number with as many digits as a reader wants, and its unit.
-pub fn figure(v: f64, unit: &str) -> String {
-    let a = v.abs();
-    let s = if a == 0.0 {
-        "0".into()
-    } else if (1e-2..1e4).contains(&a) {
-        let digits = (3 - a.log10().floor() as i32).clamp(0, 5) as usize;
-        format!("{v:.digits$}")
-    } else {
-        format!("{v:.3e}")
-    };
-    if unit.is_empty() || unit == "1" {
-        s
-    } else {
-        format!("{s} {unit}")
-    }
-}
+use diagnose::bias::Bias;
+use diagnose::element::Packed;
+use diagnose::figure::figure;
+use diagnose::run::Outcome;
+use diagnose::sensors::{Against, Reading};
+use diagnose::verdict::{Missing, Unclipped};
 
 /// Probability of having named the right one of a tie from which no experiment is asked for.
 const SURE: f64 = 0.95;
 
-fn items(v: &Value) -> impl Iterator<Item = &Value> {
-    v.as_array().into_iter().flatten()
-}
-
-fn text(v: &Value) -> &str {
-    v.as_str().unwrap_or("")
-}
-
-fn number(v: &Value) -> f64 {
-    v.as_f64().unwrap_or(f64::NAN)
-}
-
 /// The sentence that sums a verdict up.
 pub fn sentence(o: &Outcome) -> String {
     let v = &o.verdict;
-    if let Some(why) = &o.invalid {
-        return format!("Nothing can be judged: {why}.");
+    if let Some(why) = &v.invalid {
+        return format!("Nothing can be judged: {}.", why.text);
     }
     let gain = match (&o.before, &o.after) {
         (b, Some(a)) => format!(
@@ -54,29 +24,22 @@ pub fn sentence(o: &Outcome) -> String {
         ),
         _ => String::new(),
     };
-    let names: Vec<String> = items(&v["missing"])
-        .map(|m| {
-            let others: Vec<&str> = items(&m["also_possible"]).map(text).collect();
-            let name = text(&m["mechanism"]);
-            if others.is_empty() {
-                name.to_string()
-            } else {
-                let p = number(&m["tie"]["p_right"]);
-                if p > SURE {
-                    format!("{name} (held open: {}, at P(right) = {p:.2})", others.join(", "))
-                } else {
-                    format!("{name} (not to be told from {} by these recordings)", others.join(", "))
-                }
-            }
-        })
-        .collect();
-    let unexplained = v["unexplained"]["detected"].as_bool() == Some(true);
+    let name = |m: &Missing| {
+        let (name, others) = (m.mechanism, m.also_possible.join(", "));
+        match m.tie.as_ref().map(|t| t.p_right) {
+            _ if others.is_empty() => name.to_string(),
+            Some(p) if p > SURE => format!("{name} (held open: {others}, at P(right) = {p:.2})"),
+            _ => format!("{name} (collinear with {others} in these recordings)"),
+        }
+    };
+    let names: Vec<String> = v.missing.iter().map(name).collect();
+    let unexplained = v.unexplained.detected;
     let takes = match &o.findings.latent {
         Some(l) => format!(": it takes {}", l.brief),
-        None if unexplained => format!(": {}", text(&v["unexplained"]["text"])),
+        None if unexplained => format!(": {}", v.unexplained.text),
         None => String::new(),
     };
-    if v["mismatch"]["detected"].as_bool() != Some(true) {
+    if !v.mismatch.detected {
         "Nothing is missing beyond noise, tolerances and repeat scatter.".into()
     } else if names.is_empty() {
         format!("Something is missing that no mechanism known explains{takes}.{gain}")
@@ -87,20 +50,12 @@ pub fn sentence(o: &Outcome) -> String {
 }
 
 /// Parameters of a mechanism, one text each: name, value, interval.
-pub fn parameters(m: &Value) -> Vec<(String, String, String)> {
-    m["parameters"]
-        .as_object()
-        .into_iter()
-        .flatten()
-        .map(|(name, p)| {
-            let (unit, ci) = (text(&p["unit"]), &p["ci95"]);
-            (
-                name.clone(),
-                figure(number(&p["value"]), unit),
-                format!("{} to {}", figure(number(&ci[0]), ""), figure(number(&ci[1]), unit)),
-            )
-        })
-        .collect()
+pub fn parameters(m: &Missing) -> Vec<(String, String, String)> {
+    let of = |(name, p): (&String, &diagnose::verdict::Parameter)| {
+        let interval = format!("{} to {}", figure(p.ci95[0], ""), figure(p.ci95[1], p.unit));
+        (name.clone(), figure(p.value, p.unit), interval)
+    };
+    m.parameters.iter().map(of).collect()
 }
 
 /// How far off a parameter had been: per cent, or a factor where per cent say little.
@@ -127,16 +82,14 @@ pub fn bias(o: &Outcome) -> Vec<String> {
 /// What to do about it, one text each: correct what was named, part what is tied.
 pub fn advice(o: &Outcome) -> Vec<String> {
     let v = &o.verdict;
-    let mut out: Vec<String> =
-        items(&v["missing"]).map(|m| format!("{}: {}", text(&m["mechanism"]), text(&m["cure"]))).collect();
-    let e = &v["experiment"];
-    let open = items(&v["missing"]).any(|m| number(&m["tie"]["p_right"]) <= SURE);
-    if e.is_object() && open {
-        let (sigmas, p) = (number(&e["separation_sigmas"]), number(&e["p_right"]));
+    let mut out: Vec<String> = v.missing.iter().map(|m| format!("{}: {}", m.mechanism, m.cure)).collect();
+    let open = v.missing.iter().filter_map(|m| m.tie.as_ref()).any(|t| t.p_right <= SURE);
+    if let Some(e) = v.experiment.as_ref().filter(|_| open) {
+        let (sigmas, p) = (e.separation_sigmas, e.p_right);
         let hope = if sigmas < 2.0 { ", which is little: no experiment tried parts them well" } else { "" };
         out.push(format!(
             "experiment that parts the names best: {} ({sigmas:.1} sigma apart{hope}; P(right) then {p:.2})",
-            text(&e["text"])
+            e.text
         ));
     }
     out
@@ -144,7 +97,7 @@ pub fn advice(o: &Outcome) -> Vec<String> {
 
 /// What the packed element holds, and how it did.
 pub fn through(o: &Outcome, p: &Packed) -> String {
-    let what = text(&o.verdict["element"]["text"]);
+    let what = o.verdict.element.as_ref().map_or("", |e| e.text);
     match &p.through {
         Some(t) => format!(
             "{what}; the recordings run through it give the predictions after (within {:.0e} of range of the \
@@ -173,7 +126,7 @@ pub fn sensors(o: &Outcome) -> Vec<String> {
         } else {
             format!("lags behind by nothing that shows (95 %: {} to {} ms)", ms(a.lag.low), ms(a.lag.high))
         };
-        let unit = unit(a.channel);
+        let unit = a.channel.unit();
         let beyond = |r: &Reading| format!("{} {}", r.file, figure(r.expected, unit));
         let limited: Vec<String> = a.readings.iter().filter(|r| r.limited).map(beyond).collect();
         let limit = if limited.is_empty() {
@@ -194,40 +147,31 @@ pub fn sensors(o: &Outcome) -> Vec<String> {
 /// A few lines for the terminal: the sentence first.
 pub fn summary(o: &Outcome) -> String {
     let v = &o.verdict;
-    let mut s = format!("{}: {}\n", text(&v["campaign"]), sentence(o));
-    for (m, w) in items(&v["missing"]).zip(items(&v["mismatch"]["where"])) {
+    let mut s = format!("{}: {}\n", v.campaign, sentence(o));
+    for (m, w) in v.missing.iter().zip(&v.mismatch.places) {
         let list: Vec<String> = parameters(m).into_iter().map(|(n, v, ci)| format!("{n} {v} (95 %: {ci})")).collect();
-        s += &format!("  {}, {}: {}\n", text(&m["mechanism"]), text(&m["form"]), list.join(", "));
-        s += &format!(
-            "    sits in {}, acts most in {}, shows most in {}. {}\n",
-            text(&w["origin"]),
-            text(&w["phase"]),
-            text(&w["channel"]),
-            text(&m["cure"])
-        );
-        if m["tie"].is_object() {
-            s += &format!(
-                "    P(right) = {:.2} against {}\n",
-                number(&m["tie"]["p_right"]),
-                items(&m["also_possible"]).map(text).collect::<Vec<_>>().join(", ")
-            );
+        s += &format!("  {}, {}: {}\n", m.mechanism, m.form, list.join(", "));
+        s += &format!("    sits in {}, acts most in {}, shows most in {}. {}\n", w.origin, w.phase, w.channel, m.cure);
+        if let Some(t) = &m.tie {
+            s += &format!("    P(right) = {:.2} against {}\n", t.p_right, m.also_possible.join(", "));
         }
     }
-    for a in advice(o).iter().skip(items(&v["missing"]).count()) {
+    for a in advice(o).iter().skip(v.missing.len()) {
         s += &format!("  {a}\n");
     }
     let moved = bias(o);
     if !moved.is_empty() {
         s += &format!("  the calibration had been off: {}\n", moved.join(", "));
     }
-    for u in items(&v["without_clipping"]).filter(|u| u["clipped"] == true) {
+    let clipped = |u: &&Unclipped| u.clipped;
+    for u in v.without_clipping.iter().flatten().filter(clipped) {
         s += &format!(
             "  {}: read {}, peak before the clip {} (95 %: {} to {})\n",
-            text(&u["recording"]),
-            figure(number(&u["read"]), text(&u["unit"])),
-            figure(number(&u["peak"]), text(&u["unit"])),
-            figure(number(&u["ci95"][0]), ""),
-            figure(number(&u["ci95"][1]), text(&u["unit"]))
+            u.recording,
+            figure(u.read, u.unit),
+            figure(u.peak, u.unit),
+            figure(u.ci95[0], ""),
+            figure(u.ci95[1], u.unit)
         );
     }
     for t in sensors(o) {
@@ -248,17 +192,4 @@ pub fn summary(o: &Outcome) -> String {
         s += &format!("  note: {c}\n");
     }
     s
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn figures_are_short_and_carry_their_unit() {
-        assert_eq!(figure(0.80123, "N"), "0.8012 N");
-        assert_eq!(figure(1234.6, "N"), "1235 N");
-        assert_eq!(figure(2.1e-7, "m"), "2.100e-7 m");
-        assert_eq!(figure(0.0, "1"), "0");
-    }
 }

@@ -1,8 +1,8 @@
 //! What an estimation leaves behind: fit.json, certificate.json and report.html.
 
-use super::case::{Case, Estimate, Interval, Method, CLOSE};
-use super::levels::{name as name_of, nrmse, Level, Readings};
 use chart::{Chart, Page, Style};
+use estimate::case::{Case, Estimate, Interval, Method, CLOSE};
+use estimate::levels::{name as name_of, nrmse, Level, Readings};
 use record::{Campaign, Channel, Kind};
 use serde_json::{json, Map, Value};
 use std::path::Path;
@@ -205,7 +205,7 @@ impl Answer<'_> {
             .figure(&chart.series(name(e.method), &n, &fall, Style::After).svg(), "Sum of squared whitened residuals and priors")
             .section("Certificate")
             .paragraph(&format!(
-                "Steps of {CLOSE} standard errors both ways along every principal axis raise the objective by {:.3} or more, in units of the misfit's own wander; a parabola rises by {:.3}. The gradient is {:.3} standard errors long. Variances are widened {:.2} times for a misfit that wanders more than noise. Starts:",
+                "Steps of {CLOSE} standard errors both ways along every principal axis raise the objective by {:.3} or more, in units of the misfit's overdispersion; a parabola rises by {:.3}. The gradient is {:.3} standard errors long. Variances are widened {:.2} times for overdispersion. Starts:",
                 e.rise, CLOSE * CLOSE, e.gradient, e.widening
             ))
             .paragraph(&if e.bounds.is_empty() {

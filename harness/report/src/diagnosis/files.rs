@@ -1,14 +1,8 @@
-//! What a diagnosis leaves on disk: verdict.json, predictions, report.html and what goes with them; and its words.
+//! What a diagnosis leaves on disk: verdict.json, predictions, report.html and what goes with them.
 
-pub mod findings;
-mod page;
-pub mod verdict;
-mod words;
-
-pub use words::{figure, sentence, summary};
-
-use super::heldout::HeldOut;
-use super::run::Outcome;
+use super::page;
+use diagnose::heldout::HeldOut;
+use diagnose::run::Outcome;
 use record::{Campaign, Channel, Recording};
 use std::path::Path;
 
@@ -71,7 +65,7 @@ fn unclipped(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
 ///
 /// # Errors
 /// Says why not: a campaign or somebody's files would be lost.
-pub fn room(dir: &Path) -> std::io::Result<()> {
+pub fn check_folder(dir: &Path) -> std::io::Result<()> {
     let refuse = |why: &str| Err(std::io::Error::new(std::io::ErrorKind::AlreadyExists, why.to_string()));
     if !dir.exists() {
         return Ok(());
@@ -93,7 +87,7 @@ pub fn room(dir: &Path) -> std::io::Result<()> {
 /// # Errors
 /// As the file system gives them.
 pub fn write(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
-    room(dir)?;
+    check_folder(dir)?;
     output::folder(dir, |dir| {
         if !o.before.readings.is_empty() {
             predictions(c, &o.before, &dir.join("predictions/before"))?;
@@ -105,8 +99,7 @@ pub fn write(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
             output::write(&dir.join("HysteresisContact.fmu"), &e.fmu)?;
         }
         output::write(&dir.join("report.html"), page::html(c, o).as_bytes())?;
-        let mut text = serde_json::to_string_pretty(&o.verdict).unwrap_or_default();
-        text.push('\n');
-        output::write(&dir.join("verdict.json"), text.as_bytes())
+        let verdict = o.verdict.json().map_err(std::io::Error::other)?;
+        output::write(&dir.join("verdict.json"), verdict.as_bytes())
     })
 }
