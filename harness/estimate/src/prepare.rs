@@ -2,6 +2,7 @@
 
 use crate::problem::{Data, Record, Scales};
 use mechanisms::wear::Taken;
+use plant::integrate::Control;
 use plant::noise::Noise;
 use plant::simulate::Setup;
 use record::{self, Campaign, Channel, Kind, Recording};
@@ -180,7 +181,7 @@ pub fn prepare(c: &Campaign) -> Result<(Data, Guess), Invalid> {
                 depth: 1.0,
                 speed: 1.0,
                 duration: 1.0,
-                tolerance: plant::simulate::TOLERANCE,
+                control: Control::dense(plant::simulate::TOLERANCE),
             },
             file: r.file.clone(),
             level: r.level,

@@ -9,6 +9,7 @@ pub mod integrate;
 pub mod kernels;
 pub mod noise;
 pub mod recipe;
+pub mod roots;
 mod rig;
 pub mod simulate;
 pub mod tableau;

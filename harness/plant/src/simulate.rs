@@ -3,6 +3,7 @@
 use super::integrate::{integrate, Control, State};
 use super::rig::{Driven, Rig};
 use crate::element::Element;
+use anyhow::Result;
 use law::{Memory, Parameters};
 use mechanisms::physics::Physics;
 use mechanisms::wear::Taken;
@@ -28,8 +29,8 @@ pub struct Setup {
     pub depth: f64,
     pub speed: f64,
     pub duration: f64,
-    /// Error per step, relative to depth and speed of the impact.
-    pub tolerance: f64,
+    /// How the motion is integrated; errors are relative to depth and speed of the impact.
+    pub control: Control,
 }
 
 impl Setup {
@@ -47,7 +48,7 @@ impl Setup {
             depth,
             speed,
             duration,
-            tolerance: TOLERANCE,
+            control: Control::dense(TOLERANCE),
         }
     }
 }
@@ -108,9 +109,10 @@ fn scaled(p: &Physics, taken: &Taken, local: &Local) -> Physics {
 /// Simulates one recording.
 pub fn simulate(physics: &Physics, s: &Setup, local: &Local) -> Trace {
     let p = scaled(physics, &s.taken, local);
+    // the law called directly refuses nothing
     match s.kind {
         Kind::Indentation => indent(&p, s, local, None),
-        _ => free(&p, s, local, None),
+        _ => free(&p, s, local, None).unwrap_or_default(),
     }
 }
 
@@ -124,25 +126,23 @@ pub fn law_of(physics: &Physics, s: &Setup, local: &Local) -> Parameters {
 /// # Errors
 /// The first thing the element refuses.
 pub fn simulate_on(
-    element: Box<dyn Element>,
+    mut element: Box<dyn Element>,
     steps: f64,
     physics: &Physics,
     s: &Setup,
     local: &Local,
-) -> anyhow::Result<Trace> {
+) -> Result<Trace> {
     let p = scaled(physics, &s.taken, local);
-    let driven = RefCell::new(Driven { element, steps, at: (0.0, 0.0, 0.0), failed: None });
+    let driven = RefCell::new(Driven::new(element.as_mut()));
     let trace = match s.kind {
         Kind::Indentation => indent(&p, s, local, Some(&driven)),
-        _ => free(&p, s, local, Some(&driven)),
+        _ => free(&p, s, local, Some((&driven, steps)))?,
     };
-    match driven.into_inner().failed {
-        Some(e) => Err(e),
-        None => Ok(trace),
-    }
+    driven.borrow_mut().check()?;
+    Ok(trace)
 }
 
-fn indent(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>) -> Trace {
+fn indent(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven<'_>>>) -> Trace {
     let n = s.time.len();
     let mut t = Trace { ok: true, first_speed: s.imposed_rate[0], before: s.taken.recordings, ..Trace::default() };
     let mut m = Memory::default();
@@ -190,7 +190,14 @@ pub fn force_on_body(p: &Physics, s: &Setup, t: f64, x: f64, v: f64) -> f64 {
     Rig::new(p, s, None).motion_force(t, x, v) + p.mass * p.gravity
 }
 
-fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>) -> Trace {
+/// `element`: what takes the law's place, and steps a contact gets at least: the memory moves at accepted steps only, so
+/// what the element remembers is right to first order in their length.
+fn free<'a>(
+    p: &'a Physics,
+    s: &'a Setup,
+    local: &Local,
+    element: Option<(&'a RefCell<Driven<'a>>, f64)>,
+) -> Result<Trace> {
     let n = s.time.len();
     let mut out = Trace {
         force: vec![0.0; n],
@@ -206,11 +213,17 @@ fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>
     let clock = local.start;
     let mut y;
     let forward_from;
-    let mut rig = Rig::new(p, s, element);
+    let mut rig = Rig::new(p, s, element.map(|e| e.0));
     let dt = s.time[1] - s.time[0];
-    let (largest, most) = match element {
+    let (longest, most) = match element {
         None => ((s.duration * 2.0).max(dt * 4.0), MOST_STEPS),
-        Some(e) => (s.duration / e.borrow().steps, 100 * MOST_STEPS),
+        Some((_, steps)) => (s.duration / steps, 100 * MOST_STEPS),
+    };
+    let within = |first: f64| Control {
+        first: s.control.first.min(first),
+        longest: s.control.longest.min(longest),
+        most: s.control.most.min(most),
+        ..s.control
     };
     if s.kind == Kind::DropTest {
         y = rig.along(0.0, local.speed);
@@ -230,7 +243,7 @@ fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>
                 0.0,
                 &mut back,
                 end,
-                &Control { tolerance: s.tolerance, first: 0.1 * s.duration, largest, most },
+                &within(0.1 * s.duration),
                 |r, st| {
                     let until = st.t0 + st.h;
                     while i > 0 && s.time[i - 1] - clock >= until - 1e-15 {
@@ -240,9 +253,9 @@ fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>
                         i -= 1;
                     }
                 },
-            );
+            )?;
             if !out.ok {
-                return out;
+                return Ok(out);
             }
             out.first_speed = back[1];
         } else {
@@ -264,18 +277,18 @@ fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>
     let end = s.time[n - 1] - clock;
     if end <= 0.0 {
         out.ok = false;
-        return out;
+        return Ok(out);
     }
     let mut i = forward_from;
     let (mut touch, mut deepest, mut leave) = (out.touch, f64::NAN, f64::NAN);
     let first = if s.kind == Kind::DropTest { 0.02 * s.duration } else { 0.5 * s.duration };
     let mut o = std::mem::take(&mut out);
-    if let Some(e) = element {
+    if let Some((e, _)) = element {
         let (x, v) = rig.face_at(0.0, &y);
         e.borrow_mut().at = (0.0, x, v);
     }
     let ok =
-        integrate(&mut rig, 0.0, &mut y, end, &Control { tolerance: s.tolerance, first, largest, most }, |r, st| {
+        integrate(&mut rig, 0.0, &mut y, end, &within(first), |r, st| {
             let until = st.t0 + st.h;
             while i < n && s.time[i] - clock <= until + 1e-15 {
                 let tau = s.time[i] - clock;
@@ -292,14 +305,14 @@ fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>
             } else if !deepest.is_nan() && leave.is_nan() && x <= 1e-9 * s.depth {
                 leave = until + clock;
             }
-        });
+        })?;
     out = o;
     out.ok = ok && i == n;
     let last = s.time[n - 1];
     out.touch = if touch.is_nan() { last } else { touch };
     out.deepest = if deepest.is_nan() { last } else { deepest };
     out.leave = if leave.is_nan() { last } else { leave };
-    out
+    Ok(out)
 }
 
 #[inline]

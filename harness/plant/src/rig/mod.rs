@@ -3,57 +3,26 @@
 //! Where a spring-borne mass (transducer tip, stop) swings free of the contact, its swing is known in closed form and is
 //! not integrated: centre of mass and swing part, and steps need not resolve the ringing.
 
+mod driven;
 mod loose;
+mod system;
 #[cfg(test)]
 mod tests;
 
 use super::chain::transition;
-use super::integrate::{State, System, MAX};
+use super::integrate::{Events, State, MAX};
 use super::simulate::Setup;
-use crate::element::Element;
+pub(super) use driven::Driven;
 use law::{Memory, BRANCHES};
 use mechanisms::physics::Physics;
 use record::Kind;
 use std::cell::RefCell;
 
-/// A contact element that takes the law's place in a simulation.
-pub(super) struct Driven {
-    pub element: Box<dyn Element>,
-    /// Steps a contact gets at least: the memory moves at accepted steps only, so what the element remembers is right
-    /// to first order in their length.
-    pub steps: f64,
-    /// Time, penetration and velocity up to which its memory has moved.
-    pub at: (f64, f64, f64),
-    /// The first thing it refused.
-    pub failed: Option<anyhow::Error>,
-}
-
-impl Driven {
-    pub fn force(&mut self, x: f64, v: f64) -> f64 {
-        match self.element.force(x, v) {
-            Ok(f) => f,
-            Err(e) => {
-                self.failed.get_or_insert(e);
-                f64::NAN
-            }
-        }
-    }
-    pub fn advance(&mut self, t: f64, x: f64, v: f64) {
-        let (t0, x0, v0) = self.at;
-        if t > t0 {
-            if let Err(e) = self.element.advance((x0, v0), (x, v), t - t0) {
-                self.failed.get_or_insert(e);
-            }
-            self.at = (t, x, v);
-        }
-    }
-}
-
 /// State of a rig in motion; variables 0 and 1 are position and speed of the body, of the centre of mass of body and
 /// tip while a swing is free.
 pub(super) struct Rig<'a> {
     p: &'a Physics,
-    element: Option<&'a RefCell<Driven>>,
+    element: Option<&'a RefCell<Driven<'a>>>,
     memory: Memory,
     kind: Kind,
     travel: f64,
@@ -99,7 +68,7 @@ struct Place {
 }
 
 impl<'a> Rig<'a> {
-    pub(super) fn new(p: &'a Physics, s: &Setup, element: Option<&'a RefCell<Driven>>) -> Rig<'a> {
+    pub(super) fn new(p: &'a Physics, s: &Setup, element: Option<&'a RefCell<Driven<'a>>>) -> Rig<'a> {
         let mut n = 2;
         let mut scale = [1.0; MAX];
         scale[0] = s.depth;
@@ -365,7 +334,8 @@ impl<'a> Rig<'a> {
     }
 }
 
-impl System for Rig<'_> {
+/// What `system` hands to the integrator.
+impl Rig<'_> {
     fn dimension(&self) -> usize {
         self.n
     }
@@ -423,7 +393,7 @@ impl System for Rig<'_> {
             dy[self.relax..self.relax + BRANCHES].copy_from_slice(&r);
         }
     }
-    fn events(&self, t: f64, y: &State, out: &mut [f64; 4]) -> usize {
+    fn events(&self, t: f64, y: &State, out: &mut Events) -> usize {
         let (x, v) = self.face_at(t, y);
         out[0] = x;
         out[1] = v;
