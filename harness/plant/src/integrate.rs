@@ -562,4 +562,16 @@ mod tests {
         assert!(ok && worst < 1e-8, "{worst}");
         assert!((y[0] - 10f64.sin()).abs() < 1e-8);
     }
+
+    #[test]
+    fn an_event_is_never_put_before_its_instant() {
+        for t in [0.0, 1e-9, 0.1, 0.219_162_4, 3.0, 1e4] {
+            for h in [1e-30, 1e-18, 1e-17, 3.3e-13, 1e-7, 0.02] {
+                let taken = beyond(t, h);
+                assert!(taken >= h && t + taken > t, "{t} {h}: {taken}");
+                assert!(t + taken - t == taken, "the clock tells it exactly");
+                assert!(taken <= h + 4.0 * f64::EPSILON * (t + h), "{t} {h}: {taken}");
+            }
+        }
+    }
 }

@@ -13,3 +13,5 @@ pub mod roots;
 mod rig;
 pub mod simulate;
 pub mod tableau;
+
+pub use rig::motion;

@@ -1,8 +1,9 @@
 //! One recording of a campaign simulated: approach, contact, flight, and what an ideal chain reads.
 
-use super::integrate::{integrate, Control, State};
+use super::integrate::{integrate, Advance, Control, Locate, State, Stepper};
+use super::motion::{Contact, Motion, SURFACE, TURN};
 use super::rig::{Driven, Rig};
-use crate::element::Element;
+use crate::element::{Direct, Element};
 use anyhow::Result;
 use law::{Memory, Parameters};
 use mechanisms::physics::Physics;
@@ -85,6 +86,39 @@ pub struct Trace {
     pub ok: bool,
 }
 
+impl Trace {
+    fn blank(s: &Setup) -> Trace {
+        let n = s.time.len();
+        Trace {
+            force: vec![0.0; n],
+            acceleration: vec![0.0; n],
+            position: vec![0.0; n],
+            velocity: vec![0.0; n],
+            touch: f64::NAN,
+            deepest: f64::NAN,
+            leave: f64::NAN,
+            before: s.taken.recordings,
+            ..Trace::default()
+        }
+    }
+
+    fn put(&mut self, i: usize, [f, a, x, v]: [f64; 4]) {
+        self.force[i] = f;
+        self.acceleration[i] = a;
+        self.position[i] = x;
+        self.velocity[i] = v;
+    }
+
+    /// Phases that were not reached end with the recording.
+    fn end_phases(&mut self, last: f64) {
+        for t in [&mut self.touch, &mut self.deepest, &mut self.leave] {
+            if t.is_nan() {
+                *t = last;
+            }
+        }
+    }
+}
+
 /// Error per step, relative to depth and speed of the impact, where it counts.
 pub const TOLERANCE: f64 = 1e-7;
 /// The same where candidates are sifted.
@@ -110,9 +144,14 @@ fn scaled(p: &Physics, taken: &Taken, local: &Local) -> Physics {
 pub fn simulate(physics: &Physics, s: &Setup, local: &Local) -> Trace {
     let p = scaled(physics, &s.taken, local);
     // the law called directly refuses nothing
-    match s.kind {
-        Kind::Indentation => indent(&p, s, local, None),
-        _ => free(&p, s, local, None).unwrap_or_default(),
+    match (s.kind, s.control.locate) {
+        (Kind::Indentation, _) => indent(&p, s, local, None),
+        (_, Locate::Polynomial) => free(&p, s, local, None).unwrap_or_default(),
+        (_, Locate::Step) => {
+            let mut law = Direct::new(p.law);
+            let remembers = p.law.relaxation_stiffness > 0.0;
+            followed(&p, s, local, &Contact::new(&mut law), remembers, &s.control).unwrap_or_default()
+        }
     }
 }
 
@@ -133,6 +172,10 @@ pub fn simulate_on(
     local: &Local,
 ) -> Result<Trace> {
     let p = scaled(physics, &s.taken, local);
+    if s.kind != Kind::Indentation && s.control.locate == Locate::Step {
+        let control = Control { longest: s.control.longest.min(s.duration / steps), ..s.control };
+        return followed(&p, s, local, &Contact::new(element.as_mut()), true, &control);
+    }
     let driven = RefCell::new(Driven::new(element.as_mut()));
     let trace = match s.kind {
         Kind::Indentation => indent(&p, s, local, Some(&driven)),
@@ -199,17 +242,7 @@ fn free<'a>(
     element: Option<(&'a RefCell<Driven<'a>>, f64)>,
 ) -> Result<Trace> {
     let n = s.time.len();
-    let mut out = Trace {
-        force: vec![0.0; n],
-        acceleration: vec![0.0; n],
-        position: vec![0.0; n],
-        velocity: vec![0.0; n],
-        touch: f64::NAN,
-        deepest: f64::NAN,
-        leave: f64::NAN,
-        before: s.taken.recordings,
-        ..Trace::default()
-    };
+    let mut out = Trace::blank(s);
     let clock = local.start;
     let mut y;
     let forward_from;
@@ -230,36 +263,9 @@ fn free<'a>(
         out.touch = clock;
         rig.part_loose((clock - s.time[0]).max(0.0), &mut y);
         forward_from = s.time.partition_point(|t| *t < clock);
-        if forward_from > 0 {
-            // the approach, backwards from touch: only forces in flight act
-            let mut rig = Rig::new(p, s, None);
-            rig.contact = false;
-            let mut back = y;
-            rig.release(0.0, &mut back, true);
-            let mut i = forward_from;
-            let end = s.time[0] - clock;
-            out.ok = integrate(
-                &mut rig,
-                0.0,
-                &mut back,
-                end,
-                &within(0.1 * s.duration),
-                |r, st| {
-                    let until = st.t0 + st.h;
-                    while i > 0 && s.time[i - 1] - clock >= until - 1e-15 {
-                        let tau = s.time[i - 1] - clock;
-                        let z = st.at((tau - st.t0) / st.h);
-                        put(&mut out, i - 1, r, tau, &z);
-                        i -= 1;
-                    }
-                },
-            )?;
-            if !out.ok {
-                return Ok(out);
-            }
-            out.first_speed = back[1];
-        } else {
-            out.first_speed = local.speed;
+        out.ok = approach(p, s, local, y, &within(0.1 * s.duration), &mut out)?;
+        if !out.ok {
+            return Ok(out);
         }
         // a pull that reaches out before touch acts from the surface on; leaving it needs the full law
     } else {
@@ -268,11 +274,7 @@ fn free<'a>(
         forward_from = s.time.partition_point(|t| *t < clock);
         // what was sampled just before release reads as at release: the instant is uncertain by a sample
         let [f, a, ..] = rig.outputs(0.0, &y);
-        for i in 0..forward_from {
-            out.position[i] = -s.travel;
-            out.force[i] = f;
-            out.acceleration[i] = a;
-        }
+        (0..forward_from).for_each(|i| out.put(i, [f, a, -s.travel, 0.0]));
     }
     let end = s.time[n - 1] - clock;
     if end <= 0.0 {
@@ -293,7 +295,7 @@ fn free<'a>(
             while i < n && s.time[i] - clock <= until + 1e-15 {
                 let tau = s.time[i] - clock;
                 let z = st.at((tau - st.t0) / st.h);
-                put(&mut o, i, r, tau, &z);
+                o.put(i, r.outputs(tau, &z));
                 i += 1;
             }
             let z = st.at(1.0);
@@ -308,18 +310,125 @@ fn free<'a>(
         })?;
     out = o;
     out.ok = ok && i == n;
-    let last = s.time[n - 1];
-    out.touch = if touch.is_nan() { last } else { touch };
-    out.deepest = if deepest.is_nan() { last } else { deepest };
-    out.leave = if leave.is_nan() { last } else { leave };
+    (out.touch, out.deepest, out.leave) = (touch, deepest, leave);
+    out.end_phases(s.time[n - 1]);
     Ok(out)
 }
 
-#[inline]
-fn put(out: &mut Trace, i: usize, r: &Rig<'_>, t: f64, y: &State) {
-    let [f, a, x, v] = r.outputs(t, y);
-    out.force[i] = f;
-    out.acceleration[i] = a;
-    out.position[i] = x;
-    out.velocity[i] = v;
+/// The approach before a drop test's touch, backwards from the state `y` at touch: only forces in flight act. Whether
+/// the integration reached the first sample.
+fn approach(p: &Physics, s: &Setup, local: &Local, y: State, control: &Control, out: &mut Trace) -> Result<bool> {
+    let clock = local.start;
+    let mut i = s.time.partition_point(|t| *t < clock);
+    if i == 0 {
+        out.first_speed = local.speed;
+        return Ok(true);
+    }
+    let mut rig = Rig::new(p, s, None);
+    rig.contact = false;
+    let mut back = y;
+    rig.release(0.0, &mut back, true);
+    let ok = integrate(&mut rig, 0.0, &mut back, s.time[0] - clock, control, |r, st| {
+        let until = st.t0 + st.h;
+        while i > 0 && s.time[i - 1] - clock >= until - 1e-15 {
+            let tau = s.time[i - 1] - clock;
+            let z = st.at((tau - st.t0) / st.h);
+            out.put(i - 1, r.outputs(tau, &z));
+            i -= 1;
+        }
+    })?;
+    if ok {
+        out.first_speed = back[1];
+    }
+    Ok(ok)
+}
+
+/// A recording whose motion is followed from event to event, as a scenario's is: a sample at the end of a step reads
+/// what holds once the step is accepted.
+fn followed<'a>(
+    p: &'a Physics,
+    s: &'a Setup,
+    local: &Local,
+    contact: &'a Contact<'a>,
+    remembers: bool,
+    control: &Control,
+) -> Result<Trace> {
+    let (n, clock) = (s.time.len(), local.start);
+    let mut out = Trace::blank(s);
+    let mut motion = Motion::new([p, p], s, None, contact, remembers);
+    let mut i = s.time.partition_point(|t| *t < clock);
+    let y = if s.kind == Kind::DropTest {
+        let mut y = motion.start(0.0, 0.0, local.speed);
+        motion.part_loose((clock - s.time[0]).max(0.0), &mut y);
+        out.touch = clock;
+        let first = Control { first: control.first.min(0.1 * s.duration), ..*control };
+        out.ok = approach(p, s, local, y, &first, &mut out)?;
+        if !out.ok {
+            return Ok(out);
+        }
+        y
+    } else {
+        let y = motion.start(0.0, -s.travel, 0.0);
+        let [f, a, ..] = motion.outputs(0.0, &y)?;
+        (0..i).for_each(|i| out.put(i, [f, a, -s.travel, 0.0]));
+        y
+    };
+    let end = s.time[n - 1] - clock;
+    if end <= 0.0 {
+        out.ok = false;
+        return Ok(out);
+    }
+    let mut stepper = Stepper::new(&motion, 0.0, &y, end, control)?;
+    out.ok = true;
+    loop {
+        let now = stepper.time();
+        while i < n && s.time[i] - clock <= now {
+            out.put(i, motion.outputs(now, stepper.state())?);
+            i += 1;
+        }
+        if stepper.done() {
+            break;
+        }
+        let mut refused = None;
+        let step = stepper.advance(&mut motion, &mut |m: &Motion<'_>, st| {
+            while i < n && refused.is_none() && s.time[i] - clock < st.t0 + st.h {
+                let tau = s.time[i] - clock;
+                match m.outputs(tau, &st.at((tau - st.t0) / st.h)) {
+                    Ok(o) => out.put(i, o),
+                    Err(e) => refused = Some(e),
+                }
+                i += 1;
+            }
+        })?;
+        if let Some(e) = refused {
+            return Err(e);
+        }
+        let now = stepper.time() + clock;
+        match step {
+            Advance::GaveUp => {
+                out.ok = false;
+                break;
+            }
+            Advance::Step(Some(SURFACE)) if motion.inside() => out.touch = first(out.touch, now),
+            Advance::Step(Some(SURFACE)) => out.leave = first(out.leave, now),
+            Advance::Step(Some(TURN)) if motion.inside() => out.deepest = first(out.deepest, now),
+            Advance::Step(_) => {}
+        }
+    }
+    // rounding may leave the end a hair before the last sample
+    while out.ok && i < n {
+        out.put(i, motion.outputs(end, stepper.state())?);
+        i += 1;
+    }
+    out.end_phases(s.time[n - 1]);
+    Ok(out)
+}
+
+/// An instant that is known already, or else this one.
+fn first(known: f64, now: f64) -> f64 {
+    if known.is_nan() {
+        now
+    } else {
+        known
+    }
 }

@@ -80,14 +80,26 @@ impl<'e> Driven<'e> {
 
     /// Moves the memory on to (`x` m, `v` m/s) at `t` s; nothing where it stands there or beyond already.
     pub fn advance(&mut self, t: f64, x: f64, v: f64) {
-        let (t0, x0, v0) = self.at;
-        if t > t0 && self.failed.is_none() {
+        if t > self.at.0 {
+            self.piece((x, v), t - self.at.0);
+            self.at.0 = t;
+        }
+    }
+
+    /// Moves the memory on to (m, m/s) in `dt` s.
+    pub fn piece(&mut self, to: (f64, f64), dt: f64) {
+        if self.failed.is_none() {
             self.last = None;
-            if let Err(e) = self.element.advance((x0, v0), (x, v), t - t0) {
+            if let Err(e) = self.element.advance((self.at.1, self.at.2), to, dt) {
                 self.failed = Some(e);
             }
-            self.at = (t, x, v);
         }
+        (self.at.1, self.at.2) = to;
+    }
+
+    /// The next force is asked anew: what is foreseen of it has changed.
+    pub fn forget(&mut self) {
+        self.last = None;
     }
 
 

@@ -5,6 +5,7 @@
 
 mod driven;
 mod loose;
+pub mod motion;
 mod system;
 #[cfg(test)]
 mod tests;
