@@ -297,6 +297,8 @@ impl Stepper {
             if self.attempts > most {
                 return Ok(Advance::GaveUp);
             }
+            // what is left of a step that was too long
+            let shortest = 1e-16 * (1.0 + self.t.abs());
             let remaining = (self.end - self.t) * self.dir;
             let mut h = self.h.min(s.longest_step(self.t, &self.y, &self.k[0]));
             if h > remaining {
@@ -304,8 +306,8 @@ impl Stepper {
             }
             if exact {
                 h = on_clock(self.t, h);
-                if h < 1e-16 * (1.0 + self.t.abs()) {
-                    return Ok(Advance::GaveUp);
+                if h <= 0.0 {
+                    h = beyond(self.t, f64::MIN_POSITIVE);
                 }
             }
             self.h = h;
@@ -322,7 +324,7 @@ impl Stepper {
             let err = (err / controlled as f64).sqrt();
             if !err.is_finite() {
                 self.h *= 0.1;
-                if self.h < self.span * 1e-14 && !exact {
+                if self.h < if exact { shortest } else { self.span * 1e-14 } {
                     return Ok(Advance::GaveUp);
                 }
                 continue;
@@ -330,6 +332,9 @@ impl Stepper {
             // a step that an estimation has to shorten so much is taken as it is
             if err > 1.0 && (exact || h > self.span * 1e-12) {
                 self.h *= (0.9 * err.powf(-0.2)).max(0.2);
+                if exact && self.h < shortest {
+                    return Ok(Advance::GaveUp);
+                }
                 continue;
             }
             let grow = if err > 0.0 { (0.9 * err.powf(-0.2)).clamp(0.2, 4.0) } else { 4.0 };
