@@ -525,9 +525,10 @@ mod tests {
                 f64::from(seed >> 8) / f64::from(1 << 24)
             };
             for n in 0..2000 {
-                // held, set to the same, or moved, in and out of contact
-                let (x, v) = match n % 4 {
+                // held, set to the same, or moved, a little or far, in and out of contact
+                let (x, v) = match n % 5 {
                     0 => (i.state.input[0], i.state.input[1]),
+                    1 | 2 => (i.state.input[0] * (1.0 + 1e-3 * random()), i.state.input[1] - 1e-3 * random()),
                     _ => (4e-4 * random() - 1e-4, 2.0 * random() - 1.0),
                 };
                 if n % 3 != 0 {
@@ -540,6 +541,11 @@ mod tests {
                 fresh.restore(before);
                 fresh.do_step(before.life.time, 1e-5).unwrap();
                 assert_eq!(i.state.memory, fresh.state.memory, "{} step {}", name, n);
+                let ([x0, v0], [x1, v1], law) = (before.last, i.state.last, &before.settings.law);
+                if [x0, v0] != [x1, v1] || law.relaxes() {
+                    let whole = law.advance(&before.memory, x0, v0, x1, v1, 1e-5);
+                    assert_eq!(i.state.memory, whole, "{} step {}", name, n);
+                }
                 fresh.restore(i.state);
                 for output in [2, 3, 4, 5, 6, 7, 8, 9] {
                     let kind = if output == 3 { Kind::Boolean } else { Kind::Real };
