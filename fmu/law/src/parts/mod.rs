@@ -71,9 +71,10 @@ macro_rules! compose {
                 $((self.$part.is_neutral() || self.$part.keeps_power_law()))&&*
             }
 
-            /// Whether the work of a step has the closed form of F = k x^p + mu_d x^p v.
+            /// Whether the law is F = k x^p + mu_d x^p v alone and remembers nothing but its depth and its energies, so
+            /// that the work of a step has a closed form.
             #[inline(always)]
-            pub(crate) fn keeps_power_law(&self) -> bool {
+            pub fn keeps_power_law(&self) -> bool {
                 $(self.$part.keeps_power_law())&&*
             }
 
