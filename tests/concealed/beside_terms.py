@@ -27,6 +27,7 @@ def library(t, x, v):
     f = smooth_force(t) / F
     top = max(u.max(), 1e-9)
     out = [("viscous_damping", "contact", inside * w)]
+    out.append(("contact_preload", "contact", inside * np.minimum(1.0, np.maximum(u, 0.0) / 0.03)))
     if "hysteresis_damping" not in rig.terms:
         out.append(("hysteresis_damping", "contact", u ** p * w))
     for d in (0.35, 0.55, 0.75):

@@ -87,6 +87,26 @@ def through(sig, dt, chain):
         for apart, share in modes:
             b, a = _resonant(float(2 * np.pi * f * apart * dt), zeta)
             out["force"] = out["force"] + share * signal.lfilter(b, a, u)
+    if "bracket" in chain:                   # the displacement sensor's holder gives under the force
+        give, f, zeta = chain["bracket"]
+        b, a = _resonant(float(2 * np.pi * f * dt), zeta)
+        out["penetration"] = out["penetration"] + give * signal.lfilter(b, a, sig["force"])
+    for c, share, f, zeta in chain.get("ringing", ()):        # small modes of the structure, read besides
+        b, a = _resonant(float(2 * np.pi * f * dt), zeta)
+        out[c] = out[c] + share * (signal.lfilter(b, a, sig["force"]) - sig["force"])
+    for c, (bend, ref) in chain.get("straight", {}).items():
+        out[c] = out[c] + bend * out[c] * np.abs(out[c]) / ref
+    if "rub" in chain:
+        share, width = chain["rub"]
+        out["force"] = (1 - share) * out["force"] + share * played(out["force"], width)
+    if "zero_shift" in chain:
+        ch, by, rise = chain["zero_shift"]
+        after = (np.arange(len(out[ch])) - int(np.argmax(np.abs(out[ch])))) * dt
+        out[ch] = out[ch] + by * (1 - np.exp(-np.maximum(after, 0.0) / rise))
+    if "lost" in chain:
+        ch, at, by = chain["lost"]
+        t = np.arange(len(out[ch])) * dt
+        out[ch] = np.where(t < at, out[ch], shifted(out[ch], dt, -by))
     if "gain" in chain:
         out["force"] = out["force"] * chain["gain"]
     if "droop" in chain:
@@ -127,3 +147,15 @@ def hostile(rng, n, sigma, wander, spikes):
         for i in rng.integers(0, n, rng.integers(1, 6)):
             y[i] += rng.choice([-1, 1]) * rng.uniform(4, 9) * sigma
     return y
+
+
+def hum(rng, n, dt, amplitude, mains):
+    """Mains hum: `mains` [Hz], its third and fifth harmonic, of another phase each time; amplitude in units of the channel."""
+    t = np.arange(n) * dt
+    return sum(amplitude * share * np.sin(2 * np.pi * mains * k * t + rng.uniform(0, 2 * np.pi)) for k, share in ((1, 1.0), (3, 0.35), (5, 0.15)))
+
+
+def drifted(rng, n, amplitude):
+    """A slow drift over the recording: a line and an arc, nothing at its beginning."""
+    u = np.linspace(0, 1, n)
+    return amplitude * (rng.uniform(-1, 1) * u + rng.uniform(-1, 1) * u * u)

@@ -114,6 +114,25 @@ def scoreboard(summ, targets):
     return svg(fig)
 
 
+def reliability(found):
+    """Share right against probability told, five bins with the binomial 95 % band; the line is what should be."""
+    bins, error = found
+    fig, ax = plt.subplots(figsize=(4.2, 3.4))
+    ax.plot([0, 1], [0, 1], color=GREY, lw=0.8)
+    for p, q, n in bins:
+        if n:
+            lo, hi = band(round(q * n), n)
+            ax.plot([p, p], [lo, hi], color=BLUE, lw=1.2)
+            ax.plot(p, q, "o", color=BLUE)
+            ax.annotate(str(n), (p, q), textcoords="offset points", xytext=(6, -3), fontsize=7, color=GREY)
+    ax.set_xlim(-0.03, 1.03)
+    ax.set_ylim(-0.03, 1.03)
+    ax.set_xlabel("probability told")
+    ax.set_ylabel("share right")
+    ax.set_title("" if error is None else f"calibration error {error:.3f}", fontsize=9)
+    return svg(fig)
+
+
 def confusion(rows):
     """Hidden mechanism against the first name given."""
     one = [r for r in rows if r["group"] in ("plain", "concealed", "deep", "unknown", "null", "faint")]

@@ -224,3 +224,51 @@ def _(rng, rig):
     taken = np.cumsum([0.0] + [r.level if rig.kind == "indentation" else r.speed for r in rig.recs])
     share = dict(zip([r.order for r in rig.recs], taken / (rng.uniform(0.2, 0.6) * taken[-1])))
     return _soft(lambda s, o: 0.5 * s * (1 - np.exp(-share[o])))
+
+
+@form("contact_preload", "ramp", "contact", DIC)
+def _(rng, rig):
+    return setter(PRE=1.0, PRE_F=lambda s: 0.4 * s * rig.ref["F"], PRE_D=rng.uniform(0.01, 0.06) * rig.ref["x"])
+
+
+@form("contact_preload", "tanh", "contact", DIC)
+def _(rng, rig):
+    return setter(PRE=2.0, PRE_F=lambda s: 0.4 * s * rig.ref["F"], PRE_D=rng.uniform(0.005, 0.04) * rig.ref["x"])
+
+
+@form("contact_preload", "disc-spring", "contact", DIC, strange=True)
+def _(rng, rig):
+    # the force it is set to falls a little with depth
+    return setter(PRE=3.0, PRE_F=lambda s: 0.4 * s * rig.ref["F"], PRE_D=rng.uniform(0.005, 0.04) * rig.ref["x"],
+                  PRE_SAG=rng.uniform(0.1, 0.35), PRE_X=rng.uniform(0.4, 0.8) * rig.ref["xmax"])
+
+
+def _hard(law):
+    def apply(s, P, ch, r):
+        P[m.KFAC] *= 1.0 + min(law(s, r.order), 3.0)
+    return apply
+
+
+@form("cyclic_hardening", "linear", "contact", DIC)
+def _(rng, rig):
+    return _hard(lambda s, o: 1.2 * s * (o - 1) / 9)
+
+
+@form("cyclic_hardening", "exponential", "contact", DIC)
+def _(rng, rig):
+    n = rng.uniform(1.5, 4.0)
+    return _hard(lambda s, o: 1.2 * s * (1 - np.exp(-(o - 1) / n)))
+
+
+@form("cyclic_hardening", "logarithmic", "contact", DIC)
+def _(rng, rig):
+    return _hard(lambda s, o: 1.2 * s * np.log(o) / np.log(10))
+
+
+@form("cyclic_hardening", "by-energy", "contact", DIC, strange=True)
+def _(rng, rig):
+    # grows with the energy the contact has taken so far (depth to the power of the law, or the square of speed), and saturates
+    size = [r.level ** (rig.ref["p"] + 1) if rig.kind == "indentation" else r.speed ** 2 for r in rig.recs]
+    taken = np.cumsum([0.0] + size)
+    share = dict(zip([r.order for r in rig.recs], taken / (rng.uniform(0.3, 0.9) * taken[-1])))
+    return _hard(lambda s, o: 1.2 * s * (1 - np.exp(-share[o])))

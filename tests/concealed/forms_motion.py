@@ -168,6 +168,47 @@ def _(rng, rig):
     return _loose(rig, g, rng.uniform(1, 3), rng.uniform(0.03, 0.3), 1.5, behind)
 
 
+def _riding(rig, tune, damp, cubic=0.0, dry=0.0, play=0.0):
+    """A mass on the body: tune, its frequency times the contact time; damp, its damping ratio.
+
+    cubic: share by which the spring is stiffer at the depth of the contact. dry: friction over the force that would
+    hold the mass. play: over the depth of the contact.
+    """
+    def apply(s, P, ch, r):
+        P[m.AM] = min(0.3 * s, 0.5) * P[m.M]
+        P[m.AM_K] = P[m.AM] * (2 * np.pi * tune / rig.ref["T"]) ** 2
+        P[m.AM_C] = 2 * damp * np.sqrt(P[m.AM] * P[m.AM_K])
+        P[m.AM_K3] = cubic * P[m.AM_K] / rig.ref["x"] ** 2
+        P[m.AM_DRY] = dry * P[m.AM] / P[m.M] * rig.ref["F"]
+        P[m.AM_GAP] = play * rig.ref["x"]
+    return apply
+
+
+@form("attached_mass", "linear", "motion", "dc")
+def _(rng, rig):
+    return _riding(rig, log_uniform(rng, 0.4, 2.5), log_uniform(rng, 0.01, 0.15))
+
+
+@form("attached_mass", "well-damped", "motion", "dc")
+def _(rng, rig):
+    return _riding(rig, log_uniform(rng, 0.4, 1.5), rng.uniform(0.15, 0.4))
+
+
+@form("attached_mass", "hardening", "motion", "dc", strange=True)
+def _(rng, rig):
+    return _riding(rig, log_uniform(rng, 0.5, 2.0), log_uniform(rng, 0.02, 0.15), cubic=rng.uniform(0.3, 1.5))
+
+
+@form("attached_mass", "dry", "motion", "dc", strange=True)
+def _(rng, rig):
+    return _riding(rig, log_uniform(rng, 0.5, 2.0), 0.01, dry=rng.uniform(0.03, 0.12))
+
+
+@form("attached_mass", "play", "motion", "d", strange=True)
+def _(rng, rig):
+    return _riding(rig, log_uniform(rng, 0.5, 2.0), log_uniform(rng, 0.03, 0.15), play=rng.uniform(0.01, 0.06))
+
+
 @form("return_spring", "preloaded", "motion", "d")
 def _(rng, rig):
     rate = rng.uniform(0.1, 0.6)

@@ -9,8 +9,8 @@ import numpy as np
 from . import chain as chain_
 from . import motion as m
 from .calibrate import base_parameters, fit, misfit
-from .effects import FORMS, ORIGIN, allowed
-from .limits import separability
+from .effects import FORMS, KNOWN, ORIGIN, OUTSIDE, allowed
+from .limits import OPPOSITES, TIES, separability
 from .rigs import CHANNELS, draw, phases, simulate
 
 TIERS = {"plain": (5.0, 12.0), "concealed": (1.5, 4.4), "deep": (0.42, 1.0), "faint": (0.03, 0.3)}
@@ -29,14 +29,12 @@ def plan(rng, n):
     rest = sorted(share, key=lambda s: -(s[1] * n - math.floor(s[1] * n)))
     for t, _ in rest[:n - sum(count.values())]:
         count[t] += 1
-    known = sorted({k[0] for k in FORMS if not k[0].startswith("unknown")})
-    strange = sorted({k[0] for k in FORMS if k[0].startswith("unknown")})
     out = []
     for t, _ in share:
         deck = []
         for _ in range(count[t]):
             if not deck:
-                deck = list(rng.permutation(strange if t == "unknown" else known))
+                deck = list(rng.permutation(OUTSIDE if t == "unknown" else KNOWN))
             out.append((t, None if t in ("null", "pair") else str(deck.pop())))
     return [out[i] for i in rng.permutation(n)]
 
@@ -140,9 +138,12 @@ def shares(rig, sims, f):
     return {c: {p: float(x / t) for p, x in zip(PHASES, v)} for c, v in out.items()}
 
 
-def record(rng, rig, pairs, hostile):
-    """Noisy recordings with every nuisance of the format; returns data (channels), reported speeds and mass."""
-    kfac = 1 + 0.005 * rng.standard_normal(len(rig.recs))
+def record(rng, rig, pairs, hostile, scatter=0.005):
+    """Noisy recordings with every nuisance of the format; returns data (channels), reported speeds and mass.
+
+    scatter: of the stiffness between repeats, one standard deviation.
+    """
+    kfac = 1 + scatter * rng.standard_normal(len(rig.recs))
     speeds = np.array([r.speed for r in rig.recs])
     sims = simulate(rig, rig.P, [(e["apply"], s) for e, s in pairs], kfac=kfac)
     gain = {"force": 1 + 0.007 * rng.standard_normal(), "acceleration": 1 + 0.007 * rng.standard_normal(),
@@ -172,8 +173,8 @@ def record(rng, rig, pairs, hostile):
     return data, told, mass
 
 
-def write_case(folder, name, rig, data, told, mass, user, units):
-    """campaign.toml and one CSV a recording (recordings/1)."""
+def write_case(folder, name, rig, data, told, mass, user, units, clocks=None):
+    """campaign.toml and one CSV a recording (recordings/1); clocks: time stamps [s] of each recording, even ones where None."""
     folder.mkdir(parents=True)
     u = UNITS[units]
     lines = ['format = "recordings/1"', "", "[campaign]", f'name = "{name}"', f'kind = "{rig.kind}"', f'material = "{rig.material}"', ""]
@@ -195,7 +196,7 @@ def write_case(folder, name, rig, data, told, mass, user, units):
             lines.append(f"level = {r.level:.4g}   # m, depth aimed at")
         cols = ["time"] + list(rig.channels)
         n = len(data[i][rig.channels[0]])
-        table = np.column_stack([np.arange(n) * rig.dt / u["time"][1]] + [data[i][c] / u[c][1] for c in rig.channels])
+        table = np.column_stack([(np.arange(n) * rig.dt if clocks is None else clocks[i]) / u["time"][1]] + [data[i][c] / u[c][1] for c in rig.channels])
         body = "\n".join("%.8g," % row[0] + ",".join("%.5g" % v for v in row[1:]) for row in table)
         (folder / f"r{i + 1:02d}.csv").write_text(",".join(f"{c} [{u[c][0]}]" for c in cols) + "\n" + body + "\n")
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
@@ -215,10 +216,9 @@ def attempt(rng, tier, mechanism, used):
     names = [mechanism] if mechanism else []
     level = tier
     if tier == "pair":
-        known = sorted({k[0] for k in FORMS if not k[0].startswith("unknown")} - {"residual_magnetism"})
-        names = [str(x) for x in rng.choice(known, 2, replace=False)]
+        names = [str(x) for x in rng.choice(sorted(set(KNOWN) - {"residual_magnetism"}), 2, replace=False)]
         level = "concealed"
-        if set(names) in ({"lowpass_lag", "channel_skew"}, {"gravity", "return_spring"}):
+        if set(names) in (*TIES, OPPOSITES):
             return None
         if "hysteresis_damping" in names:
             rig = draw(rng, kind, False)
@@ -250,6 +250,8 @@ def attempt(rng, tier, mechanism, used):
                 return None
             pairs.append((eff, got[0]))
             f = got[1]
+    if {e["key"] for e, _ in pairs} > {("sensor_resonance", "tip-mass")} and "base_compliance" in names:
+        return None                  # both are the second body of motion.py
     sims = simulate(rig, rig.P, [(e["apply"], s) for e, s in pairs])
     stride = max(1, int(np.median([r.n for r in rig.recs]) // 220))
     f = fit(rig, sims, base_parameters(rig), stride=stride, iterations=12, speed_std=CALM)
@@ -340,8 +342,7 @@ def case(seed, index, tier, mechanism, used):
         if got is not None:
             return got, rng, t
         if t % 25 == 24 and tier not in ("null", "pair"):      # what cannot be had at this strength is had another way
-            pool = sorted({k[0] for k in FORMS if k[0].startswith("unknown") == (tier == "unknown")})
-            mechanism = str(np.random.default_rng([seed, index, 999, t]).choice(pool))
+            mechanism = str(np.random.default_rng([seed, index, 999, t]).choice(OUTSIDE if tier == "unknown" else KNOWN))
     raise RuntimeError(f"case {index}: no draw came out as {tier}")
 
 

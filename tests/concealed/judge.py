@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 from scipy import stats
 
+from . import scores
+
 CHANNELS = ("force", "acceleration", "penetration")
 TIES = [{"lowpass_lag", "channel_skew"}, {"gravity", "return_spring"}]
 TARGETS = {"null": (0.98, 0.95), "plain": (0.95, 0.88), "concealed": (0.95, 0.88), "deep": (0.85, 0.72),
@@ -55,7 +57,10 @@ def distance(case, prediction):
 
 
 def group(truth):
-    names = truth["missing"]
+    """The row a case counts in: of today's mix, or of groups.py."""
+    names, other = truth["missing"], scores.group_of(truth)
+    if other is not None:
+        return other
     if not names:
         return "null"
     if any(n.startswith("unknown:") for n in names):
@@ -155,10 +160,11 @@ def judge(case, truth, answer):
     """One case judged: a dict with what was right. `answer` is the folder with verdict.json and predictions."""
     g = group(truth)
     want = set(truth["missing"])
-    out = dict(case=case.name, group=g, kind=truth["kind"], truth=truth["missing"], forms=truth["forms"],
+    out = dict(case=case.name, group=g, set=truth.get("set"), detail=truth.get("detail", ""), kind=truth["kind"], truth=truth["missing"], forms=truth["forms"],
                strength=truth["misfit_over_noise"], limit=truth.get("limit"), hostile=truth.get("hostile", {}),
                answered=False, invalid=None, detected=False, named=[], also=[], unexplained=False, right=False, located=None,
-               gain=None, before=None, after=None, oracle=truth["oracle_misfit"], parameters=[])
+               gain=None, before=None, after=None, oracle=truth["oracle_misfit"], parameters=[],
+               top=(0.0, False), held=None, open=[], believed=[], false_names=[], probability={}, worse=False)
     try:
         v = json.loads((answer / "verdict.json").read_text())
     except (OSError, ValueError) as e:
@@ -179,7 +185,10 @@ def judge(case, truth, answer):
             if b in names and a not in names and a in out["also"]:
                 names = (names - {b}) | {a}
     out["counted"] = sorted(names)
-    if g == "null":
+    out.update(scores.verdict_scores(v, out))
+    if out["set"] is not None:
+        out["right"] = scores.right_in_group(out, v)
+    elif g == "null":
         out["right"] = not out["detected"] and not out["named"]
     elif g == "unknown":
         out["right"] = out["detected"] and out["unexplained"] and len(out["named"]) <= 1
@@ -193,7 +202,7 @@ def judge(case, truth, answer):
         out["located"] = False
     out["before"] = distance(case, answer / "predictions" / "before")
     out["after"] = distance(case, answer / "predictions" / "after")
-    if out["before"] and out["after"] and want and g != "unknown" and out["before"] > 1.02 * out["oracle"]:
+    if out["before"] and out["after"] and want and g != "unknown" and out["oracle"] and out["before"] > 1.02 * out["oracle"]:
         if out["after"] >= 0.6 * out["oracle"]:
             out["gain"] = (out["before"] - out["after"]) / (out["before"] - out["oracle"])
     out["parameters"] = parameters(v, truth)

@@ -13,6 +13,7 @@ from .effects import FORMS, allowed
 from .rigs import simulate
 
 TIES = [{"lowpass_lag", "channel_skew"}, {"gravity", "return_spring"}]
+OPPOSITES = {"cyclic_softening", "cyclic_hardening"}      # the same trace with the other sign, which tells them apart
 
 
 def _white(rig, y, c):
@@ -125,7 +126,8 @@ def separability(rng, rig, base, mechanism, sims, fit):
                 q = project([a - b for a, b in zip(d, y0)])
                 n = float(np.sqrt(q @ q))
                 if n > 1e-9 and length > 0:
-                    c = abs(float(q @ truth)) / (n * length)
+                    c = float(q @ truth) / (n * length)
+                    c = c if {name, mechanism} == OPPOSITES else abs(c)
                     if c > best and {name, mechanism} not in TIES:
                         best, who = c, name
     finally:

@@ -5,6 +5,7 @@ Positions are along x, positive into the stop, SI throughout. State:
   0 x, 1 v      body                       2 xb, 3 vb    stop (base compliance) or transducer tip (sensor resonance)
   4 xl, 5 vl    loose part                 6 z           bristle of the LuGre friction [m]
   7 .. 14       forces in the Maxwell branches [N]
+  15 xa, 16 va  mass that rides on the body by a spring
 Memory that a step leaves alone and events change: deepest indentation, turning depth, crack flag.
 """
 import math
@@ -40,9 +41,22 @@ CV_POW, MU_THIN, SP_X2, SP_K2 = 85, 86, 87, 88   # power of speed in c v, speed 
 DRAG_CR = 89                                     # speed of the drag crisis (0: none)
 MU_POW, ST2_K, ST2_D, CB_DRY = 90, 91, 92, 93    # power of speed in mu x^p v; third layer: rate, depth; dry friction of the stop
 DRAG_LIN = 94                                    # speed at which the drag's linear share is as large as its square
-NP = 95
-NS = 15
-CREEP = 2e-3         # m/s, width of the smoothed zero of the stop's dry friction
+PRE, PRE_F, PRE_D, PRE_SAG = 95, 96, 97, 98      # contact spring under preload: form, force, depth it takes, share lost at depth
+PRE_X = 99                                       # depth at which PRE_SAG is lost
+AM, AM_K, AM_C, AM_K3, AM_DRY, AM_GAP = 100, 101, 102, 103, 104, 105  # riding mass: mass, spring, dashpot, cubic, dry friction, play to each side
+LOSS, LOSS_V = 106, 107                          # rate-independent loss of the contact: share of force, speed that smooths its sign
+WIG = 108                                        # wiggles of the law: WIG_N times amplitude (of force), wave number [rad/m], phase
+WIG_N = 3
+PLAT, PLAT_X, PLAT_W = 117, 118, 119             # stranger: a wall that gives way: share of force lost, depth, width
+TH, TH_V, TH_D = 120, 121, 122                   # stranger: damping that sets in beyond a speed: N s^2/m^2, speed, depth of its ramp
+SKIN_F, SKIN_D = 123, 124                        # stranger: a skin that breaks: force it bears, depth at which it breaks
+SIDE = 125                                       # stranger: friction in the guide in proportion to the contact's force
+LA_F, LA_Z = 126, 127                            # stranger: a latch's pull towards the stop, distance over which it fades
+PAWL = 128                                       # stranger: friction on the way back only
+NP = 129
+NS = 17
+VE_END = 15          # behind the last Maxwell branch
+CREEP = 2e-3         # m/s, width of the smoothed zero of dry friction in the stop's seat and under a riding mass
 
 
 @njit(cache=True)
@@ -124,11 +138,34 @@ def pull(x, leaving, turn, P):
 
 
 @njit(cache=True)
+def preload(x, P):
+    """Force of a contact spring under preload at depth x [m] > 0, beside the power law [N]; no rate, nothing is lost.
+
+    1 taken over linearly within a depth. 2 taken over as tanh. 3 as 2, and falling with depth towards a share left,
+    as a disc spring or a buckled beam gives way (Almen and Laszlo 1936).
+    """
+    f = P[PRE_F]
+    if P[PRE] == 1.0:
+        return f * min(1.0, x / P[PRE_D])
+    f *= math.tanh(x / P[PRE_D])
+    if P[PRE] == 3.0:
+        f *= 1.0 - P[PRE_SAG] * (1.0 - math.exp(-x / P[PRE_X]))
+    return f
+
+
+@njit(cache=True)
 def contact_force(x, v, touching, leaving, deepest, turn, cracked, y, P):
     """Force between body and stop [N], positive in compression."""
     f = 0.0
     if touching == 1 and x > 0.0:
         s = skeleton(x, deepest, P)
+        if P[WIG] != 0.0:
+            w = 1.0
+            for i in range(WIG_N):
+                w += P[WIG + 3 * i] * math.sin(P[WIG + 3 * i + 1] * x + P[WIG + 3 * i + 2])
+            s *= w
+        if P[PLAT] != 0.0:
+            s *= 1.0 - P[PLAT] / (1.0 + math.exp(-(x - P[PLAT_X]) / P[PLAT_W]))
         if RATE > 0 and P[RATE] != 0.0:
             s *= 1.0 + P[RATE] * math.log(1.0 + abs(v) / P[RATE_V])
         f = s
@@ -161,6 +198,14 @@ def contact_force(x, v, touching, leaving, deepest, turn, cracked, y, P):
             f += P[ST_K] * (x - P[ST_D]) ** P[ST_P]
         if P[ST2_K] != 0.0 and x > P[ST2_D]:
             f += P[ST2_K] * (x - P[ST2_D])
+        if P[PRE] != 0.0:
+            f += preload(x, P)
+        if P[TH] != 0.0 and abs(v) > P[TH_V]:
+            f += P[TH] * (abs(v) - P[TH_V]) * v * min(1.0, x / P[TH_D])
+        if P[SKIN_F] != 0.0 and deepest < 1.1 * P[SKIN_D] and x < 1.1 * P[SKIN_D]:
+            f += P[SKIN_F] * min(x / P[SKIN_D], 11.0 - 10.0 * x / P[SKIN_D])
+        if P[LOSS] != 0.0:
+            f += P[LOSS] * s * math.tanh(v / P[LOSS_V])
         if P[CORR_F] != 0.0:
             f += P[CORR_F] * math.sin(2.0 * math.pi * x / P[CORR_W]) * min(1.0, x / P[CORR_W])
         for i in range(int(P[VE_N])):
@@ -224,6 +269,10 @@ def others(t, x, v, z, P):
         f -= m
     if P[JAM] != 0.0:
         f -= P[JAM] * math.exp(-((x - P[JAM_X]) / P[JAM_W]) ** 2) * math.tanh(v / 0.003)
+    if P[LA_F] != 0.0:
+        f += P[LA_F] / (1.0 + max(-x, 0.0) / P[LA_Z]) ** 4
+    if P[PAWL] != 0.0 and v < 0.0:
+        f += P[PAWL] * math.tanh(-v / 0.003)
     if P[VIB] != 0.0:
         f += P[VIB] * math.sin(P[VIB_W] * t + P[VIB_PH])
     return f, dz
@@ -242,6 +291,19 @@ def loose_force(d, dd, P):
 
 
 @njit(cache=True)
+def riding_force(d, dd, P):
+    """Force of the riding mass on the body [N] at lead d [m] of the mass and its rate dd [m/s]."""
+    f = P[AM_C] * dd
+    e = d
+    if P[AM_GAP] > 0.0:
+        e = d - P[AM_GAP] if d > P[AM_GAP] else d + P[AM_GAP] if d < -P[AM_GAP] else 0.0
+    f += P[AM_K] * e + P[AM_K3] * e ** 3
+    if P[AM_DRY] > 0.0:
+        f += P[AM_DRY] * math.tanh(dd / CREEP)
+    return f
+
+
+@njit(cache=True)
 def rhs(t, y, mode, mem, P, dy):
     """Time derivative of the state, and what the sensors stand on: contact force, transducer force, acceleration."""
     x, v = y[0], y[1]
@@ -255,15 +317,18 @@ def rhs(t, y, mode, mem, P, dy):
     fl = 0.0
     if P[LM] > 0.0:
         fl = loose_force(y[4] - x, y[5] - v, P)
+    if P[SIDE] != 0.0:
+        f -= P[SIDE] * abs(fc) * math.tanh(v / 0.003)
+    fa = riding_force(y[15] - x, y[16] - v, P) if P[AM] > 0.0 else 0.0
     reading = fc
+    own = P[M] - P[LM] - P[AM]               # what moves with the accelerometer
     if P[BMODE] == 2.0:
         reading = P[KB] * (x - y[2]) + P[CB] * (v - y[3])
-        a = (f - P[MB] * P[G] - reading) / (P[M] - P[MB])
+        own -= P[MB]
+        a = (f - (P[M] - own) * P[G] - reading + fl + fa) / own
         dy[3] = (reading - fc) / P[MB] + P[G]
     else:
-        a = (f - fc + fl) / (P[M] - P[LM])
-        if P[LM] > 0.0:
-            a = (f - P[LM] * P[G] - fc + fl) / (P[M] - P[LM])
+        a = (f - (P[M] - own) * P[G] - fc + fl + fa) / own
         dy[3] = 0.0
         if P[BMODE] == 1.0:
             dy[3] = (fc - P[KB] * y[2] - P[KB3] * y[2] ** 3 - P[CB] * y[3]
@@ -272,6 +337,8 @@ def rhs(t, y, mode, mem, P, dy):
     dy[4] = y[5]
     dy[5] = P[G] - fl / P[LM] if P[LM] > 0.0 else 0.0
     dy[6] = dz
+    dy[15] = y[16]
+    dy[16] = P[G] - fa / P[AM] if P[AM] > 0.0 else 0.0
     nb = int(P[VE_N])
     for i in range(nb):
         if mode[0] == 1 and xc > 0.0:
@@ -333,6 +400,8 @@ def step(t, y, h, n, mode, mem, P, k, out, err):
 @njit(cache=True)
 def active(P):
     """How many entries of the state are in use."""
+    if P[AM] > 0.0:
+        return NS
     if P[VE_N] > 0.0:
         return 7 + int(P[VE_N])
     if P[FR] == 3.0:
@@ -353,7 +422,7 @@ def run(P, x0, v0, times, scale_x, scale_v, tol, out):
     """
     n = active(P)
     y, w, err = np.zeros(NS), np.zeros(NS), np.zeros(NS)
-    y[0], y[1], y[4], y[5] = x0, v0, x0, v0
+    y[0], y[1], y[4], y[5], y[15], y[16] = x0, v0, x0, v0, x0, v0
     if P[BMODE] == 2.0:
         y[2], y[3] = x0, v0
     k = np.zeros((7, NS))
@@ -372,8 +441,9 @@ def run(P, x0, v0, times, scale_x, scale_v, tol, out):
     for i in range(NS):
         sc[i] = scale_x if i % 2 == 0 else scale_v
     sc[6] = scale_x * 0.05
-    for i in range(7, NS):
+    for i in range(7, VE_END):
         sc[i] = fs
+    sc[15], sc[16] = scale_x, scale_v
     t = 0.0
     t_touch, v_touch = np.nan, np.nan
     rhs(t, y, mode, mem, P, k[0])
@@ -467,7 +537,7 @@ def run(P, x0, v0, times, scale_x, scale_v, tol, out):
                             t_touch, v_touch = t, g[1]
                         s[1] = 1.0 if g[1] > 0.0 else -1.0
                     else:
-                        for i in range(7, NS):
+                        for i in range(7, VE_END):
                             y[i] = 0.0
                 if hit == 1 and mode[0] == 1:
                     if s[1] < 0.0:

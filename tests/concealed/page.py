@@ -6,6 +6,7 @@ from collections import defaultdict
 import numpy as np
 
 from . import figures as fig
+from . import scores
 from .effects import STRANGE
 from .judge import TARGETS, TIES, band, summary
 
@@ -20,7 +21,13 @@ SINGLE = ("plain", "concealed", "deep", "faint")
 
 def seeds(head):
     """The seeds in words."""
-    return "seed " + ", ".join(str(s) for s, _ in head["sets"]) if len(head["sets"]) == 1 else "seeds " + ", ".join(str(s) for s, _ in head["sets"])
+    own = list(dict.fromkeys(str(s[0]) for s in [*head["sets"], *head.get("groups", [])]))
+    return ("seed " if len(own) == 1 else "seeds ") + ", ".join(own)
+
+
+def as_set(s):
+    """A set as it is given on the command line."""
+    return f"{s[0]}/{s[1]}" + (f":{s[2]}" if len(s) == 3 else "")
 
 
 def how_many(head):
@@ -36,7 +43,7 @@ def made(head):
 
 def command(head):
     """The command that draws and judges the same cases again."""
-    return "tests/prove " + " ".join(f"{s}/{n}" for s, n in head["sets"]) + (f" --first {head['cases']}" if head["cases"] < sum(n for _, n in head["sets"]) else "")
+    return "tests/prove " + " ".join(as_set(s) for s in [*head["sets"], *head.get("groups", [])]) + (f" --first {head['cases']}" if head["cases"] < sum(n for _, n in head["sets"]) else "")
 
 
 def esc(x):
@@ -305,12 +312,30 @@ def beside_table(others):
     return rows_of(["method", "settings", "false alarms", "detected", "single effect named", "share of the oracle's gain, median", "processor s a case"], body, (2, 3, 4, 5, 6)) + f"<ul>{notes}</ul>"
 
 
-def write(out, head, rows, others, real, single_level):
+def certainty(out, rows, more):
+    """The table the diagnosis is held to over all groups, and how sure it was."""
+    body = [[esc(what), n, k, f'<b class="{ {True: "good", False: "bad", None: ""}[kept]}">{value}</b>', floor, goal] for what, n, k, value, floor, goal, kept in scores.lines(rows + more)]
+    groups = rows_of(["group", "answers", "wrong names believed", "size of the 95 % sets, mean", "sets that hold the cause", "parameters inside their 95 % interval"],
+                     [[esc(c) for c in line] for line in scores.by_group(rows + more)], (1, 2, 3, 4, 5))
+    bad = [r for r in more if not r["right"]]
+    rest = "".join(f"<tr><td>{esc(r['case'])}</td><td>{esc(r['group'])}</td><td>{esc(r['detail'])}</td><td>{esc(r['kind'])}</td><td>{esc(' + '.join(r['truth']) or 'nothing')}</td>"
+                   f"<td>{esc(', '.join(r['forms']))}</td><td>{esc(', '.join(f'{n} {p:.2f}' for n, p in r['probability'].items()) or said(r))}</td></tr>" for r in bad)
+    told = "".join(f"<p>Strangers, {esc(h)}.</p>" for h in scores.halves()) if more else ""
+    return ['<h2 id="sure">How sure it was</h2>', rows_of(["", "cases", "right", "value", "floor", "goal"], body, (1, 2, 3, 4, 5)), fig.reliability(scores.reliability(rows + more)), groups, told,
+            f"<details><summary>All {len(bad)} campaigns of the groups not answered right</summary><table><tr><th>case</th><th>group</th><th>of it</th><th>kind</th><th>hidden</th><th>form</th><th>said</th></tr>{rest}</table></details>" if more else ""]
+
+
+def write(out, head, rows, others, real, single_level, more=()):
     """DIR/index.html and the two pictures of the README."""
     out.mkdir(parents=True, exist_ok=True)
     parts = [f"<!doctype html><meta charset=utf-8><title>Concealed effects, found blind</title><style>{STYLE}</style>", "<h1>Concealed effects, found blind</h1>"]
+    more = list(more)
     if rows:
         parts += blind(out, head, rows, others, real, single_level)
+    elif more:
+        parts.append(f"<p>{len(more)} campaigns of groups, {seeds(head)}, {head['date']}, {made(head)}. Labels sealed before the diagnosis: sha256 <code>{head['sha256']}</code>. Again: <code>{command(head)}</code></p>")
+    if rows or more:
+        parts += certainty(out, rows, more)
     if others:
         parts += ['<h2 id="beside">Beside what else one could use</h2>', beside_table(others)]
     if real:
@@ -345,9 +370,9 @@ def blind(out, head, rows, others, real, single_level):
     ]
 
 
-def markdown(head, rows, others, real):
-    """The tables for the README."""
-    out = []
+def markdown(head, rows, others, real, more=()):
+    """The tables for the README; more: rows of groups.py's campaigns."""
+    out, more = [], list(more)
     if rows:
         out += [f"{how_many(head)[:1].upper()}{how_many(head)[1:]} concealed cases, {seeds(head)}, {head['date']}, {made(head)}; labels sha256",
                 f"`{head['sha256']}`; `{command(head)}`:", "",
@@ -368,6 +393,11 @@ def markdown(head, rows, others, real):
             out += ["", f"Wrong most often, over all strengths: {bad}."]
         cpu = [r["cpu"] for r in rows]
         out += ["", f"A campaign took {np.median(cpu):.0f} s of processor time in the median, {np.percentile(cpu, 90):.0f} s for nine of ten."]
+    if more:
+        out += ["", f"With {len(more)} campaigns more, of the groups of tests/concealed/groups.py:" if rows else
+                f"{len(more)} campaigns of the groups of tests/concealed/groups.py, {seeds(head)}, {head['date']}, {made(head)}; labels sha256 `{head['sha256']}`; `{command(head)}`:"]
+    if rows or more:
+        out += [""] + scores.markdown(rows + more)
     if others:
         out += ["", f"Beside, on the first {others['cases']} of these cases:", "", "| | false alarms | detected | single effect named | share of the oracle's gain | processor s a case |", "|---|---|---|---|---|---|"]
         for m in others["methods"]:
@@ -383,13 +413,13 @@ def markdown(head, rows, others, real):
 START, END = "<!-- proof: written by tests/prove --readme -->", "<!-- end of proof -->"
 
 
-def readme(root, out, head, rows, others, real):
+def readme(root, out, head, rows, others, real, more=()):
     """Puts tables and pictures between the markers in README.md; keeps the rest of it."""
     path = root / "README.md"
     text = path.read_text()
     if START not in text or END not in text:
         raise SystemExit(f"{path}: the lines '{START}' and '{END}' are missing; put them where the tables belong")
-    lines_ = [START, "", markdown(head, rows, others, real), ""]
+    lines_ = [START, "", markdown(head, rows, others, real, more), ""]
     if rows:
         pictures = root / "tests" / "concealed" / "pictures"
         pictures.mkdir(exist_ok=True)

@@ -3,6 +3,7 @@ import argparse
 import datetime
 import hashlib
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -12,8 +13,10 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 from . import page
+from . import scores
 from .effects import STRANGE
 from .generate import generate, jsonable, label_hash
+from .groups import GROUPS, case_name, draw_group
 from .judge import judge, summary
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -114,17 +117,24 @@ def one_level(binary, out, rows, count, jobs):
     return res
 
 
+SHARE = 0.3          # campaigns of each group that --groups draws for one of today's mix
+
+
 def a_set(text):
-    """SEED/N as (seed, n)."""
-    seed, _, n = text.partition("/")
+    """SEED/N as (seed, n), SEED/N:GROUP as (seed, n, group)."""
+    both, colon, group = text.partition(":")
+    seed, _, n = both.partition("/")
     if not (seed.isdigit() and n.isdigit() and int(n) > 0):
-        raise argparse.ArgumentTypeError(f"{text}: a set is SEED/N, two whole numbers, N at least 1")
-    return int(seed), int(n)
+        raise argparse.ArgumentTypeError(f"{text}: a set is SEED/N or SEED/N:GROUP, two whole numbers, N at least 1")
+    if colon and group not in GROUPS:
+        raise argparse.ArgumentTypeError(f"{text}: {group!r} is no group; the groups are {', '.join(GROUPS)}")
+    return (int(seed), int(n), group) if colon else (int(seed), int(n))
 
 
 def options():
     a = argparse.ArgumentParser(prog="tests/prove", description="Concealed effects, found blind: draws N cases from each seed, seals their labels, diagnoses them, opens the labels, judges, writes DIR/index.html.")
-    a.add_argument("sets", metavar="SEED/N", type=a_set, nargs="*", help="N cases drawn from SEED; may be given several times")
+    a.add_argument("sets", metavar="SEED/N", type=a_set, nargs="*", help=f"N cases drawn from SEED, or SEED/N:GROUP, N of a group ({', '.join(GROUPS)}); may be given several times")
+    a.add_argument("--groups", action="store_true", help=f"beside every SEED/N draw every group from that seed, {SHARE:g} N of each")
     a.add_argument("--out", type=Path, default=ROOT / "out" / "proof", help="folder of cases, labels, verdicts and the page (default out/proof)")
     a.add_argument("--first", type=int, metavar="N", help="judge only the first N cases drawn (they are shuffled), where time is short; the page says so")
     a.add_argument("--beside", action="store_true", help="run PySINDy, gplearn, a Gaussian process and plain recalibration on the same cases")
@@ -137,7 +147,16 @@ def options():
     a.add_argument("--commit", default="", metavar="ID", help="the commit --touchdown was built from, for the page")
     a.add_argument("--again", action="store_true", help="keep the cases --out holds already (same sets) and what this binary answered; judge anew")
     o = a.parse_args()
-    if not o.sets and not o.real:
+    o.more = [s for s in o.sets if len(s) == 3]
+    o.sets = [s for s in o.sets if len(s) == 2]
+    if o.groups:
+        o.more += [(s, math.ceil(SHARE * n), g) for s, n in o.sets for g in GROUPS]
+    if len({(s, g) for s, _, g in o.more}) < len(o.more):
+        a.error("a group is drawn from a seed twice: it would draw the same campaigns again")
+    if o.groups and not o.sets:
+        a.error("--groups draws beside SEED/N: give one, or name the groups as SEED/N:GROUP")
+    drawn = o.sets + o.more
+    if not drawn and not o.real:
         a.error("give SEED/N, how many cases to draw from which seed (or --real FOLDER)")
     if len({s for s, _ in o.sets}) < len(o.sets):
         a.error("a seed is given twice: it would draw the same cases again")
@@ -150,11 +169,11 @@ def options():
     if o.touchdown and not o.touchdown.is_file():
         a.error(f"--touchdown {o.touchdown}: no such file")
     mark = o.out / "drawn.json"
-    if o.sets and mark.exists() and o.again:
+    if drawn and mark.exists() and o.again:
         held = [tuple(s) for s in json.loads(mark.read_text())["sets"]]
-        if held != o.sets:
-            a.error(f"{o.out} holds {' '.join(f'{s}/{n}' for s, n in held)}")
-    elif o.sets and (o.out / "open").exists():
+        if held != drawn:
+            a.error(f"{o.out} holds {' '.join(page.as_set(s) for s in held)}")
+    elif drawn and (o.out / "open").exists():
         a.error(f"{o.out / 'open'} is there already: give another --out, or --again where its drawing had ended")
     return o
 
@@ -167,12 +186,16 @@ def draw(o):
         if label_hash(out / "truth") != m["sha256"]:
             sys.exit("the labels are not those that were sealed")
         return m["sha256"], m["seconds"]
-    t0, total, done = time.monotonic(), sum(n for _, n in o.sets), 0
+    t0, total, done = time.monotonic(), sum(s[1] for s in o.sets + o.more), 0
+    say = lambda i, *_: progress(done + i, total, t0, "drawing")
     for seed, n in o.sets:
-        generate(seed, n, out, lambda i, *_: progress(done + i, total, t0, "drawing"))
+        generate(seed, n, out, say)
+        done += n
+    for seed, n, group in o.more:
+        draw_group(seed, n, group, out, say)
         done += n
     sealed, seconds = label_hash(out / "truth"), time.monotonic() - t0
-    mark.write_text(json.dumps(dict(sets=o.sets, sha256=sealed, seconds=seconds)))
+    mark.write_text(json.dumps(dict(sets=o.sets + o.more, sha256=sealed, seconds=seconds)))
     return sealed, seconds
 
 
@@ -195,22 +218,25 @@ def main():
     binary = built(o.touchdown)
     commit = o.commit if o.touchdown else subprocess.run(["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
     total = sum(n for _, n in o.sets)
-    head = dict(sets=o.sets, cases=total, date=datetime.date.today().isoformat(), commit=commit, jobs=o.jobs)
-    rows, single_level, others = [], None, None
-    if o.sets:
+    head = dict(sets=o.sets, groups=o.more, cases=total, date=datetime.date.today().isoformat(), commit=commit, jobs=o.jobs)
+    rows, more, single_level, others = [], [], None, None
+    if o.sets or o.more:
         sealed, head["draw_s"] = draw(o)
         head["sha256"] = sealed
-        print(f"{total} cases drawn from {page.seeds(head)}; labels sealed before the diagnosis, sha256 {sealed}", flush=True)
+        print(f"{total + sum(n for _, n, _ in o.more)} cases drawn from {page.seeds(head)}; labels sealed before the diagnosis, sha256 {sealed}", flush=True)
+        if o.more:
+            print("strangers, " + "; ".join(scores.halves()), flush=True)
         cases = [out / "open" / f"s{s}-{i + 1:03d}" for s, n in o.sets for i in range(n)][:o.first or total]
+        of_groups = [out / "open" / case_name(s, g, i) for s, n, g in o.more for i in range(n)]
         head["cases"] = len(cases)
-        runs, head["binary"] = diagnose_all(binary, cases, out / "verdicts", o.jobs, "diagnosing")
+        runs, head["binary"] = diagnose_all(binary, cases + of_groups, out / "verdicts", o.jobs, "diagnosing")
         if label_hash(out / "truth") != sealed:
             sys.exit("the labels changed while they were sealed: nothing is proved")
-        rows = opened(cases, out, runs)
-        if o.one_level:
+        rows, more = opened(cases, out, runs), opened(of_groups, out, runs)
+        if o.one_level and rows:
             single_level = one_level(binary, out, rows, o.one_level, o.jobs)
-        (out / "scores.json").write_text(json.dumps(jsonable(dict(head=head, summary=summary(rows), one_level=single_level, cases=rows)), indent=1))
-        if o.beside:
+        (out / "scores.json").write_text(json.dumps(jsonable(dict(head=head, summary=summary(rows), figures=scores.figures(rows + more), one_level=single_level, cases=rows + more)), indent=1))
+        if o.beside and rows:
             from .beside import compare
             others = jsonable(compare(out, rows[:o.beside_cases or len(rows)], progress))
             (out / "beside.json").write_text(json.dumps(others, indent=1))
@@ -224,10 +250,10 @@ def main():
         found, real = sections(campaigns, out / "real", told)
         (out / "real.json").write_text(json.dumps(jsonable(found), indent=1))
         real = (found, real)
-    page.write(out, head, rows, others, real, single_level)
-    print(page.markdown(head, rows, others, real and real[0]))
+    page.write(out, head, rows, others, real, single_level, more)
+    print(page.markdown(head, rows, others, real and real[0], more))
     if o.readme:
-        page.readme(ROOT, out, head, rows, others, real and real[0])
+        page.readme(ROOT, out, head, rows, others, real and real[0], more)
     print(f"page: {out / 'index.html'}")
 
 

@@ -151,6 +151,20 @@ def draw(rng, kind, hysteresis=None, channels=None):
     return rig
 
 
+def slim(rig, levels=3, repeats=2, samples=200):
+    """The rig with its lowest, middle and highest level, two recordings each, thinned to some `samples`: quick to diagnose."""
+    have = sorted({r.level for r in rig.recs})
+    keep = [have[i] for i in np.linspace(0, len(have) - 1, min(levels, len(have))).round().astype(int)]
+    rig.recs = [r for q in keep for r in [r for r in rig.recs if r.level == q][:repeats]]
+    every = max(1, round(max(r.n for r in rig.recs) / samples))
+    for i, r in enumerate(rig.recs):
+        r.order, r.n = i + 1, (r.n + every - 1) // every
+        if r.path is not None:
+            r.path = (r.path[0][::every], r.path[1][::every])
+    rig.dt *= every
+    return rig
+
+
 def scales(rng, rig):
     """Noise of each channel from the largest level's range, and the reference magnitudes effects are scaled by."""
     sims = simulate(rig, rig.P)

@@ -11,14 +11,16 @@ import numpy as np
 import pytest
 from scipy.special import lambertw
 
-from tests.concealed import chain, motion as m
+from tests.concealed import chain, motion as m, rigs
+from tests.concealed.calibrate import base_parameters, fit
 from tests.concealed.effects import FORMS, STRANGE
 from tests.concealed.generate import TIERS, generate, label_hash, plan
 from tests.concealed.judge import band, distance, files, judge, table
 
 VOCABULARY = """hysteresis_damping viscous_damping plastic_indentation adhesion viscoelastic_relaxation secondary_stiffening
 cyclic_softening gravity guide_friction fluid_drag squeeze_film base_compliance loose_part return_spring residual_magnetism
-sensor_resonance charge_droop lowpass_lag channel_skew clipping force_gain""".split()
+sensor_resonance charge_droop lowpass_lag channel_skew clipping force_gain
+contact_preload attached_mass cyclic_hardening""".split()
 
 
 def body(**kw):
@@ -238,6 +240,77 @@ def test_play_keeps_its_width_and_a_shaken_rig_follows_its_force():
     w, a, ph = 500.0, 3.0, 0.4
     t, out, _ = ride(body(M=0.6, K=1e7, PW=1.0, VIB=a, VIB_W=w, VIB_PH=ph), -1.0, 1.0, 0.02)
     assert np.allclose(out[:, 1], 1.0 + a / 0.6 / w * (np.cos(ph) - np.cos(w * t + ph)), rtol=1e-7)
+
+
+@pytest.mark.parametrize("form", [1.0, 2.0, 3.0])
+def test_a_preloaded_spring_gives_its_energy_back_and_acts_at_once(form):
+    F0, d = 120.0, 4e-6
+    P = body(M=0.7, K=2e8, PW=1.7, PRE=form, PRE_F=F0, PRE_D=d, PRE_SAG=0.3, PRE_X=3e-4)
+    _, out, _ = ride(P, -1e-4, 0.9, 0.05)
+    assert -out[-1, 1] == pytest.approx(0.9, rel=1e-6)
+    inside = out[out[:, 0] > 20 * d]
+    extra = inside[:, 3] - 2e8 * inside[:, 0] ** 1.7
+    want = F0 * (1 - (0.3 * (1 - np.exp(-inside[:, 0] / 3e-4)) if form == 3.0 else 0.0))
+    assert len(inside) > 20 and np.allclose(extra, want, rtol=1e-6)
+
+
+def rider(t, out, P, v0=1.0):
+    """Speed and lead of the riding mass, from the impulse the contact gave and what the body has of it."""
+    impulse = np.concatenate([[0.0], np.cumsum(0.5 * (out[1:, 3] + out[:-1, 3]) * np.diff(t))])
+    va = (P[m.M] * v0 - impulse - (P[m.M] - P[m.AM]) * out[:, 1]) / P[m.AM]
+    lead = np.concatenate([[0.0], np.cumsum(0.5 * (va[1:] - out[1:, 1] + va[:-1] - out[:-1, 1]) * np.diff(t))])
+    return va, lead
+
+
+def test_a_riding_mass_rings_at_its_frequency_and_keeps_the_energy():
+    P = body(M=1.0, K=1e8, PW=1.5, AM=0.2, AM_K=4e5)
+    t, out, _ = ride(P, -1e-4, 1.0, 0.04, 40000)
+    va, lead = rider(t, out, P)
+    energy = 0.4 * out[:, 1] ** 2 + 0.1 * va ** 2 + 2e5 * lead ** 2 + 1e8 * np.maximum(out[:, 0], 0) ** 2.5 / 2.5
+    assert np.ptp(energy) < 2e-3 * energy[0]
+    # in flight both ring about their common speed: omega^2 = k (1/m_body + 1/m_rider)
+    fly = t > 0.01
+    v = out[fly, 1] - out[fly, 1].mean()
+    cross = t[fly][1:][(v[1:] > 0) & (v[:-1] <= 0)]
+    assert np.diff(cross).mean() == pytest.approx(2 * np.pi / math.sqrt(4e5 * (1 / 0.8 + 1 / 0.2)), rel=3e-3)
+    stiff = ride(body(M=1.0, K=1e8, PW=1.5, AM=0.2, AM_K=4e10, AM_C=9e4), -1e-4, 1.0, 0.02)[1]
+    assert -stiff[-1, 1] == pytest.approx(1.0, rel=2e-3)          # on a stiff spring it is part of the body
+
+
+@pytest.mark.parametrize("more", [dict(AM_C=60.0), dict(AM_K3=4e12, AM_C=20.0), dict(AM_DRY=15.0), dict(AM_GAP=2e-5, AM_C=30.0)])
+def test_a_riding_mass_only_takes_energy(more):
+    P = body(M=1.0, K=1e8, PW=1.5, AM=0.2, AM_K=4e5, **more)
+    t, out, _ = ride(P, -1e-4, 1.0, 0.03, 40000)
+    va, lead = rider(t, out, P)
+    e = np.abs(lead) - P[m.AM_GAP]
+    e = np.maximum(e, 0.0) if P[m.AM_GAP] > 0 else np.abs(lead)
+    energy = 0.4 * out[:, 1] ** 2 + 0.1 * va ** 2 + 2e5 * e ** 2 + P[m.AM_K3] * e ** 4 / 4 + 1e8 * np.maximum(out[:, 0], 0) ** 2.5 / 2.5
+    assert np.max(np.diff(energy[::200])) < 1e-3 * energy[0]
+    assert energy[-1] < 0.99 * energy[0]
+
+
+def test_hardening_grows_with_the_order_from_the_first_recording_on():
+    rig = rigs.draw(np.random.default_rng(3), "drop-test")
+    for key in [k for k in FORMS if k[0] == "cyclic_hardening"]:
+        apply, got = FORMS[key][2](np.random.default_rng(1), rig), []
+        for r in rig.recs:
+            P = rig.P.copy()
+            apply(0.2, P, {}, r)
+            got.append(P[m.KFAC])
+        assert got[0] == 1.0 and np.all(np.diff(got) > 0) and got[-1] < 1.3, key
+
+
+@pytest.mark.parametrize("key", [k for k in FORMS if k[0] in ("contact_preload", "attached_mass", "cyclic_hardening")], ids="-".join)
+def test_what_real_recordings_ask_for_acts_and_is_absorbed_by_calibration(key):
+    kind = "indentation" if key == ("contact_preload", "tanh") else "drop-test"
+    rng = np.random.default_rng([11, len(key[1])])
+    rig = rigs.draw(rng, kind, True if kind == "drop-test" else False, rigs.CHANNELS if kind == "drop-test" else None)
+    apply = FORMS[key][2](rng, rig)
+    sims, bare = (rigs.simulate(rig, rig.P, e) for e in ([(apply, 0.15)], []))
+    seen = ["force"] if kind == "indentation" else rig.channels
+    moved = math.sqrt(np.mean(np.concatenate([(a[c] - b[c]) / rig.sigma[c] for a, b in zip(sims, bare) for c in seen]) ** 2))
+    f = fit(rig, sims, base_parameters(rig), stride=max(1, rig.recs[0].n // 220), speed_std=1e-3)
+    assert moved > 1.0 and 0.1 < f.over_noise < moved and f.r2 > 0.99
 
 
 def test_filters_do_what_their_names_say():

@@ -52,11 +52,11 @@ def test_the_readme_keeps_what_is_not_the_proof_s(answered, tmp_path):
     page.write(out, head(out), rows, None, None, None)
     readme = tmp_path / "README.md"
     (tmp_path / "tests" / "concealed").mkdir(parents=True)
-    readme.write_text(f"before\n{page.START}\nold\n{page.END}\nafter\n")
+    readme.write_text(f"before\n{page.START}\nwhat stood there\n{page.END}\nafter\n")
     page.readme(tmp_path, out, head(out), rows, None, None)
     once = readme.read_text()
     page.readme(tmp_path, out, head(out), rows, None, None)
-    assert readme.read_text() == once and once.startswith("before\n") and once.endswith("\nafter\n") and "old" not in once
+    assert readme.read_text() == once and once.startswith("before\n") and once.endswith("\nafter\n") and "what stood there" not in once
     assert "seed 41, 2000-01-02" in once
     for name in ("scoreboard.svg", "detection.svg"):
         assert f"tests/concealed/pictures/{name}" in once and (tmp_path / "tests/concealed/pictures" / name).read_text().count("<svg") == 1

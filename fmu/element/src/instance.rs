@@ -282,7 +282,7 @@ impl Model for Instance {
         let from = s.last;
         let law = &s.settings.law;
         // a contact held still remembers nothing new, unless it relaxes
-        let timeless = law.relaxation_stiffness == 0.0;
+        let timeless = !law.relaxes();
         let held = timeless && to == from;
         let memory = if held { s.memory } else { law.advance(&s.memory, from[0], from[1], to[0], to[1], step) };
         let probe = if held && !self.known.is_nan() { self.known } else { law.force(&memory, to[0], to[1]) };
@@ -356,7 +356,7 @@ impl Instance {
         let s = &self.state;
         let (tried, x, v) = self.ahead(&self.memory(), ahead);
         let (mut fx, mut fv) = s.settings.law.derivatives(&tried, x, v);
-        if s.settings.law.relaxation_stiffness > 0.0 && s.settings.law.pushes(&tried, x, v) {
+        if s.settings.law.relaxes() && s.settings.law.pushes(&tried, x, v) {
             fx += s.settings.law.relaxation_slope(x);
         }
         fv += fx * ahead;

@@ -1,14 +1,14 @@
 //! The variable table: what the modelDescription must say too.
 
 pub use face::Kind;
-use law::Parameters;
+use law::{part, parts, Parameters};
 
 /// Name of the model, and of its shared library.
 pub const MODEL: &str = "HysteresisContact";
 /// Categories that are logged; the modelDescription lists the same.
 pub const LOG_CATEGORIES: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logContact"];
-/// Number of parameters.
-pub const PARAMETERS: usize = 28;
+/// Number of parameters: the law's and [`OWN`].
+pub const PARAMETERS: usize = parts::COUNT + OWN.len();
 
 /// What a variable is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,8 +63,16 @@ pub struct Parameter {
     pub unit: &'static str,
     /// Whether it may change between steps.
     pub tunable: bool,
-    get: fn(&Settings) -> f64,
-    set: fn(&mut Settings, f64),
+    access: Access,
+}
+
+/// Where a parameter's value is.
+#[derive(Clone, Copy)]
+enum Access {
+    Law(part::Parameter),
+    Lookahead,
+    LookaheadTime,
+    EffectiveMass,
 }
 
 /// What the parameters set.
@@ -83,13 +91,22 @@ pub struct Settings {
 impl Settings {
     /// Value of a parameter by its place in the table.
     pub fn get(&self, i: usize) -> f64 {
-        PARAMETER_TABLE.get(i).map_or(0.0, |p| (p.get)(self))
+        PARAMETER_TABLE.get(i).map_or(0.0, |p| match p.access {
+            Access::Law(q) => (q.get)(&self.law),
+            Access::Lookahead => self.lookahead,
+            Access::LookaheadTime => self.lookahead_time,
+            Access::EffectiveMass => self.effective_mass,
+        })
     }
 
     /// Sets a parameter by its place in the table.
     pub fn set(&mut self, i: usize, value: f64) {
-        if let Some(p) = PARAMETER_TABLE.get(i) {
-            (p.set)(self, value);
+        match PARAMETER_TABLE.get(i).map(|p| p.access) {
+            Some(Access::Law(q)) => (q.set)(&mut self.law, value),
+            Some(Access::Lookahead) => self.lookahead = value,
+            Some(Access::LookaheadTime) => self.lookahead_time = value,
+            Some(Access::EffectiveMass) => self.effective_mass = value,
+            None => {}
         }
     }
 
@@ -121,79 +138,46 @@ impl Default for Settings {
     }
 }
 
-macro_rules! real {
-    ($name:ident, $unit:expr) => {
-        Parameter {
-            name: stringify!($name),
-            kind: Kind::Real,
-            unit: $unit,
-            tunable: false,
-            get: |s| s.law.$name,
-            set: |s, v| s.law.$name = v,
-        }
-    };
+const fn own(name: &'static str, unit: &'static str, access: Access) -> Parameter {
+    Parameter { name, kind: Kind::Real, unit, tunable: true, access }
 }
 
-macro_rules! integer {
-    ($name:ident) => {
-        Parameter {
-            name: stringify!($name),
-            kind: Kind::Integer,
-            unit: "",
-            tunable: false,
-            get: |s| f64::from(s.law.$name),
-            set: |s, v| s.law.$name = v as i32,
-        }
-    };
-}
-
-macro_rules! tunable {
-    ($name:ident, $unit:expr) => {
-        Parameter {
-            name: stringify!($name),
-            kind: Kind::Real,
-            unit: $unit,
-            tunable: true,
-            get: |s| s.$name,
-            set: |s, v| s.$name = v,
-        }
-    };
-}
-
-/// The parameters, in the order of their value references from [`FIRST_PARAMETER`] on.
-pub static PARAMETER_TABLE: [Parameter; PARAMETERS] = [
-    real!(stiffness, "N/m^p"),
-    real!(exponent, "1"),
-    real!(hysteresis_damping, "N.s/m^(p+1)"),
-    real!(damping_exponent_offset, "1"),
-    real!(viscous_damping, "N.s/m"),
-    real!(viscous_ramp, "m"),
-    real!(yield_penetration, "m"),
-    real!(plastic_ratio, "1"),
-    integer!(plastic_form),
-    real!(plastic_unloading_exponent, "1"),
-    integer!(plastic_damping_form),
-    real!(adhesion_force, "N"),
-    real!(adhesion_range, "m"),
-    integer!(adhesion_form),
-    real!(relaxation_stiffness, "N/m^q"),
-    real!(relaxation_time, "s"),
-    real!(relaxation_spread, "1"),
-    real!(relaxation_exponent, "1"),
-    real!(secondary_stiffness, "N/m^r"),
-    real!(secondary_depth, "m"),
-    real!(secondary_exponent, "1"),
-    tunable!(lookahead, "1"),
-    tunable!(effective_mass, "kg"),
-    tunable!(lookahead_time, "s"),
-    real!(viscous_thinning_speed, "m/s"),
-    real!(adhesion_depth, "m"),
-    real!(hysteresis_thinning_speed, "m/s"),
-    real!(secondary_width, "m"),
+/// Parameters that are not the law's, with their value references, ascending.
+const OWN: [(u32, Parameter); 3] = [
+    (121, own("lookahead", "1", Access::Lookahead)),
+    (122, own("effective_mass", "kg", Access::EffectiveMass)),
+    (123, own("lookahead_time", "s", Access::LookaheadTime)),
 ];
 
 /// Value reference of the first parameter.
 pub const FIRST_PARAMETER: u32 = 100;
+
+/// The parameters, in the order of their value references from [`FIRST_PARAMETER`] on.
+pub static PARAMETER_TABLE: [Parameter; PARAMETERS] = table();
+
+/// The law's parameters, as their parts declare them, and [`OWN`], in order and without a gap.
+const fn table() -> [Parameter; PARAMETERS] {
+    let mut all = [OWN[0].1; PARAMETERS];
+    let (mut i, mut law, mut own) = (0, 0, 0);
+    while i < PARAMETERS {
+        let reference = FIRST_PARAMETER + i as u32;
+        if own < OWN.len() && OWN[own].0 == reference {
+            all[i] = OWN[own].1;
+            own += 1;
+        } else {
+            let p = parts::BY_REFERENCE[law];
+            assert!(p.reference == reference, "a value reference is left out or given twice");
+            let kind = match p.kind {
+                part::Kind::Real => Kind::Real,
+                part::Kind::Integer => Kind::Integer,
+            };
+            all[i] = Parameter { name: p.name, kind, unit: p.unit, tunable: false, access: Access::Law(p) };
+            law += 1;
+        }
+        i += 1;
+    }
+    all
+}
 
 const fn variable(reference: u32, name: &'static str, kind: Kind, unit: &'static str, role: Role) -> Variable {
     Variable { reference, name, kind, unit, role }

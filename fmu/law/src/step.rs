@@ -14,10 +14,10 @@ impl Parameters {
     /// duration of an undamped impact is 2 x_m/v sqrt(pi) Gamma(1+1/q)/Gamma(1/2+1/q), q = p + 1: between 3.14 x_m/v
     /// at p = 1 and 2.65 x_m/v at p = 2.79, so 3 x_m/v is taken.
     pub fn recommended_step(&self, mass: f64, v: f64, stored: f64) -> f64 {
-        let q = self.exponent + 1.0;
+        let q = self.elastic.exponent + 1.0;
         let kinetic = 0.5 * mass * v * v;
         let energy = (kinetic + stored.max(0.0)).max(0.5 * mass * REST * REST);
-        let deepest = pow(q * energy / self.stiffness, 1.0 / q);
+        let deepest = pow(q * energy / self.elastic.stiffness, 1.0 / q);
         let speed = (2.0 * energy / mass).sqrt();
         3.0 * deepest / speed / STEPS_PER_CONTACT
     }

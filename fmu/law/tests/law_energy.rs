@@ -24,40 +24,35 @@ impl Random {
 fn any_law(r: &mut Random) -> Parameters {
     let p = 1.0 + 3.0 * r.next();
     let k = 200.0 / 1e-3f64.powf(p);
-    let q = Parameters {
-        stiffness: k,
-        exponent: p,
-        hysteresis_damping: r.on(k),
-        damping_exponent_offset: if r.next() < 0.3 { 1.0 - p } else { 0.0 },
-        viscous_damping: r.on(30.0),
-        viscous_ramp: r.on(2e-4),
-        yield_penetration: 1e-4 + r.on(2e-4),
-        plastic_ratio: r.on(0.4),
-        plastic_form: (3.0 * r.next()) as i32,
-        plastic_unloading_exponent: r.on(1.5).max(0.5),
-        plastic_damping_form: (2.0 * r.next()) as i32,
-        adhesion_force: r.on(20.0),
-        adhesion_range: 2e-4,
-        adhesion_form: (5.0 * r.next()) as i32,
-        adhesion_depth: 0.0,
-        relaxation_stiffness: r.on(0.5 * k),
-        relaxation_time: 0.03,
-        relaxation_spread: r.on(1.0),
-        relaxation_exponent: 0.0,
-        secondary_stiffness: r.on(1e5),
-        secondary_depth: 5e-4,
-        secondary_exponent: 1.5,
-        secondary_width: 0.0,
-        viscous_thinning_speed: 0.0,
-        hysteresis_thinning_speed: 0.0,
-    };
+    let values = [
+        ("stiffness", k),
+        ("exponent", p),
+        ("hysteresis_damping", r.on(k)),
+        ("damping_exponent_offset", if r.next() < 0.3 { 1.0 - p } else { 0.0 }),
+        ("viscous_damping", r.on(30.0)),
+        ("viscous_ramp", r.on(2e-4)),
+        ("yield_penetration", 1e-4 + r.on(2e-4)),
+        ("plastic_ratio", r.on(0.4)),
+        ("plastic_form", (3.0 * r.next()).floor()),
+        ("plastic_unloading_exponent", r.on(1.5).max(0.5)),
+        ("plastic_damping_form", (2.0 * r.next()).floor()),
+        ("adhesion_force", r.on(20.0)),
+        ("adhesion_range", 2e-4),
+        ("adhesion_form", (5.0 * r.next()).floor()),
+        ("relaxation_stiffness", r.on(0.5 * k)),
+        ("relaxation_time", 0.03),
+        ("relaxation_spread", r.on(1.0)),
+        ("secondary_stiffness", r.on(1e5)),
+        ("secondary_depth", 5e-4),
+    ];
+    let mut q = Parameters::from_names(values).unwrap();
     // near the surface where it is full at once
-    let q = Parameters { adhesion_depth: if q.adhesion_form == 3 { 3e-4 } else { 0.0 }, ..q };
+    q.adhesion.depth = if q.adhesion.form == 3 { 3e-4 } else { 0.0 };
     // thinned where the damping ramps in
-    let q = Parameters { viscous_thinning_speed: if q.viscous_ramp > 0.0 { 0.2 } else { 0.0 }, ..q };
-    let q = Parameters { hysteresis_thinning_speed: if q.damping_exponent_offset == 0.0 { 0.3 } else { 0.0 }, ..q };
+    q.viscous_damping.thinning_speed = if q.viscous_damping.ramp > 0.0 { 0.2 } else { 0.0 };
+    q.hysteresis_damping.thinning_speed = if q.hysteresis_damping.exponent_offset == 0.0 { 0.3 } else { 0.0 };
     // of a layer's onsets, some at one depth and some over a width
-    let q = Parameters { secondary_width: if q.viscous_ramp > 0.0 { 1.5e-4 } else { 0.0 }, ..q };
+    q.secondary_stiffening.width = if q.viscous_damping.ramp > 0.0 { 1.5e-4 } else { 0.0 };
     q.validate().unwrap();
     q
 }
@@ -137,7 +132,7 @@ fn the_balance_of_the_power_law_and_its_damping_closes_in_steps_of_any_size() {
     for case in 0..3000 {
         let p = 1.0 + 3.0 * r.next();
         let k = 200.0 / 1e-3f64.powf(p);
-        let law = Parameters { stiffness: k, exponent: p, hysteresis_damping: r.on(k), ..Parameters::default() };
+        let law = Parameters::power_law(k, p, r.on(k));
         let a = (1e-5 + 1e-3 * r.next(), 1.6 * r.next() - 0.8);
         let size = 10f64.powf(-9.0 * r.next());
         let b = (a.0 + size * (1e-5 + 1e-3 * r.next() - a.0), a.1 + size * (1.6 * r.next() - 0.8 - a.1));
@@ -155,10 +150,12 @@ fn heat_never_comes_back() {
     let mut r = Random(7);
     for law in 0..60 {
         // two clamps can make a Maxwell branch do work on the rest; it has its own test
-        let p = Parameters { relaxation_stiffness: 0.0, ..any_law(&mut r) };
+        let mut p = any_law(&mut r);
+        p.viscoelastic_relaxation.stiffness = 0.0;
         // at a turn x is straight while v changes sign within one step: hence the allowance; the neck is lossy over a cycle only
-        let reversible = [0, 2].contains(&p.adhesion_form);
-        let p = Parameters { adhesion_form: if reversible { p.adhesion_form } else { 0 }, ..p };
+        if ![0, 2].contains(&p.adhesion.form) {
+            p.adhesion.form = 0;
+        }
         let w = [6.0 + 20.0 * r.next(), 30.0 + 50.0 * r.next(), 6.0 * r.next()];
         let mut a = path(0.0, w);
         let mut m = Memory::default();
@@ -183,7 +180,8 @@ fn the_force_never_pulls_without_adhesion() {
     let mut r = Random(99);
     let mut pushed = 0;
     for _ in 0..20_000 {
-        let p = Parameters { adhesion_force: 0.0, ..any_law(&mut r) };
+        let mut p = any_law(&mut r);
+        p.adhesion.force = 0.0;
         let m = Memory { deepest: 1e-3 * r.next(), relaxation: [10.0 * r.next() - 5.0; BRANCHES], ..Memory::default() };
         let f = p.force(&m, 1.2e-3 * r.next() - 1e-4, 10.0 * r.next() - 5.0);
         assert!(f >= 0.0 && f.is_finite());
@@ -203,15 +201,17 @@ fn derivatives_are_those_of_the_force_for_any_law() {
         let h = 1e-9;
         let kinks = [
             0.0,
-            p.viscous_ramp,
+            p.viscous_damping.ramp,
             p.permanent_set(m.deepest),
             m.deepest,
-            p.secondary_depth,
-            p.secondary_depth + p.secondary_width,
+            p.secondary_stiffening.depth,
+            p.secondary_stiffening.depth + p.secondary_stiffening.width,
         ];
         let clear = kinks.iter().all(|k| (x - k).abs() > 2e-5);
         let f = p.force(&m, x, v);
-        let pull = Parameters { adhesion_force: 0.0, ..p }.force(&m, x, v);
+        let mut q = p;
+        q.adhesion.force = 0.0;
+        let pull = q.force(&m, x, v);
         if !clear || (pull > 0.0 && pull < 0.1) {
             continue;
         }
@@ -238,28 +238,25 @@ fn in_and_out(p: &Parameters, depth: f64, n: i32) -> Memory {
 #[test]
 fn plastic_loss_is_the_area_between_the_curves() {
     let k = 1e5;
-    let linear =
-        Parameters { stiffness: k, exponent: 1.0, plastic_ratio: 0.36, plastic_form: 1, ..Parameters::default() };
+    let linear = [("stiffness", k), ("exponent", 1.0), ("plastic_ratio", 0.36), ("plastic_form", 1.0)];
+    let linear = Parameters::from_names(linear).unwrap();
     let d = 1e-3;
     let m = in_and_out(&linear, d, 100);
     assert!((m.dissipated() - 0.36 * 0.5 * k * d * d).abs() < 1e-12 * k * d * d);
     assert!((linear.permanent_set(d) - 0.36 * d).abs() < 1e-18 && m.stored == 0.0);
 
     // permanent set with power n: W = k d^(p+1)/(p+1), back comes F(d) (d - x_r)/(n + 1)
-    let p = Parameters {
-        stiffness: 3e6,
-        exponent: 1.5,
-        plastic_ratio: 0.3,
-        yield_penetration: 2e-4,
-        plastic_unloading_exponent: 2.0,
-        ..Parameters::default()
-    };
+    let mut p = Parameters::power_law(3e6, 1.5, 0.0);
+    p.plastic_indentation.ratio = 0.3;
+    p.plastic_indentation.yield_penetration = 2e-4;
+    p.plastic_indentation.unloading_exponent = 2.0;
     let top = 3e6 * 1e-3f64.powf(1.5);
     let wanted = top * 1e-3 / 2.5 - top * (1e-3 - 0.3 * 8e-4) / 3.0;
     assert!((in_and_out(&p, d, 100).dissipated() / wanted - 1.0).abs() < 1e-12);
 
     // Thornton: F at d on the tangent at y; unloading meets it
-    let t = Parameters { plastic_form: 2, plastic_ratio: 0.5, ..p };
+    let mut t = p;
+    (t.plastic_indentation.form, t.plastic_indentation.ratio) = (2, 0.5);
     let y: f64 = 2e-4;
     let top = 3e6 * (y.powf(1.5) + 1.5 * y.sqrt() * (1e-3 - y));
     let m = Memory { deepest: d, ..Memory::default() };
@@ -273,7 +270,9 @@ fn plastic_loss_is_the_area_between_the_curves() {
 
     // Walton and Braun's straight return, cut off by the loading curve k x^p: below the crossing the line, above it
     // what loading was; back comes the area under the lower of the two
-    let w = Parameters { plastic_form: 1, plastic_ratio: 0.2, yield_penetration: 0.0, ..p };
+    let mut w = p;
+    (w.plastic_indentation.form, w.plastic_indentation.ratio) = (1, 0.2);
+    w.plastic_indentation.yield_penetration = 0.0;
     let m = Memory { deepest: d, ..Memory::default() };
     let (line, curve) = (|x: f64| 3e6 * d.powf(1.5) * (x - 2e-4) / 8e-4, |x: f64| 3e6 * x.powf(1.5));
     let n = 200_000;
@@ -290,7 +289,7 @@ fn plastic_loss_is_the_area_between_the_curves() {
 
 #[test]
 fn a_branch_held_turns_its_energy_to_heat_and_never_stores_less_than_nothing() {
-    let p = Parameters { relaxation_stiffness: 1e8, relaxation_time: 1e-3, ..Parameters::default() };
+    let p = Parameters::from_names([("relaxation_stiffness", 1e8), ("relaxation_time", 1e-3)]).unwrap();
     let mut m = Memory::default();
     for i in 0..2000 {
         let at = |i: i32| 1e-3 * f64::from(i) / 2000.0;
@@ -309,12 +308,10 @@ fn a_branch_held_turns_its_energy_to_heat_and_never_stores_less_than_nothing() {
 
 #[test]
 fn forms_of_adhesion_pull_where_they_say() {
-    let p = |form| Parameters {
-        adhesion_force: 5.0,
-        adhesion_range: 1e-4,
-        adhesion_form: form,
-        stiffness: 1e-9,
-        ..Parameters::default()
+    let p = |form| {
+        let mut p = Parameters::power_law(1e-9, 1.5, 0.0);
+        (p.adhesion.force, p.adhesion.range, p.adhesion.form) = (5.0, 1e-4, form);
+        p
     };
     let virgin = Memory::default();
     let after = Memory { deepest: 1e-3, ..Memory::default() };
@@ -331,7 +328,8 @@ fn forms_of_adhesion_pull_where_they_say() {
     assert!((p(1).force(&after, -5e-5, -1.0) + 2.5).abs() < 1e-3);
     assert_eq!(p(1).force(&after, -1.1e-4, -1.0), 0.0);
     // near the surface only
-    let near = Parameters { adhesion_depth: 2e-4, ..p(3) };
+    let mut near = p(3);
+    near.adhesion.depth = 2e-4;
     assert!((near.force(&after, 2e-4, -1.0) + 5.0 * (-1f64).exp()).abs() < 1e-9);
     assert!((near.force(&after, -5e-5, -1.0) + 2.5).abs() < 1e-9);
     // growing with the contact going in, by the exponent's half; leaving, the neck reaches R at the surface
@@ -353,7 +351,8 @@ fn forms_of_adhesion_pull_where_they_say() {
 
 #[test]
 fn a_contact_found_loaded_starts_with_the_work_that_loaded_it() {
-    let p = Parameters { stiffness: 3e6, plastic_ratio: 0.3, yield_penetration: 2e-4, ..Parameters::default() };
+    let values = [("stiffness", 3e6), ("plastic_ratio", 0.3), ("yield_penetration", 2e-4)];
+    let p = Parameters::from_names(values).unwrap();
     let (a, b) = (p.start(1e-3), p.advance(&Memory::default(), 0.0, 0.0, 1e-3, 0.0, 1.0));
     assert!((a.work / b.work - 1.0).abs() < 1e-14 && (a.stored / b.stored - 1.0).abs() < 1e-14);
     assert_eq!(p.start(-1e-3), Memory::default());

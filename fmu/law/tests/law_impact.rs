@@ -267,7 +267,7 @@ fn slow_integration_of_the_law_agrees_with_the_exact_impact_and_its_heat_with_th
     for (d, p) in [(0.0, 1.5), (0.3, 1.5), (2.0, 1.0), (0.77, 2.79), (5.0, 2.0)] {
         let mu = d * STIFFNESS / SPEED;
         let exact = impact(MASS, SPEED, STIFFNESS, p, mu).unwrap();
-        let law = Parameters { stiffness: STIFFNESS, exponent: p, hysteresis_damping: mu, ..Parameters::default() };
+        let law = Parameters::power_law(STIFFNESS, p, mu);
         let (i, mem) = integrate(&law, MASS, SPEED, exact.duration, 50_000, false);
         let at = |name: &str| format!("{name} at d {d} p {p}");
         close(&at("deepest"), i.deepest, exact.deepest, 1e-8);
@@ -285,7 +285,8 @@ fn a_spring_and_dashpot_that_cannot_pull_leaves_as_schwager_and_poeschel_say() {
     for zeta in [0.0, 0.05, 0.3, 0.6, 0.9] {
         let c = 2.0 * zeta * (STIFFNESS * MASS).sqrt();
         let exact = linear_spring_dashpot(MASS, SPEED, STIFFNESS, c).unwrap();
-        let law = Parameters { stiffness: STIFFNESS, exponent: 1.0, viscous_damping: c, ..Parameters::default() };
+        let mut law = Parameters::power_law(STIFFNESS, 1.0, 0.0);
+        law.viscous_damping.coefficient = c;
         let (i, mem) = integrate(&law, MASS, SPEED, exact.duration, 50_000, true);
         let at = |name: &str| format!("{name} at zeta {zeta}");
         close(&at("deepest"), i.deepest, exact.deepest, 1e-8);
@@ -301,13 +302,8 @@ fn a_spring_and_dashpot_that_cannot_pull_leaves_as_schwager_and_poeschel_say() {
 fn walton_and_braun_leave_with_the_root_of_the_ratio_of_stiffnesses() {
     for ratio in [0.0, 0.2, 0.5, 0.9] {
         let exact = walton_braun(MASS, SPEED, STIFFNESS, ratio).unwrap();
-        let law = Parameters {
-            stiffness: STIFFNESS,
-            exponent: 1.0,
-            plastic_ratio: ratio,
-            plastic_form: 1,
-            ..Parameters::default()
-        };
+        let mut law = Parameters::power_law(STIFFNESS, 1.0, 0.0);
+        (law.plastic_indentation.ratio, law.plastic_indentation.form) = (ratio, 1);
         let (i, mem) = integrate(&law, MASS, SPEED, exact.duration, 50_000, true);
         let at = |name: &str| format!("{name} at ratio {ratio}");
         close(&at("deepest"), i.deepest, exact.deepest, 1e-8);

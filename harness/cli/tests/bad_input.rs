@@ -177,7 +177,7 @@ fn noise_alone_in_one_recording() {
 fn two_campaigns_in_one_folder() {
     let other = |d: &Path| {
         let mut stiffer = Recipe { seed: 7, ..Recipe::default() };
-        stiffer.physics.law.stiffness *= 5.0;
+        stiffer.physics.law.elastic.stiffness *= 5.0;
         let second = d.join("second");
         write_campaign(&second, &stiffer).unwrap();
         let mut listed = String::new();

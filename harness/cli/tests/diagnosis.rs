@@ -80,12 +80,12 @@ fn gravity_left_out_is_found_wherever_the_speeds_were_measured() {
 #[test]
 fn a_permanent_set_is_named_and_located_in_the_unloading() {
     let mut r = Recipe::default();
-    r.physics.law.plastic_ratio = 0.15;
-    r.physics.law.yield_penetration = 5e-5;
+    r.physics.law.plastic_indentation.ratio = 0.15;
+    r.physics.law.plastic_indentation.yield_penetration = 5e-5;
     let o = outcome(&r);
     assert_eq!(names(&o), ["plastic_indentation"]);
     assert_eq!(o.verdict.mismatch.places[0].phase, "unloading");
-    assert!(o.law.plastic_ratio > 0.1);
+    assert!(o.law.plastic_indentation.ratio > 0.1);
     // the FMU holds it, and what it does is the answer's prediction
     let packed = o.element.as_ref().unwrap();
     let starts: Vec<&str> = packed.starts.iter().map(|s| s.0).collect();

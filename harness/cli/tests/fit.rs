@@ -48,7 +48,9 @@ fn both_methods_return_the_truth_of_clean_recordings() {
         assert_eq!(keys, ["ci95", "converged", "iterations", "nrmse", "objective", "parameters"]);
         assert_eq!(v["converged"], true, "{}", certificate(&out));
         let law = &recipe.physics.law;
-        for (name, truth) in [("k", law.stiffness), ("p", law.exponent), ("mu_d", law.hysteresis_damping)] {
+        for (name, truth) in
+            [("k", law.elastic.stiffness), ("p", law.elastic.exponent), ("mu_d", law.hysteresis_damping.coefficient)]
+        {
             assert_holds(&v, name, truth);
             found.push(v["parameters"][name].as_f64().unwrap());
         }
@@ -95,7 +97,7 @@ fn terms_the_campaign_lists_are_estimated_too() {
         assert!((friction["value"].as_f64().unwrap() / 0.8 - 1.0).abs() < 0.05, "{friction}");
         let ci = &friction["ci95"];
         held += usize::from(ci[0].as_f64().unwrap() < 0.8 && 0.8 < ci[1].as_f64().unwrap());
-        assert_holds(&answer(&out), "k", recipe.physics.law.stiffness);
+        assert_holds(&answer(&out), "k", recipe.physics.law.elastic.stiffness);
     }
     // one in twenty may miss
     assert!(held >= 2, "{held} of 3 intervals hold the friction");

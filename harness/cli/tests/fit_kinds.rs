@@ -45,7 +45,7 @@ fn assert_near(v: &Value, name: &str, truth: f64, share: f64) {
 
 fn assert_truth(v: &Value, physics: &Physics, share: [f64; 3]) {
     let l = &physics.law;
-    let truth = [("k", l.stiffness), ("p", l.exponent), ("mu_d", l.hysteresis_damping)];
+    let truth = [("k", l.elastic.stiffness), ("p", l.elastic.exponent), ("mu_d", l.hysteresis_damping.coefficient)];
     for ((name, t), s) in truth.into_iter().zip(share) {
         assert_near(v, name, t, s);
     }
@@ -84,9 +84,9 @@ fn write_csv(path: &Path, head: &str, time: &[f64], columns: &[(&[f64], f64)], r
 #[test]
 fn a_contactor_that_bounces_gives_back_its_law() {
     let mut physics = Physics { mass: 0.5, ..Physics::default() };
-    physics.law.stiffness = 2e7;
-    physics.law.exponent = 1.3;
-    physics.law.hysteresis_damping = 8e6;
+    physics.law.elastic.stiffness = 2e7;
+    physics.law.elastic.exponent = 1.3;
+    physics.law.hysteresis_damping.coefficient = 8e6;
     let dir = tempfile::tempdir().unwrap();
     let campaign = dir.path().join("c");
     std::fs::create_dir(&campaign).unwrap();
@@ -120,9 +120,9 @@ fn a_contactor_that_bounces_gives_back_its_law() {
 #[test]
 fn an_indentation_gives_back_its_law_by_both_methods_on_any_number_of_threads() {
     let mut physics = Physics::default();
-    physics.law.stiffness = 3e6;
-    physics.law.exponent = 1.6;
-    physics.law.hysteresis_damping = 6e8;
+    physics.law.elastic.stiffness = 3e6;
+    physics.law.elastic.exponent = 1.6;
+    physics.law.hysteresis_damping.coefficient = 6e8;
     let dir = tempfile::tempdir().unwrap();
     let campaign = dir.path().join("c");
     std::fs::create_dir(&campaign).unwrap();

@@ -104,9 +104,9 @@ mod tests {
     /// Drops onto a layer that nothing in the model knows, the accelerometer alone, with a limit or without.
     fn drops(limit: f64) -> Campaign {
         let mut recipe = Recipe { speed_at_touch: true, ..Recipe::default() };
-        recipe.physics.law.secondary_stiffness = 6e6;
-        recipe.physics.law.secondary_depth = 1.5e-4;
-        recipe.physics.law.secondary_exponent = 1.0;
+        recipe.physics.law.secondary_stiffening.stiffness = 6e6;
+        recipe.physics.law.secondary_stiffening.depth = 1.5e-4;
+        recipe.physics.law.secondary_stiffening.exponent = 1.0;
         (recipe.physics.clipping.level, recipe.physics.clipping.channel) = (limit, Channel::Acceleration);
         let dir = tempfile::tempdir().unwrap();
         write_campaign(dir.path(), &recipe).unwrap();

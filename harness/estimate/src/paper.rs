@@ -59,9 +59,9 @@ pub struct Curve {
 pub fn drop(law: &Law) -> Option<Curve> {
     let time: Vec<f64> = (0..SAMPLES).map(|i| DT * i as f64).collect();
     let mut physics = Physics { mass: MASS, ..Physics::default() };
-    physics.law.stiffness = law.k;
-    physics.law.exponent = law.p;
-    physics.law.hysteresis_damping = law.mu;
+    physics.law.elastic.stiffness = law.k;
+    physics.law.elastic.exponent = law.p;
+    physics.law.hysteresis_damping.coefficient = law.mu;
     if !(0.5..=6.0).contains(&law.p) || !law.k.is_finite() || law.k <= 0.0 || !law.mu.is_finite() {
         return None;
     }

@@ -100,9 +100,9 @@ mod tests {
         let law = recipe.physics.law;
         let x = data.scales.x_ref;
         let (k, p, mu) = scan(&data, true).unwrap();
-        assert!((p - law.exponent).abs() < 0.15, "{p}");
-        assert!((k * x.powf(p) / (law.stiffness * x.powf(law.exponent)) - 1.0).abs() < 0.1, "{k}");
-        assert!((mu / k * law.stiffness / law.hysteresis_damping - 1.0).abs() < 0.3, "{mu}");
+        assert!((p - law.elastic.exponent).abs() < 0.15, "{p}");
+        assert!((k * x.powf(p) / (law.elastic.stiffness * x.powf(law.elastic.exponent)) - 1.0).abs() < 0.1, "{k}");
+        assert!((mu / k * law.elastic.stiffness / law.hysteresis_damping.coefficient - 1.0).abs() < 0.3, "{mu}");
         assert_eq!(scan(&data, false).unwrap().2, 0.0);
         data.records.iter_mut().for_each(|r| r.y[Channel::Penetration.index()] = None);
         assert!(scan(&data, true).is_none());

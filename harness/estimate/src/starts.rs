@@ -76,8 +76,8 @@ impl Fitted {
             let change = |s: &[f64], rise: f64| -> Option<(f64, f64)> {
                 let with = |p: &mut Physics| {
                     term.form.apply(s, c, p);
-                    p.law.stiffness *= rise.exp();
-                    p.law.hysteresis_damping *= rise.exp();
+                    p.law.elastic.stiffness *= rise.exp();
+                    p.law.hysteresis_damping.coefficient *= rise.exp();
                 };
                 Some(linear.score(&problem.signature(linear, from, &with, 1.0)?))
             };

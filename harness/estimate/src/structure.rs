@@ -292,9 +292,9 @@ fn model(base: &Arc<Base>, added: &[Term]) -> Model<'static> {
     }
     let base = base.clone();
     Model::new(ps, move |th: &[f64], p: &mut Physics| {
-        p.law.exponent = th[1];
-        p.law.stiffness = (th[0] - th[1] * s.x_ref.ln()).exp();
-        p.law.hysteresis_damping = if hysteresis { th[2] * p.law.stiffness / s.v_ref } else { 0.0 };
+        p.law.elastic.exponent = th[1];
+        p.law.elastic.stiffness = (th[0] - th[1] * s.x_ref.ln()).exp();
+        p.law.hysteresis_damping.coefficient = if hysteresis { th[2] * p.law.elastic.stiffness / s.v_ref } else { 0.0 };
         p.mass = if with_mass { mass * th[at_mass].exp() } else { mass };
         p.gravity = if gravity { GRAVITY } else { 0.0 };
         for (i, c) in &gains {

@@ -4,6 +4,7 @@
 //! A new mechanism is a file and its line in [`parts!`].
 
 pub mod catalogue;
+pub mod contact;
 pub mod load_history;
 pub mod mechanism;
 pub mod part;
@@ -11,6 +12,7 @@ pub mod physics;
 pub mod signal;
 pub mod wear;
 
+use contact::CONTACT;
 use mechanism::Mechanism;
 
 /// The mechanisms that act beside the contact law, in the order in which they act: the module, and where it has a part of
@@ -45,7 +47,6 @@ macro_rules! parts {
 }
 pub(crate) use parts;
 
-mod adhesion;
 pub mod attached_mass;
 pub mod base_compliance;
 pub mod bent_scale;
@@ -59,33 +60,33 @@ pub mod force_gain;
 pub mod fracture;
 pub mod gravity;
 pub mod guide_friction;
-mod hysteresis_damping;
 pub mod jam;
 pub mod latent_force;
 pub mod loose_part;
 pub mod lowpass_lag;
-mod plastic_indentation;
 pub mod residual_magnetism;
 pub mod return_spring;
 pub mod ripple;
-mod secondary_stiffening;
 pub mod sensor_resonance;
 pub mod squeeze_film;
-mod viscoelastic_relaxation;
-mod viscous_damping;
 
 macro_rules! all {
     ($($module:ident $(=> $field:ident: $part:ty)?;)*) => {
         /// All mechanisms: those of the contact law, then those that act beside it.
-        pub const ALL: &[Mechanism] = &[
-            hysteresis_damping::MECHANISM,
-            viscous_damping::MECHANISM,
-            plastic_indentation::MECHANISM,
-            adhesion::MECHANISM,
-            viscoelastic_relaxation::MECHANISM,
-            secondary_stiffening::MECHANISM,
-            $($module::MECHANISM,)*
-        ];
+        pub const ALL: &[Mechanism] = &all();
+
+        /// Those that act beside the contact law.
+        const BESIDE: &[Mechanism] = &[$($module::MECHANISM),*];
     };
 }
 parts!(all);
+
+const fn all() -> [Mechanism; CONTACT.len() + BESIDE.len()] {
+    let mut all = [BESIDE[0]; CONTACT.len() + BESIDE.len()];
+    let mut i = 0;
+    while i < all.len() {
+        all[i] = if i < CONTACT.len() { CONTACT[i] } else { BESIDE[i - CONTACT.len()] };
+        i += 1;
+    }
+    all
+}

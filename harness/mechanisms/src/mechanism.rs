@@ -1,27 +1,8 @@
 //! What a mechanism is: one name of the vocabulary (or beyond it), its forms, and how each enters the physics.
 
 use crate::physics::Physics;
+pub use law::part::{Origin, Scales};
 use record::{Channel, Kind};
-
-/// Sizes typical of the campaign, SI: what makes parameters dimensionless.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scales {
-    pub force: f64,
-    pub depth: f64,
-    pub speed: f64,
-    /// Duration of a contact, s.
-    pub duration: f64,
-    pub mass: f64,
-    /// Length of a recording, s, and its sampling interval, s.
-    pub length: f64,
-    pub dt: f64,
-    /// Depth and speed that anchor F_ref and the damping ratio.
-    pub x_ref: f64,
-    pub v_ref: f64,
-    /// Number of recordings, and largest peak force N (or m times peak acceleration).
-    pub orders: f64,
-    pub peak: f64,
-}
 
 /// A campaign-wide parameter.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,25 +16,6 @@ pub struct Parameter {
     pub prior: Option<(f64, f64)>,
     /// False where it changes the chain alone, so that no new simulation is needed.
     pub dynamic: bool,
-}
-
-/// The part of the system a mechanism sits in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Origin {
-    Contact,
-    Motion,
-    Chain,
-}
-
-impl Origin {
-    /// The word the verdict uses.
-    pub fn name(self) -> &'static str {
-        match self {
-            Origin::Contact => "contact",
-            Origin::Motion => "motion",
-            Origin::Chain => "chain",
-        }
-    }
 }
 
 /// What a mechanism may ask of the campaign before it offers forms.

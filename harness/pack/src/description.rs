@@ -113,7 +113,7 @@ fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>> {
 }
 
 /// A number that reads back to the same bits, with an exponent where it is shorter.
-struct Number(f64);
+pub(super) struct Number(pub f64);
 
 impl std::fmt::Display for Number {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

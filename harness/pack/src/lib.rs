@@ -3,6 +3,7 @@
 //! The same input gives the same bytes: no clock, no path, no order of a file system gets in.
 
 mod description;
+pub mod generate;
 mod library;
 
 pub use library::{library, Binary};

@@ -78,7 +78,7 @@ impl Element for Direct {
     fn derivatives(&mut self, x: f64, v: f64) -> Result<(f64, f64)> {
         let memory = self.tried(x, v);
         let (mut fx, fv) = self.law.derivatives(&memory, x, v);
-        if self.law.relaxation_stiffness > 0.0 && self.law.pushes(&memory, x, v) {
+        if self.law.relaxes() && self.law.pushes(&memory, x, v) {
             fx += self.law.relaxation_slope(x);
         }
         Ok((fx, fv))

@@ -24,9 +24,9 @@ pub struct Recipe {
 impl Default for Recipe {
     fn default() -> Self {
         let mut physics = Physics { mass: 0.5, gravity: GRAVITY, ..Physics::default() };
-        physics.law.stiffness = 2.0e7;
-        physics.law.exponent = 1.5;
-        physics.law.hysteresis_damping = 4.0e6;
+        physics.law.elastic.stiffness = 2.0e7;
+        physics.law.elastic.exponent = 1.5;
+        physics.law.hysteresis_damping.coefficient = 4.0e6;
         Recipe { physics, noise: [1.0, 2.0, 2e-6], seed: 1, speed_at_touch: false }
     }
 }

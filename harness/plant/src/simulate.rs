@@ -97,12 +97,10 @@ fn scaled(p: &Physics, history: &LoadHistory, local: &Local) -> Physics {
     let (own, wear) = (local.stiffness.exp(), p.wear(history));
     let f = own * wear.stiffness;
     if let Some(speed) = p.damping_speed.filter(|_| local.speed > 0.0) {
-        q.law.hysteresis_damping *= speed / local.speed;
+        q.law.hysteresis_damping.coefficient *= speed / local.speed;
     }
-    q.law.stiffness *= f;
-    q.law.hysteresis_damping *= own * wear.damping;
-    q.law.secondary_stiffness *= f;
-    q.law.relaxation_stiffness *= f;
+    q.law.scale_stiffness(f);
+    q.law.hysteresis_damping.coefficient *= own * wear.damping;
     q
 }
 

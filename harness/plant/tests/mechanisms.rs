@@ -41,8 +41,8 @@ fn context(kind: Kind) -> Context {
 fn recording(kind: Kind) -> (Physics, Setup, Local) {
     let time: Vec<f64> = (0..900).map(|i| f64::from(i) * 2e-5).collect();
     let mut p = Physics { mass: 0.8, ..Physics::default() };
-    p.law.stiffness = 2e7;
-    p.law.hysteresis_damping = 8e6;
+    p.law.elastic.stiffness = 2e7;
+    p.law.hysteresis_damping.coefficient = 8e6;
     let mut setup = Setup { history: LoadHistory::alike(1.0), ..Setup::drop_test(time, 1.2e-3, 0.6, 5e-3) };
     let mut local = Local { start: 2e-3, speed: 0.6, stiffness: 0.0, offset: 0.0 };
     setup.kind = kind;

@@ -1,10 +1,13 @@
 //! The contact of a scenario: every parameter of the law by its name, or stiffness from two faces.
 
+use law::part::{Kind, Parameter};
 use law::stiffness::{half_space, rectangular_faces};
-use law::Parameters;
+use law::{parts, Parameters};
+use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 /// Key at fault, and the cure.
 pub type Fault = (&'static str, String);
@@ -52,106 +55,99 @@ pub struct Variables {
     pub force: Option<String>,
 }
 
-macro_rules! contact {
-    ($($(#[$doc:meta])* $name:ident: $type:ty,)*) => {
-        /// The contact's parameters by the names of the FMU's contract; what is absent is neutral.
-        #[derive(Clone, Debug, Default, Deserialize)]
-        #[serde(deny_unknown_fields)]
-        pub struct Contact {
-            /// What to call it where it stands beside others.
-            pub name: Option<String>,
-            /// FMU to use, a path from the scenario's folder; absent: our own. It gets the parameters given here,
-            /// no others; `stiffness` and `exponent` may then be absent.
-            pub fmu: Option<PathBuf>,
-            /// Names of that FMU's variables.
-            #[serde(default)]
-            pub variables: Variables,
-            /// Further parameters of that FMU by its own names.
-            #[serde(default)]
-            pub parameters: BTreeMap<String, f64>,
-            /// Hold that FMU's force over macro-steps of this length, s, > 0; absent: it answers at once, or its
-            /// steps are tried out and taken back.
-            pub macro_step: Option<f64>,
-            /// Faces whose theoretical stiffness is taken, p = 1, instead of `stiffness` and `exponent`.
-            pub faces: Option<Faces>,
-            $($(#[$doc])* pub $name: Option<$type>,)*
-        }
-
-        impl Contact {
-            /// Names of the law's parameters.
-            pub const NAMES: &'static [&'static str] = &[$(stringify!($name)),*];
-
-            fn over(&self, mut p: Parameters) -> Parameters {
-                $(if let Some(v) = self.$name { p.$name = v; })*
-                p
-            }
-
-            /// Parameters of the law that are given, by name.
-            pub fn given(&self) -> Vec<(String, f64)> {
-                let mut all = Vec::new();
-                $(if let Some(v) = self.$name { all.push((stringify!($name).to_string(), f64::from(v))); })*
-                all
-            }
-        }
-
-        /// Every parameter of a law, by name.
-        pub fn named(p: &Parameters) -> Vec<(String, f64)> {
-            vec![$((stringify!($name).to_string(), f64::from(p.$name))),*]
-        }
-    };
+/// The contact's parameters by the names of the FMU's contract; what is absent is neutral.
+#[derive(Clone, Debug, Default)]
+pub struct Contact {
+    /// What to call it where it stands beside others.
+    pub name: Option<String>,
+    /// FMU to use, a path from the scenario's folder; absent: our own. It gets the parameters given here,
+    /// no others; `stiffness` and `exponent` may then be absent.
+    pub fmu: Option<PathBuf>,
+    /// Names of that FMU's variables.
+    pub variables: Variables,
+    /// Further parameters of that FMU by its own names.
+    pub parameters: BTreeMap<String, f64>,
+    /// Hold that FMU's force over macro-steps of this length, s, > 0; absent: it answers at once, or its
+    /// steps are tried out and taken back.
+    pub macro_step: Option<f64>,
+    /// Faces whose theoretical stiffness is taken, p = 1, instead of `stiffness` and `exponent`.
+    pub faces: Option<Faces>,
+    /// The law's own parameters that are given, plain SI.
+    pub law: Vec<(&'static Parameter, f64)>,
 }
 
-contact! {
-    /// k, N/m^p.
-    stiffness: f64,
-    /// p.
-    exponent: f64,
-    /// mu_d, N s/m^(p+o+1).
-    hysteresis_damping: f64,
-    /// Offset o of the damping's power of x from p.
-    damping_exponent_offset: f64,
-    /// Speed at which shear thinning has halved mu_d, m/s.
-    hysteresis_thinning_speed: f64,
-    /// c, N s/m.
-    viscous_damping: f64,
-    /// Depth over which c ramps in, m.
-    viscous_ramp: f64,
-    /// Speed at which shear thinning has halved c, m/s.
-    viscous_thinning_speed: f64,
-    /// Penetration at first yield, m.
-    yield_penetration: f64,
-    /// Permanent set per metre beyond yield.
-    plastic_ratio: f64,
-    /// 0 permanent set, 1 Walton and Braun, 2 Thornton.
-    plastic_form: i32,
-    /// Power of the unloading curve.
-    plastic_unloading_exponent: f64,
-    /// 0 the damping keeps its power, 1 it follows the plastic branch.
-    plastic_damping_form: i32,
-    /// Pull-off force, N.
-    adhesion_force: f64,
-    /// Range of the pull, m.
-    adhesion_range: f64,
-    /// 0 contact, 1 neck, 2 reach, 3 leaving, 4 growing.
-    adhesion_form: i32,
-    /// Depth over which the pull of forms 1 and 3 fades, m.
-    adhesion_depth: f64,
-    /// Stiffness of the Maxwell branches, N/m^q.
-    relaxation_stiffness: f64,
-    /// Middle relaxation time, s.
-    relaxation_time: f64,
-    /// Decades between the relaxation times.
-    relaxation_spread: f64,
-    /// Power q the branches hang on.
-    relaxation_exponent: f64,
-    /// Stiffness of the second layer, N/m^r.
-    secondary_stiffness: f64,
-    /// Depth of the second layer, m.
-    secondary_depth: f64,
-    /// Power of the second layer.
-    secondary_exponent: f64,
-    /// Depth over which the second layer comes to act, m.
-    secondary_width: f64,
+/// Keys of a contact beside the law's parameters.
+const KEYS: [&str; 6] = ["name", "fmu", "variables", "parameters", "macro_step", "faces"];
+
+/// A key of a contact.
+#[derive(Clone, Copy)]
+enum Key {
+    Own(&'static str),
+    Law(&'static Parameter),
+}
+
+/// Every key, for the error about one that is none.
+static NAMES: LazyLock<Vec<&'static str>> =
+    LazyLock::new(|| KEYS.into_iter().chain(parts::parameters().map(|p| p.name)).collect());
+
+impl<'de> Deserialize<'de> for Key {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let key = String::deserialize(d)?;
+        let own = KEYS.into_iter().find(|k| *k == key).map(Key::Own);
+        own.or(parts::parameter(&key).map(Key::Law)).ok_or_else(|| D::Error::unknown_field(&key, &NAMES))
+    }
+}
+
+impl<'de> Deserialize<'de> for Contact {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        d.deserialize_map(Table)
+    }
+}
+
+/// Reads a contact key by key.
+struct Table;
+
+impl<'de> Visitor<'de> for Table {
+    type Value = Contact;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("a table of the contact's parameters")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Contact, A::Error> {
+        let mut c = Contact::default();
+        while let Some(key) = map.next_key()? {
+            match key {
+                Key::Law(p) if p.kind == Kind::Integer => c.law.push((p, f64::from(map.next_value::<i32>()?))),
+                Key::Law(p) => c.law.push((p, map.next_value()?)),
+                Key::Own("name") => c.name = Some(map.next_value()?),
+                Key::Own("fmu") => c.fmu = Some(map.next_value()?),
+                Key::Own("variables") => c.variables = map.next_value()?,
+                Key::Own("parameters") => c.parameters = map.next_value()?,
+                Key::Own("macro_step") => c.macro_step = Some(map.next_value()?),
+                Key::Own("faces") => c.faces = Some(map.next_value()?),
+                Key::Own(other) => return Err(A::Error::unknown_field(other, &NAMES)),
+            }
+        }
+        Ok(c)
+    }
+}
+
+impl Contact {
+    /// A parameter of the law that is given, by name.
+    fn get(&self, name: &str) -> Option<f64> {
+        self.law.iter().find(|(p, _)| p.name == name).map(|(_, v)| *v)
+    }
+
+    /// Parameters of the law that are given, by name, in the law's order.
+    pub fn given(&self) -> Vec<(String, f64)> {
+        parts::parameters().filter_map(|p| Some((p.name.to_string(), self.get(p.name)?))).collect()
+    }
+}
+
+/// Every parameter of a law, by name.
+pub fn named(p: &Parameters) -> Vec<(String, f64)> {
+    p.values().map(|(p, v)| (p.name.to_string(), v)).collect()
 }
 
 impl Contact {
@@ -160,7 +156,10 @@ impl Contact {
     /// # Errors
     /// The key at fault and the cure.
     pub fn parameters(&self) -> Result<Parameters, Fault> {
-        let mut p = self.over(Parameters::default());
+        let mut p = Parameters::default();
+        for (q, value) in &self.law {
+            (q.set)(&mut p, *value);
+        }
         if self.fmu.is_none() {
             let alone = |key, empty: bool| if empty { Ok(()) } else { Err((key, "it with fmu only".to_string())) };
             alone("variables", self.variables == Variables::default())?;
@@ -169,14 +168,14 @@ impl Contact {
         if self.macro_step.is_some_and(|h| !(h.is_finite() && h > 0.0)) {
             return Err(("macro_step", "a time above 0, in s, or leave it out".into()));
         }
-        match (&self.faces, self.stiffness, self.exponent) {
+        match (&self.faces, self.get("stiffness"), self.get("exponent")) {
             (Some(_), Some(_), _) => return Err(("faces", "either stiffness or faces, not both".into())),
             (Some(f), None, e) => {
                 if e.is_some_and(|e| e != 1.0) {
                     return Err(("exponent", "1, or leave it out: two flat faces are a linear spring".into()));
                 }
-                p.stiffness = f.stiffness()?;
-                p.exponent = 1.0;
+                p.elastic.stiffness = f.stiffness()?;
+                p.elastic.exponent = 1.0;
             }
             (None, _, _) if self.fmu.is_some() => {}
             (None, None, _) => return Err(("stiffness", "k in N/m^p, or faces = { a, b, .. }".into())),
@@ -188,26 +187,24 @@ impl Contact {
     }
 }
 
-/// Whether a law is F = k x^p + mu_d x^p v alone, whose free impact is known exactly.
-pub fn is_plain(law: &Parameters) -> bool {
-    law.viscous_damping == 0.0
-        && law.plastic_ratio == 0.0
-        && law.adhesion_force == 0.0
-        && law.relaxation_stiffness == 0.0
-        && law.secondary_stiffness == 0.0
-        && (law.damping_exponent_offset == 0.0 && law.hysteresis_thinning_speed == 0.0 || law.hysteresis_damping == 0.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn every_parameter_of_the_law_can_be_given() {
-        let shown = format!("{:?}", Parameters::default());
-        let inner = shown.trim_start_matches("Parameters { ").trim_end_matches(" }");
-        let fields: Vec<&str> = inner.split(", ").filter_map(|f| f.split(':').next()).collect();
-        assert_eq!(fields, Contact::NAMES);
+    fn every_parameter_of_the_law_can_be_given_and_no_other_key() {
+        for p in parts::parameters() {
+            let value = if p.kind == Kind::Integer { 1.0 } else { 1.25 };
+            let c: Contact = toml::from_str(&format!("{} = {value}", p.name)).unwrap();
+            assert_eq!(c.given(), [(p.name.to_string(), value)]);
+        }
+        let e = toml::from_str::<Contact>("exponent = 1\nadhesion_force_ = 2.0\n").unwrap_err();
+        assert!(
+            e.message().contains("unknown field `adhesion_force_`") && e.message().contains("`adhesion_force`"),
+            "{e}"
+        );
+        assert_eq!(e.span(), Some(13..28));
+        assert!(toml::from_str::<Contact>("plastic_form = 0.5").is_err());
     }
 
     #[test]
@@ -215,9 +212,9 @@ mod tests {
         let f = Faces { a: 2e-3, b: 2e-3, youngs_modulus: [200e9; 2], poisson_ratio: [0.3; 2] };
         let mut c = Contact { faces: Some(f.clone()), ..Contact::default() };
         let p = c.parameters().unwrap();
-        assert_eq!(p.exponent, 1.0);
-        assert!((p.stiffness - f.stiffness().unwrap()).abs() == 0.0 && p.stiffness > 4e8);
-        c.stiffness = Some(1.0);
+        assert_eq!(p.elastic.exponent, 1.0);
+        assert!((p.elastic.stiffness - f.stiffness().unwrap()).abs() == 0.0 && p.elastic.stiffness > 4e8);
+        c.law.extend(parts::parameter("stiffness").map(|p| (p, 1.0)));
         assert_eq!(c.parameters().unwrap_err().0, "faces");
     }
 }

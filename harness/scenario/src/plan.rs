@@ -70,7 +70,7 @@ impl Case {
     pub fn is_free_and_plain(&self) -> bool {
         let r = &self.rig;
         let free = r.count() == 1 && r.gravity_after == 0.0 && r.friction == 0.0 && r.spring.is_none();
-        free && self.fmu.is_none() && super::contact::is_plain(&self.law)
+        free && self.fmu.is_none() && self.law.is_power_law()
     }
 }
 
@@ -165,12 +165,14 @@ fn given(contact: &Contact, other: Option<&Compare>) -> Vec<(String, f64)> {
         let law = contact.parameters().unwrap_or_default();
         let law = other.map_or(law, |c| with_stiffness(&law, c));
         all.retain(|(n, _)| n != "stiffness" && n != "exponent");
-        all.extend([("stiffness".to_string(), law.stiffness), ("exponent".to_string(), law.exponent)]);
+        all.extend([("stiffness".to_string(), law.elastic.stiffness), ("exponent".to_string(), law.elastic.exponent)]);
     }
     all
 }
 
 fn with_stiffness(law: &Parameters, c: &Compare) -> Parameters {
     let k = c.faces.as_ref().and_then(|f| f.stiffness().ok()).or(c.stiffness);
-    Parameters { stiffness: k.unwrap_or(law.stiffness), ..*law }
+    let mut law = *law;
+    law.elastic.stiffness = k.unwrap_or(law.elastic.stiffness);
+    law
 }

@@ -39,7 +39,7 @@ pub(super) fn compare_exact(case: &Case, b: &Bounce) -> Option<Exact> {
         return None;
     }
     let (l, m, v) = (&case.law, case.rig.mass(), b.impact_speed);
-    let e = impact(m, v, l.stiffness, l.exponent, l.hysteresis_damping)?;
+    let e = impact(m, v, l.elastic.stiffness, l.elastic.exponent, l.hysteresis_damping.coefficient)?;
     let off = |a: f64, b: f64| a / b - 1.0;
     Some(Exact {
         deepest: e.deepest,

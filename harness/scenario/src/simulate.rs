@@ -134,7 +134,7 @@ impl<'a> Motion<'a> {
                 rate: 0.0,
                 since: t,
             },
-            remembers: case.law.relaxation_stiffness > 0.0 || case.fmu.is_some(),
+            remembers: case.law.relaxes() || case.fmu.is_some(),
             o: Outcome {
                 rows: Vec::new(),
                 bounces: Vec::new(),
@@ -158,8 +158,8 @@ impl<'a> Motion<'a> {
     /// Depth to which the undamped law stops the bodies from `v`, m: a measure, no result.
     fn depth(&self, v: f64) -> f64 {
         let (law, mass) = (&self.coupled.case.law, self.coupled.case.rig.mass());
-        let q = law.exponent + 1.0;
-        (q * mass * v * v / (2.0 * law.stiffness)).powf(1.0 / q).max(1e-9)
+        let q = law.elastic.exponent + 1.0;
+        (q * mass * v * v / (2.0 * law.elastic.stiffness)).powf(1.0 / q).max(1e-9)
     }
 
     /// The tip has met the surface: an impact begins, or goes on.

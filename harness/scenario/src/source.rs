@@ -93,7 +93,8 @@ fn other(fmu: &Fmu, path: &Path, case: &mut Case) -> Result<(Box<dyn Element>, S
         Some(Start::Real(x)) if x.is_finite() && x > 0.0 => Some(x),
         _ => None,
     };
-    for (name, place) in [("stiffness", &mut case.law.stiffness), ("exponent", &mut case.law.exponent)] {
+    for (name, place) in [("stiffness", &mut case.law.elastic.stiffness), ("exponent", &mut case.law.elastic.exponent)]
+    {
         let set = case.parameters.iter().find(|(n, _)| n == name).map(|p| p.1);
         if case.given.iter().all(|(n, _)| n != name) {
             *place = set.or(told(name)).unwrap_or(*place);

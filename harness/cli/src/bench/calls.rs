@@ -40,7 +40,7 @@ fn cost(element: &mut dyn Element, walk: &Walk, ask: Ask, count: usize) -> Resul
 pub fn against_direct(fmu: &Fmu, exponent: f64, ask: Ask, rounds: usize, count: usize) -> Result<Pair> {
     let given = parameters(exponent);
     let named: Vec<(String, f64)> = given.iter().map(|(n, x)| (n.to_string(), *x)).collect();
-    let law = Parameters { stiffness: given[0].1, exponent, hysteresis_damping: given[2].1, ..Parameters::default() };
+    let law = Parameters::power_law(given[0].1, exponent, given[2].1);
     let walk = Walk::default();
     let mut pair = Pair::default();
     for round in 0..=rounds {

@@ -232,7 +232,12 @@ pub fn base_fit(
         parameters: problem.model.parameters.len() + data.records.len() * data.nuisances().len(),
         start: start.chi2,
         seconds: Spread::of(seconds),
-        found: Found { chi2: best.point.chi2, k: law.stiffness, p: law.exponent, mu_d: law.hysteresis_damping },
+        found: Found {
+            chi2: best.point.chi2,
+            k: law.elastic.stiffness,
+            p: law.elastic.exponent,
+            mu_d: law.hysteresis_damping.coefficient,
+        },
         versions: python.versions.clone(),
         simplex,
         plain,

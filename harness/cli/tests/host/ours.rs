@@ -24,45 +24,35 @@ fn fmu() -> Fmu {
 
 /// A law with every mechanism that has memory switched on.
 fn law(exponent: f64) -> Parameters {
-    Parameters {
-        stiffness: 2e8,
-        exponent,
-        hysteresis_damping: 1e8,
-        viscous_damping: 20.0,
-        yield_penetration: 1e-4,
-        plastic_ratio: 0.2,
-        adhesion_force: 3.0,
-        adhesion_range: 2e-5,
-        adhesion_form: 2,
-        relaxation_stiffness: 3e7,
-        relaxation_time: 2e-4,
-        relaxation_spread: 1.0,
-        secondary_stiffness: 1e8,
-        secondary_depth: 4e-4,
-        ..Parameters::default()
-    }
+    let values = [
+        ("stiffness", 2e8),
+        ("exponent", exponent),
+        ("hysteresis_damping", 1e8),
+        ("viscous_damping", 20.0),
+        ("yield_penetration", 1e-4),
+        ("plastic_ratio", 0.2),
+        ("adhesion_force", 3.0),
+        ("adhesion_range", 2e-5),
+        ("adhesion_form", 2.0),
+        ("relaxation_stiffness", 3e7),
+        ("relaxation_time", 2e-4),
+        ("relaxation_spread", 1.0),
+        ("secondary_stiffness", 1e8),
+        ("secondary_depth", 4e-4),
+    ];
+    Parameters::from_names(values).unwrap()
+}
+
+/// `law` with another stiffness, N/m^p.
+fn with_stiffness(law: Parameters, stiffness: f64) -> Parameters {
+    let mut law = law;
+    law.elastic.stiffness = stiffness;
+    law
 }
 
 /// The same as names and values.
 fn named(p: &Parameters) -> Vec<(String, f64)> {
-    [
-        ("stiffness", p.stiffness),
-        ("exponent", p.exponent),
-        ("hysteresis_damping", p.hysteresis_damping),
-        ("viscous_damping", p.viscous_damping),
-        ("yield_penetration", p.yield_penetration),
-        ("plastic_ratio", p.plastic_ratio),
-        ("adhesion_force", p.adhesion_force),
-        ("adhesion_range", p.adhesion_range),
-        ("adhesion_form", f64::from(p.adhesion_form)),
-        ("relaxation_stiffness", p.relaxation_stiffness),
-        ("relaxation_time", p.relaxation_time),
-        ("relaxation_spread", p.relaxation_spread),
-        ("secondary_stiffness", p.secondary_stiffness),
-        ("secondary_depth", p.secondary_depth),
-    ]
-    .map(|(n, x)| (n.to_string(), x))
-    .to_vec()
+    p.values().map(|(p, x)| (p.name.to_string(), x)).collect()
 }
 
 /// Running, with that law.
@@ -149,7 +139,7 @@ fn a_state_restored_or_serialized_goes_on_bit_for_bit() {
         i.save_into(&s).unwrap();
     }
     // into an instance with other parameters and another past
-    let mut other = running(&Parameters { stiffness: 1e6, ..law });
+    let mut other = running(&with_stiffness(law, 1e6));
     wander(&mut other, 0, 30);
     let t = other.deserialize(&bytes).unwrap();
     other.restore(&t).unwrap();
@@ -164,14 +154,9 @@ fn a_state_restored_or_serialized_goes_on_bit_for_bit() {
 
 #[test]
 fn directional_derivatives_are_those_of_differences() {
-    let law = Parameters {
-        stiffness: 2e8,
-        exponent: 1.8,
-        hysteresis_damping: 1e8,
-        viscous_damping: 30.0,
-        ..Parameters::default()
-    };
-    let mut i = running(&Parameters { adhesion_range: 1e-5, relaxation_time: 1e-3, secondary_exponent: 1.5, ..law });
+    let mut law = Parameters::power_law(2e8, 1.8, 1e8);
+    law.viscous_damping.coefficient = 30.0;
+    let mut i = running(&law);
     let mut force = |x: f64, v: f64| {
         i.set_real(&[PENETRATION, VELOCITY], &[x, v]).unwrap();
         let mut d = [0.0; 2];
@@ -242,12 +227,12 @@ fn what_is_not_finite_is_refused_by_name() {
 #[test]
 fn two_hundred_instances_on_eight_threads_share_nothing() {
     let stiffness = |n: usize| 1e7 * (1.0 + n as f64);
-    let alone = |n: usize| wander(&mut running(&Parameters { stiffness: stiffness(n), ..law(1.5) }), 0, 60);
+    let alone = |n: usize| wander(&mut running(&with_stiffness(law(1.5), stiffness(n))), 0, 60);
     let got: Vec<(usize, Vec<u64>)> = std::thread::scope(|s| {
         let threads: Vec<_> = (0..8)
             .map(|t| {
                 s.spawn(move || {
-                    let of = |k| Parameters { stiffness: stiffness(25 * t + k), ..law(1.5) };
+                    let of = |k| with_stiffness(law(1.5), stiffness(25 * t + k));
                     let mut all: Vec<Instance> = (0..25).map(|k| running(&of(k))).collect();
                     let mut bits = vec![Vec::new(); 25];
                     // a step each in turn, so that they lie across one another

@@ -131,13 +131,16 @@ impl Problem<'_> {
         theta[j] += self.model.parameters[j].step;
         let after = self.physics(&theta);
         let mut scaled = before;
-        scaled.law.stiffness = after.law.stiffness;
-        scaled.law.hysteresis_damping = after.law.hysteresis_damping;
+        scaled.law.elastic.stiffness = after.law.elastic.stiffness;
+        scaled.law.hysteresis_damping.coefficient = after.law.hysteresis_damping.coefficient;
         let (from, to) = (before.law, after.law);
-        let ratio = from.hysteresis_damping * to.stiffness - to.hysteresis_damping * from.stiffness;
-        let alike = ratio.abs() <= 1e-9 * from.hysteresis_damping * to.stiffness;
-        let others = from.secondary_stiffness != 0.0 || from.relaxation_stiffness != 0.0;
-        (scaled == after && alike && !others).then_some(j)
+        let (mu, k) = (from.hysteresis_damping.coefficient, from.elastic.stiffness);
+        let ratio = mu * to.elastic.stiffness - to.hysteresis_damping.coefficient * k;
+        let alike = ratio.abs() <= 1e-9 * mu * to.elastic.stiffness;
+        let mut doubled = from;
+        doubled.scale_stiffness(2.0);
+        doubled.elastic = from.elastic;
+        (scaled == after && alike && doubled == from).then_some(j)
     }
 
     /// Normal matrix and gradient of a part, priors of the recording included.
@@ -402,7 +405,7 @@ mod tests {
     fn sensitivity(data: &Data, step: f64) -> Vec<f64> {
         let friction = Parameter { name: "friction".into(), lower: 0.0, upper: 1.0, step, prior: None, dynamic: true };
         let apply = |t: &[f64], p: &mut Physics| {
-            (p.law.stiffness, p.law.exponent, p.law.hysteresis_damping) = (3e7, 1.2, 6e6);
+            (p.law.elastic.stiffness, p.law.elastic.exponent, p.law.hysteresis_damping.coefficient) = (3e7, 1.2, 6e6);
             p.guide_friction.coulomb = 100.0 * t[0];
         };
         let model = Model::new(vec![friction], apply);

@@ -122,7 +122,7 @@ impl<'a> Rig<'a> {
         }
         let tip = pair(p.sensor_resonance.mass > 0.0, &mut scale);
         let mut relax = 0;
-        if p.law.relaxation_stiffness > 0.0 && element.is_none() {
+        if p.law.relaxes() && element.is_none() {
             relax = n;
             for b in 0..BRANCHES {
                 scale[n + b] = p.mass * s.speed / s.duration;
@@ -147,7 +147,7 @@ impl<'a> Rig<'a> {
             contact: true,
             latent: p.acts_on_face(),
             body_mass: p.body_mass(),
-            closed: (base > 0) != (tip > 0) && p.law.adhesion_force == 0.0 && !p.needs_integration(),
+            closed: (base > 0) != (tip > 0) && p.law.adhesion.force == 0.0 && !p.needs_integration(),
             swing: None,
         }
     }
@@ -426,7 +426,7 @@ impl System for Rig<'_> {
                 changed = true;
             }
         }
-        if self.p.law.adhesion_force > 0.0 {
+        if self.p.law.adhesion.force > 0.0 {
             self.memory = self.p.law.advance(&self.memory, x, v, x, v, 0.0);
             changed = true;
         } else if x > self.memory.deepest {

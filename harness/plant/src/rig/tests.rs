@@ -4,9 +4,9 @@ use record::Kind;
 
 fn rig() -> (Physics, Setup, Local) {
     let mut p = Physics { mass: 0.8, gravity: 9.81, ..Physics::default() };
-    p.law.stiffness = 2e7;
-    p.law.exponent = 1.5;
-    p.law.hysteresis_damping = 8e6;
+    p.law.elastic.stiffness = 2e7;
+    p.law.elastic.exponent = 1.5;
+    p.law.hysteresis_damping.coefficient = 8e6;
     let setup =
         Setup { tolerance: 1e-9, ..Setup::drop_test((0..900).map(|i| i as f64 * 2e-5).collect(), 1e-3, 0.6, 5e-3) };
     (p, setup, Local { start: 2e-3, speed: 0.6, stiffness: 0.0, offset: 0.0 })
@@ -170,7 +170,7 @@ fn a_body_that_bears_its_loose_part_falls_faster_than_gravity() {
 fn an_attached_mass_keeps_momentum_and_rings_at_its_own_frequency() {
     let (mut p, setup, local) = rig();
     p.gravity = 0.0;
-    p.law.hysteresis_damping = 0.0;
+    p.law.hysteresis_damping.coefficient = 0.0;
     let alone = simulate(&p, &setup, &local);
     let (m, w) = (0.2, 3000.0);
     (p.attached_mass.mass, p.attached_mass.stiffness) = (m, m * w * w);

@@ -155,8 +155,8 @@ fn run_summary(d: &Done) -> RunSummary {
         tip: c.tip.clone(),
         drop_height: c.drop_height(),
         mass: c.rig.mass(),
-        stiffness: c.law.stiffness,
-        exponent: c.law.exponent,
+        stiffness: c.law.elastic.stiffness,
+        exponent: c.law.elastic.exponent,
         element: d.element.into(),
         steps: o.rows.len(),
         at_rest: o.at_rest,
@@ -200,8 +200,8 @@ pub fn summary(scenario: &str, done: &[Done], asked: usize, interrupted: bool) -
         }
         let compared = c.compare.is_some() || done.iter().any(|e| e.case.compare.is_some());
         if let (true, Some((base, peak))) = (compared, own) {
-            let (k, p) = (c.law.stiffness, c.law.exponent);
-            let free = (k / base.law.stiffness).powf(1.0 / (p + 1.0));
+            let (k, p) = (c.law.elastic.stiffness, c.law.elastic.exponent);
+            let free = (k / base.law.elastic.stiffness).powf(1.0 / (p + 1.0));
             comparison.push(ComparisonRow {
                 name: if c.name.is_empty() { "the scenario's own".into() } else { c.name.clone() },
                 stiffness: k,
@@ -209,7 +209,7 @@ pub fn summary(scenario: &str, done: &[Done], asked: usize, interrupted: bool) -
                 peak_force: b.peak_force,
                 duration: b.duration,
                 peak_ratio: b.peak_force / peak,
-                free_ratio: (p == base.law.exponent).then_some(free),
+                free_ratio: (p == base.law.elastic.exponent).then_some(free),
             });
         }
         if let Some(way) = c.way().filter(|w| b.deepest > *w) {
@@ -217,7 +217,7 @@ pub fn summary(scenario: &str, done: &[Done], asked: usize, interrupted: bool) -
             remarks.push(format!(
                 "{of}a stiffness of {:.4e} N/m^p lets the body sink {:.1} mm, more than the {:.1} mm it moved before \
                  touch, under {:.0} N: no stop does that; look at the unit (1 N/mm is 1000 N/m)",
-                c.law.stiffness,
+                c.law.elastic.stiffness,
                 1e3 * b.deepest,
                 1e3 * way,
                 b.peak_force

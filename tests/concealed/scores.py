@@ -1,0 +1,195 @@
+"""The table the diagnosis is held to, and how sure it was: reliability, wrong names believed, sets, intervals.
+
+Works on the rows of judge.judge; no files are read.
+"""
+import numpy as np
+
+from .groups import GROUPS
+from .limits import TIES
+
+BELIEVED = 0.9       # probability from which on a name is acted upon
+BINS = 5
+
+# key, what is counted, floor, goal; where `less` a share is to lie below them
+TABLE = (
+    ("null", "noise only, nothing missing: called so", 0.97, 0.98, False),
+    ("single", "plain and concealed: named, nothing besides", 0.90, 0.95, False),
+    ("deep", "deep", 0.85, 0.90, False),
+    ("located", "located", 0.92, 0.95, False),
+    ("pair", "pairs", 0.60, 0.75, False),
+    ("unknown", "outside the vocabulary, known kinds", 0.85, 0.90, False),
+    ("print0", "small print, nothing missing: no name", 0.85, 0.95, False),
+    ("print1", "small print and one effect: named, nothing besides", 0.75, 0.90, False),
+    ("strange", "strangers: unexplained, no name above 0.5", 0.70, 0.90, False),
+    ("strangers", "of these, development half", None, None, False),
+    ("sealed", "of these, sealed half", None, None, False),
+    ("dirt0", "dirt, nothing missing: silent", 0.90, 0.98, False),
+    ("dirt1", "dirt and one effect: named, nothing besides", None, None, False),
+    ("little", "little measured: named or in the set; nothing missing: silent", 0.80, 0.95, False),
+    ("many", "many small effects: no name that is not there", None, None, False),
+    ("wrong", "a wrong name believed (probability 0.9 or more), all of the above but pairs and many", 0.05, 0.02, True),
+    ("worse", "a name given although levels not seen are predicted worse than before", 0.0, 0.0, True),
+    ("calibration", "calibration error (five bins)", 0.08, 0.03, True),
+    ("sets", "95 % sets hold the cause", 0.92, 0.95, False),
+    ("gain", "share of the oracle's held-out gain, concealed, median", 0.90, 1.00, False),
+)
+
+
+def truth_of(r):
+    """What the most probable set should be: the names, or the one word for what no vocabulary holds."""
+    return frozenset({"unknown"} if any(n.startswith("unknown:") for n in r["truth"]) else r["truth"])
+
+
+def tied(names, r):
+    """Names with one of a pair nobody can part read as the other, where that is the true one."""
+    names = set(names)
+    for tie in TIES:
+        for a in tie & set(r["truth"]):
+            if a not in names and names & tie:
+                names = (names - tie) | {a}
+    return frozenset(names)
+
+
+def verdict_scores(v, r):
+    """What a verdict says of its own certainty, judged: keys for the row.
+
+    top: (probability of the most probable set, whether it is the cause). Where there is no `posterior`: of the names given
+    the least probability, 1 for no names. held: (whether the credible set holds the cause, its size), None where there is none.
+    """
+    named = {m.get("mechanism"): float(m.get("probability", 1.0)) for m in v.get("missing", [])}
+    want, unexplained = truth_of(r), bool(v.get("unexplained", {}).get("detected"))
+    posterior = v.get("posterior") or []
+    if posterior:
+        best = max(posterior, key=lambda s: s["probability"])
+        top = (float(best["probability"]), tied(best["mechanisms"], r) == want)
+    else:
+        said = frozenset(named) or frozenset({"unknown"} if unexplained else ())
+        top = (min(named.values(), default=1.0), tied(said, r) == want)
+    sets = v.get("credible_set")
+    held = None if not sets else (any(tied(s["mechanisms"], r) == want for s in sets), len(sets))
+    counted = tied(named, r)
+    sure = {n for n, p in named.items() if p >= BELIEVED}
+    b, a = (v.get("fit", {}).get(k, {}).get("heldout_nrmse") for k in ("before", "after"))
+    return dict(probability=named, top=top, held=held, open=sorted({n for s in sets or [] for n in s["mechanisms"]}),
+                believed=sorted(tied(sure, r) - set(r["truth"])), false_names=sorted(counted - set(r["truth"])),
+                worse=bool(named) and b is not None and a is not None and a > 1.005 * b)
+
+
+def right_in_group(r, v):
+    """Whether an answer is right in one of the groups (r["group"] of group_of)."""
+    named, g = tied(r["named"], r), r["group"]
+    if g == "print0":
+        return not named
+    if g == "dirt0":
+        return not named and not r["detected"]
+    if g in ("print1", "dirt1"):
+        return named == set(r["truth"])
+    if g in ("strangers", "sealed"):
+        return r["detected"] and r["unexplained"] and all(p <= 0.5 for p in r["probability"].values())
+    if g == "little":
+        if not r["truth"]:
+            return not named and not r["detected"]
+        return bool(set(r["truth"]) & (named | set(r["also"]) | set(r["open"])))
+    return not r["false_names"]             # many
+
+
+def group_of(truth):
+    """The row of the table a label belongs to, for campaigns of groups.py; None for today's mix."""
+    g = truth.get("set")
+    return None if g is None else f"{g}{int(bool(truth['missing']))}" if g in ("print", "dirt") else g
+
+
+def of_groups(rows):
+    """Rows of groups.py's campaigns."""
+    return [r for r in rows if r.get("set") in GROUPS]
+
+
+def reliability(rows):
+    """([(mean probability told, share right, how many)] of the bins, calibration error); rows of many effects have no one cause."""
+    sure = [r["top"] for r in rows if r["answered"] and r["group"] != "many"]
+    bins = [[] for _ in range(BINS)]
+    for p, ok in sure:
+        bins[min(int(p * BINS), BINS - 1)].append((p, ok))
+    out = [(float(np.mean([p for p, _ in b])), float(np.mean([ok for _, ok in b])), len(b)) if b else (None, None, 0) for b in bins]
+    error = sum(n * abs(p - q) for p, q, n in out if n) / len(sure) if sure else None
+    return out, error
+
+
+def figures(rows):
+    """{key of TABLE: (value, k, n)}; k None where the value is no share. Keys without cases are left out."""
+    out = {}
+
+    def share(key, rs, what="right"):
+        rs = list(rs)
+        if rs:
+            k = sum(bool(r[what]) for r in rs)
+            out[key] = (k / len(rs), k, len(rs))
+
+    by = {g: [r for r in rows if r["group"] == g] for g in {r["group"] for r in rows}}
+    for key in ("null", "deep", "pair", "unknown", "print0", "print1", "strangers", "sealed", "dirt0", "dirt1", "little", "many"):
+        share(key, by.get(key, []))
+    share("single", by.get("plain", []) + by.get("concealed", []))
+    share("strange", by.get("strangers", []) + by.get("sealed", []))
+    share("located", [r for r in rows if r["truth"] and r["detected"] and r.get("set") is None], "located")
+    share("wrong", [r for r in rows if r["answered"] and r["group"] not in ("pair", "many")], "believed")
+    share("worse", [r for r in rows if r["answered"]], "worse")
+    _, error = reliability(rows)
+    if error is not None:
+        out["calibration"] = (error, None, sum(r["answered"] and r["group"] != "many" for r in rows))
+    held = [r["held"] for r in rows if r["answered"] and r["held"] is not None and r["group"] != "many"]
+    if held:
+        k = sum(h for h, _ in held)
+        out["sets"] = (k / len(held), k, len(held))
+    gains = [r["gain"] for r in by.get("concealed", []) if r["gain"] is not None]
+    if gains:
+        out["gain"] = (float(np.median(gains)), None, len(gains))
+    return out
+
+
+def lines(rows):
+    """[(what, cases, right, value, floor, goal, kept)] of the table in words; kept None where nothing is asked, "-" where absent."""
+    got, out = figures(rows), []
+    for key, what, floor, goal, less in TABLE:
+        ask = lambda x: "-" if x is None else ("at most " if less else "") + f"{x:.2f}"
+        if key not in got:
+            if key in ("sets",):
+                out.append((what, "-", "-", "-", ask(floor), ask(goal), None))
+            continue
+        value, k, n = got[key]
+        kept = None if floor is None else value <= floor + 1e-12 if less else value >= floor - 1e-12
+        out.append((what, str(n), "" if k is None else str(k), f"{value:.2f}", ask(floor), ask(goal), kept))
+    return out
+
+
+def by_group(rows):
+    """[(group, cases, wrong names believed, mean size of the 95 % sets, share of sets that hold the cause, intervals held)]."""
+    out = []
+    for g in sorted({r["group"] for r in rows}):
+        rs = [r for r in rows if r["group"] == g and r["answered"]]
+        held = [r["held"] for r in rs if r["held"] is not None]
+        ci = [lo <= true <= hi for r in rs for _, true, _, lo, hi in r["parameters"] if lo == lo and hi == hi]
+        out.append((g, len(rs), sum(bool(r["believed"]) for r in rs), f"{np.mean([n for _, n in held]):.1f}" if held else "-",
+                    f"{np.mean([h for h, _ in held]):.2f}" if held else "-", f"{sum(ci)}/{len(ci)}" if ci else "-"))
+    return out
+
+
+def markdown(rows):
+    """The table, reliability and what each group adds, as lines of markdown."""
+    out = ["| | cases | right | value | floor | goal | |", "|---|---|---|---|---|---|---|"]
+    for what, n, k, value, floor, goal, kept in lines(rows):
+        out.append(f"| {what} | {n} | {k} | {value} | {floor} | {goal} | { {True: 'held', False: 'short', None: ''}[kept]} |")
+    bins, error = reliability(rows)
+    out += ["", f"Probability told against share right{'' if error is None else f', calibration error {error:.2f}'}:", "",
+            "| told | " + " | ".join(f"{i / BINS:.1f} to {(i + 1) / BINS:.1f}" for i in range(BINS)) + " |", "|---" * (BINS + 1) + "|",
+            "| mean told | " + " | ".join("-" if p is None else f"{p:.2f}" for p, _, _ in bins) + " |",
+            "| share right | " + " | ".join("-" if q is None else f"{q:.2f}" for _, q, _ in bins) + " |",
+            "| answers | " + " | ".join(str(n) for _, _, n in bins) + " |", "",
+            "| group | answers | wrong names believed | size of the 95 % sets, mean | sets that hold the cause | parameters inside their 95 % interval |", "|---|---|---|---|---|---|"]
+    out += [f"| {' | '.join(str(c) for c in line)} |" for line in by_group(rows)]
+    return out
+
+
+def halves():
+    """Which stranger is in which half, in words."""
+    from .effects import of_half
+    return [f"{half} half: " + ", ".join(n.removeprefix("unknown:") for n in of_half(half)) for half in ("development", "sealed")]
