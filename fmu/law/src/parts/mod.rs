@@ -142,10 +142,11 @@ contact_mechanisms!(compose);
 impl Parameters {
     /// F = k x^p + mu_d x^p v, every other part neutral: `k` N/m^p, `p`, `mu_d` N s/m^(p+1); unchecked.
     pub fn power_law(k: f64, p: f64, mu_d: f64) -> Parameters {
-        let mut law = Parameters::default();
-        law.elastic = Elastic { stiffness: k, exponent: p };
-        law.hysteresis_damping.coefficient = mu_d;
-        law
+        Parameters {
+            elastic: Elastic { stiffness: k, exponent: p },
+            hysteresis_damping: HysteresisDamping { coefficient: mu_d, ..HysteresisDamping::default() },
+            ..Parameters::default()
+        }
     }
 
     /// The parameters given by name, every other one neutral; unchecked. None where a name is no parameter's.
