@@ -2,6 +2,7 @@
 //! `mod` and its line in [`contact_mechanisms`].
 
 mod adhesion;
+mod contact_preload;
 mod elastic;
 mod hysteresis_damping;
 mod plastic_indentation;
@@ -12,6 +13,7 @@ mod viscous_damping;
 use crate::part::{Mechanism, Parameter, Part, Point, Step};
 use crate::Memory;
 pub use adhesion::{Adhesion, AdhesionForm};
+pub use contact_preload::ContactPreload;
 pub use elastic::Elastic;
 pub use hysteresis_damping::HysteresisDamping;
 pub use plastic_indentation::{PlasticForm, PlasticIndentation};
@@ -31,6 +33,7 @@ macro_rules! contact_mechanisms {
             adhesion: Adhesion,
             viscoelastic_relaxation: ViscoelasticRelaxation,
             secondary_stiffening: SecondaryStiffening,
+            contact_preload: ContactPreload,
         }
     };
 }
