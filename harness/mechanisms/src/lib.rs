@@ -1,5 +1,6 @@
 //! Every mechanism the diagnosis knows, a file each.
 
+pub mod constants;
 pub mod mechanism;
 pub mod physics;
 pub mod wear;

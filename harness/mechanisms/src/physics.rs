@@ -4,8 +4,7 @@ use crate::wear::{Dose, Taken};
 use law::Parameters;
 use record::Channel;
 
-/// Standard gravity used by every simulation here, m/s^2.
-pub const GRAVITY: f64 = 9.81;
+pub use crate::constants::{GRAVITY, SLIP_SPEED};
 
 /// A low-pass behaviour of one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -188,7 +188,13 @@ pub struct Control {
 impl Control {
     /// Events on the polynomial, no limits of its own: what an estimation runs with.
     pub const fn dense(tolerance: f64) -> Control {
-        Control { locate: Locate::Polynomial, tolerance, first: f64::INFINITY, longest: f64::INFINITY, most: usize::MAX }
+        Control {
+            locate: Locate::Polynomial,
+            tolerance,
+            first: f64::INFINITY,
+            longest: f64::INFINITY,
+            most: usize::MAX,
+        }
     }
 
     /// Events by shortening the step, from a first step of 10 microseconds on: what a scenario runs with.
@@ -430,14 +436,7 @@ impl Stepper {
 
     /// Accepts a step of `h` (signed) to `z`; `whole`: the last stage stands at its end.
     #[inline]
-    fn accept<S: System>(
-        &mut self,
-        s: &mut S,
-        h: f64,
-        mut z: State,
-        event: Option<usize>,
-        whole: bool,
-    ) -> Result<()> {
+    fn accept<S: System>(&mut self, s: &mut S, h: f64, mut z: State, event: Option<usize>, whole: bool) -> Result<()> {
         let dy1 = whole.then_some(&self.k[6]);
         let taken = Taken { t0: self.t, h, y0: &self.y, dy0: &self.k[0], dy1, event };
         let after = s.accept(&taken, &mut z)?;

@@ -289,25 +289,24 @@ fn free<'a>(
         let (x, v) = rig.face_at(0.0, &y);
         e.borrow_mut().at = (0.0, x, v);
     }
-    let ok =
-        integrate(&mut rig, 0.0, &mut y, end, &within(first), |r, st| {
-            let until = st.t0 + st.h;
-            while i < n && s.time[i] - clock <= until + 1e-15 {
-                let tau = s.time[i] - clock;
-                let z = st.at((tau - st.t0) / st.h);
-                o.put(i, r.outputs(tau, &z));
-                i += 1;
-            }
-            let z = st.at(1.0);
-            let (x, v) = r.face_at(until, &z);
-            if touch.is_nan() && x >= -1e-12 * s.depth {
-                touch = until + clock;
-            } else if !touch.is_nan() && deepest.is_nan() && v <= 0.0 {
-                deepest = until + clock;
-            } else if !deepest.is_nan() && leave.is_nan() && x <= 1e-9 * s.depth {
-                leave = until + clock;
-            }
-        })?;
+    let ok = integrate(&mut rig, 0.0, &mut y, end, &within(first), |r, st| {
+        let until = st.t0 + st.h;
+        while i < n && s.time[i] - clock <= until + 1e-15 {
+            let tau = s.time[i] - clock;
+            let z = st.at((tau - st.t0) / st.h);
+            o.put(i, r.outputs(tau, &z));
+            i += 1;
+        }
+        let z = st.at(1.0);
+        let (x, v) = r.face_at(until, &z);
+        if touch.is_nan() && x >= -1e-12 * s.depth {
+            touch = until + clock;
+        } else if !touch.is_nan() && deepest.is_nan() && v <= 0.0 {
+            deepest = until + clock;
+        } else if !deepest.is_nan() && leave.is_nan() && x <= 1e-9 * s.depth {
+            leave = until + clock;
+        }
+    })?;
     out = o;
     out.ok = ok && i == n;
     (out.touch, out.deepest, out.leave) = (touch, deepest, leave);

@@ -93,8 +93,7 @@ fn opening(control: Control) -> (Outcome, Trace) {
         ..Physics::default()
     };
     let drop = Setup::drop_test(Vec::new(), 2e-4, 0.4, 1e-3);
-    let s =
-        Setup { kind: Kind::ContactorOpening, travel: 0.004, preload: 12.3, rate: 900.0, control, ..drop };
+    let s = Setup { kind: Kind::ContactorOpening, travel: 0.004, preload: 12.3, rate: 900.0, control, ..drop };
     let t = recording(&o, &p, &s, 0.0);
     (o, t)
 }

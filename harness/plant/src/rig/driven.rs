@@ -27,16 +27,7 @@ pub(crate) struct Driven<'e> {
 
 impl<'e> Driven<'e> {
     pub fn new(element: &'e mut (dyn Element + 'e)) -> Driven<'e> {
-        Driven {
-            element,
-            at: (0.0, 0.0, 0.0),
-            inside: None,
-            now: 0.0,
-            rate: 0.0,
-            since: 0.0,
-            last: None,
-            failed: None,
-        }
+        Driven { element, at: (0.0, 0.0, 0.0), inside: None, now: 0.0, rate: 0.0, since: 0.0, last: None, failed: None }
     }
 
     /// Force, N; not a number from the first refusal on.
@@ -101,7 +92,6 @@ impl<'e> Driven<'e> {
     pub fn forget(&mut self) {
         self.last = None;
     }
-
 
     /// The first thing it refused, once.
     ///

@@ -15,7 +15,7 @@ use super::integrate::{Events, State, MAX};
 use super::simulate::Setup;
 pub(super) use driven::Driven;
 use law::{Memory, BRANCHES};
-use mechanisms::physics::Physics;
+use mechanisms::physics::{Physics, SLIP_SPEED};
 use record::Kind;
 use std::cell::RefCell;
 
@@ -286,7 +286,7 @@ impl<'a> Rig<'a> {
             }
         }
         if p.friction != 0.0 {
-            let s = v / 0.005;
+            let s = v / SLIP_SPEED;
             let level = if p.stribeck_excess != 0.0 {
                 let u = v / p.stribeck_speed;
                 p.friction * (1.0 + p.stribeck_excess * (-u * u).exp())

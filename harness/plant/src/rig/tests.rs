@@ -8,8 +8,10 @@ fn rig() -> (Physics, Setup, Local) {
     p.law.stiffness = 2e7;
     p.law.exponent = 1.5;
     p.law.hysteresis_damping = 8e6;
-    let setup =
-        Setup { control: Control::dense(1e-9), ..Setup::drop_test((0..900).map(|i| i as f64 * 2e-5).collect(), 1e-3, 0.6, 5e-3) };
+    let setup = Setup {
+        control: Control::dense(1e-9),
+        ..Setup::drop_test((0..900).map(|i| i as f64 * 2e-5).collect(), 1e-3, 0.6, 5e-3)
+    };
     (p, setup, Local { start: 2e-3, speed: 0.6, stiffness: 0.0, offset: 0.0 })
 }
 
