@@ -24,7 +24,7 @@ fn forms(c: &Context) -> Vec<Form> {
         label: "weight",
         // less along the motion where the guide leans, up to 18 degrees
         parameters: vec![parameter("g", 9.33, 9.92, 0.05)],
-        starts: vec![vec![9.81]],
+        starts: vec![vec![crate::constants::GRAVITY]],
         linear: false,
         extends: None,
         apply: |t, _, p| p.gravity = t[0],

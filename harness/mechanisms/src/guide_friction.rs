@@ -1,5 +1,6 @@
 //! guide_friction: the guide rubs on the moving body
 
+use crate::constants::SLIP_SPEED;
 use crate::mechanism::*;
 use crate::part::{Motion, Part};
 use record::Kind;
@@ -16,9 +17,6 @@ pub const MECHANISM: Mechanism = Mechanism {
     forms,
     acts: Acts::Force,
 };
-
-/// Speed over which Coulomb friction changes sign, m/s: a smoothed jump can be integrated.
-pub const SLIP_SPEED: f64 = 0.005;
 
 /// Friction of the guide against the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,6 +4,7 @@
 //! A new mechanism is a file and its line in [`parts!`].
 
 pub mod catalogue;
+pub mod constants;
 pub mod contact;
 pub mod load_history;
 pub mod mechanism;

@@ -5,8 +5,7 @@ use crate::part::{Motion, Part, Sampling, Wear};
 use crate::*;
 use ::law::Parameters;
 
-/// Standard gravity used by every simulation here, m/s^2.
-pub const GRAVITY: f64 = 9.81;
+pub use crate::constants::{GRAVITY, SLIP_SPEED};
 
 /// A mass that rides on the body with a motion of its own; see the hooks of [`Part`].
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,9 @@
 //! The forward model of a recording: rig, contact law and measuring chain.
 //!
-//! `element` is what stands in for the contact, `integrate` and `simulate` say what the rig does, `chain` what the
-//! instruments make of it, `noise` how they scatter, `recipe` writes a campaign simulated with seeded noise.
+//! `element` is what stands in for the contact; `integrate` is the one integrator, whose events `roots` locates;
+//! `motion` follows the rig from event to event, as a scenario does, `simulate` gives what a recording of it holds;
+//! `chain` is what the instruments make of it, `noise` how they scatter, `recipe` writes a campaign simulated with
+//! seeded noise.
 
 pub mod chain;
 pub mod element;

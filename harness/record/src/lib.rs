@@ -4,6 +4,9 @@ mod load;
 pub use load::{load, RecordError};
 use std::path::PathBuf;
 
+/// Gravity, m/s^2, as the format has it; that of every simulation.
+pub const GRAVITY: f64 = 9.81;
+
 /// What was done with the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {

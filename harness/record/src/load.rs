@@ -210,7 +210,7 @@ pub fn load(dir: &Path) -> Result<Campaign, RecordError> {
         if kind == Kind::DropTest && impact_speed.is_none() && start_speed.is_none() {
             match drop_height {
                 Some(h) if h > 0.0 => {
-                    let v = (2.0 * 9.81 * h).sqrt();
+                    let v = (2.0 * crate::GRAVITY * h).sqrt();
                     impact_speed = Some((v, 0.03 * v));
                 }
                 _ => {

@@ -377,7 +377,7 @@ const CONFIRMED: usize = 2;
 /// Where an FMU refuses.
 pub fn rest(pair: &Pair, s: &Setup) -> Result<f64> {
     let c = CASES[2];
-    let gravity = 9.81;
+    let gravity = mechanisms::physics::GRAVITY;
     // the depth where k x^p = m g, as deep as the law gives it back
     let depth = (c.mass * gravity / c.stiffness).powf(1.0 / c.exponent);
     let period = std::f64::consts::TAU * (depth / (c.exponent * gravity)).sqrt();
