@@ -15,6 +15,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; add this friction against the motion in the rig's model.",
     forms,
     acts: Acts::Force,
+    hints: Hints::PLAIN,
 };
 
 /// Speed over which Coulomb friction changes sign, m/s: a smoothed jump can be integrated.
