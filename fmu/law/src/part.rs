@@ -220,6 +220,17 @@ pub struct Form {
     pub quantities: &'static [Quantity],
 }
 
+/// What a fit of a mechanism starts from, beside the starts of its forms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StartsFrom {
+    /// Nothing else.
+    Forms,
+    /// The drift of the stiffness with the order of the recordings, fitted with every recording's stiffness free.
+    Drift,
+    /// The law of the shallower recordings.
+    Shallow,
+}
+
 /// A mechanism as the vocabulary has it.
 #[derive(Clone, Copy)]
 pub struct Mechanism {
@@ -241,6 +252,10 @@ pub struct Mechanism {
     pub forms: &'static [Form],
     /// Names of mechanisms it can hardly be told apart from.
     pub collinear: &'static [&'static str],
+    /// Whether its effect is far from linear in its parameters, so that a score along a tangent may miss it.
+    pub strongly_nonlinear: bool,
+    /// What its fits start from.
+    pub starts_from: StartsFrom,
     /// What its strength is measured by.
     pub strength: Strength,
 }

@@ -52,7 +52,7 @@ pub trait Candidate {
 
 impl Candidate for Fitted {
     fn calibrates(&self) -> bool {
-        self.structure.last().is_some_and(|t| t.mechanism.is_calibration() && t.form.parameters.len() == 1)
+        self.structure.last().is_some_and(|t| t.mechanism.hints.is_calibration && t.form.parameters.len() == 1)
     }
 
     fn cost(&self) -> f64 {

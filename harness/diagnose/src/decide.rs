@@ -95,11 +95,11 @@ impl Search {
         // what shows in the readings without any fit comes first
         let flat = self.structure.base().context.flat;
         if flat.is_some() {
-            if let Some(c) = named.iter().find(|c| c.names() == ["clipping"]) {
+            if let Some(c) = named.iter().find(|c| c.structure.has(|h| h.limits_reading)) {
                 first = (*c).clone();
             }
         }
-        let certain = first.names() == ["clipping"] && flat.is_some();
+        let certain = first.structure.has(|h| h.limits_reading) && flat.is_some();
         let strength = first.significance(&base, lambda);
         let stand_in = singles.iter().find(|c| !c.is_named()).cloned();
         let stand_in_strength = stand_in.as_ref().map_or(0.0, |c| c.gain(&base) / lambda.max(1.0) / DETECT);
@@ -117,7 +117,7 @@ impl Search {
             let gain = u.gain(&base);
             let l = final_overdispersion.clamp(1.0, 3.0);
             let whiter = final_overdispersion > COLOURED && u.overdispersion() < WHITE;
-            let share = match (whiter, u.names() == ["latent_force"]) {
+            let share = match (whiter, u.structure.has(|h| h.is_flexible)) {
                 (true, _) => WHITER_SHARE,
                 (_, true) => 3.0 * UNKNOWN_SHARE,
                 _ => UNKNOWN_SHARE,
@@ -167,7 +167,6 @@ impl Search {
 
     /// Names that do as well as each of the chosen ones, where the residual has the overdispersion `lambda`.
     pub fn ties(&self, chosen: &Fitted, singles: &[Fitted], lambda: f64) -> Vec<Vec<&'static str>> {
-        let known = [("lowpass_lag", "channel_skew"), ("gravity", "return_spring")];
         chosen
             .structure
             .terms()
@@ -182,11 +181,9 @@ impl Search {
                         }
                     }
                 }
-                for (a, b) in known {
-                    for (x, y) in [(a, b), (b, a)] {
-                        if name == x && !v.contains(&y) && self.candidates().iter().any(|c| c.mechanism.name == y) {
-                            v.push(y);
-                        }
+                for y in t.mechanism.hints.collinear_with {
+                    if !v.contains(y) && self.candidates().iter().any(|c| c.name() == *y) {
+                        v.push(y);
                     }
                 }
                 v

@@ -2,7 +2,6 @@
 
 use super::candidate::{Candidate, DETECT_TOLERANCE, PENALTY};
 use super::search::Search;
-use super::sift::STRONGLY_NONLINEAR;
 use estimate::fitted::Fitted;
 use estimate::problem::{Options, Point};
 use estimate::structure::Term;
@@ -42,7 +41,7 @@ impl Search {
             .enumerate()
             .filter_map(|(i, f)| {
                 let gain = from.chi2() - f.chi2();
-                let is_nonlinear = STRONGLY_NONLINEAR.contains(&f.added());
+                let is_nonlinear = added(f).mechanism.hints.strongly_nonlinear;
                 if (rank < keep && (rank < 2 || gain > REFINED_SHARE * top))
                     || (is_nonlinear && gain > 0.1 * top && keep > 3)
                 {

@@ -240,8 +240,8 @@ fn rigs(d: &Decision) -> Vec<Rig> {
     let data = &*d.chosen.data;
     let rig = |name, text: String, data, mass, speed| Rig { name, text, data, mass, speed };
     let mut v = vec![rig("repeat", "repeat the campaign as it is".into(), data.clone(), 1.0, 1.0)];
-    let tied: Vec<&str> = d.ties.iter().flatten().copied().chain(d.chosen.names()).collect();
-    if tied.contains(&"cyclic_softening") {
+    let tied = d.ties.iter().flatten().copied().chain(d.chosen.names());
+    if tied.filter_map(mechanisms::named).any(|m| m.hints.depends_on_history) {
         let fresh = changed(data, 1.0, 1.0, Some(1.0));
         v.push(rig("fresh spot", "repeat every level on a fresh spot".into(), fresh, 1.0, 1.0));
     }

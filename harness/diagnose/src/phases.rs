@@ -35,7 +35,7 @@ pub fn shares(chosen: &Fitted, term: usize) -> [f64; 4] {
                     })
                     .collect()
             }
-            Acts::Struck => {
+            Acts::Rider => {
                 let (body, borne) = (with.body_mass(), with.borne_weight());
                 let drive = |x: f64| rec.setup.preload - rec.setup.rate * (x + rec.setup.travel);
                 (0..n)

@@ -8,10 +8,6 @@ use estimate::structure::Term;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Mechanisms whose effect is far from linear in their parameters, so that a score may miss them.
-pub const STRONGLY_NONLINEAR: [&str; 6] =
-    ["base_compliance", "loose_part", "sensor_resonance", "cyclic_softening", "secondary_stiffening", "return_spring"];
-
 /// Share of the best score from which a form is fitted at all: linear in its first parameter, and others.
 const LINEAR_SHARE: f64 = 0.12;
 const OTHER_SHARE: f64 = 0.01;
@@ -55,11 +51,11 @@ impl Search {
         let mut forms: Vec<&str> = Vec::new();
         scored.retain(|(t, s)| {
             // the score says little of what is not linear in its parameters
-            let nonlinear = STRONGLY_NONLINEAR.contains(&t.name()) && starts > 1;
+            let nonlinear = t.mechanism.hints.strongly_nonlinear && starts > 1;
             let plain = t.form.linear && t.form.parameters.len() == 1;
             let small = plain && top <= LITTLE;
             // what a tolerance restrains counts by its prior, however much others promise
-            let beyond_tolerance = t.mechanism.is_calibration() && score(s) >= TOLERANCE_GAIN;
+            let beyond_tolerance = t.mechanism.hints.is_calibration && score(s) >= TOLERANCE_GAIN;
             let least = if t.form.linear { LINEAR_SHARE } else { OTHER_SHARE } * top;
             forms.push(t.mechanism.name);
             let rank = forms.iter().filter(|f| **f == t.mechanism.name).count();

@@ -48,7 +48,7 @@ fn within_bounds(mut c: DMatrix<f64>, model: &Model<'_>, theta: &[f64]) -> DMatr
 
 /// The channel that clips and its recordings; None where `chosen` holds no clip.
 pub fn unclipped(chosen: &Fitted) -> Option<(Channel, Vec<Unclipped>)> {
-    if !chosen.structure.holds("clipping") {
+    if !chosen.structure.has(|h| h.limits_reading) {
         return None;
     }
     let model = chosen.structure.model();

@@ -4,6 +4,7 @@
 use crate::fitted::Fitted;
 use crate::problem::{Linear, Nuisance, Options, Point, Problem};
 use crate::structure::Term;
+use mechanisms::mechanism::StartsFrom;
 use mechanisms::physics::Physics;
 use std::sync::Arc;
 
@@ -15,12 +16,15 @@ pub const LITTLE: f64 = 100.0;
 const FARTHEST: f64 = 10.0;
 /// Largest share of the depth that the compliance of the stop is assumed to have had, where a fit starts.
 const MOST_COMPLIANCE: f64 = 0.8;
-const SOFTENING: &str = "cyclic_softening";
-const LAYER: &str = "secondary_stiffening";
 /// Force at the reference depth that a layer is tried with from the law of the shallower recordings, over the peak's.
 const LAYER_FORCES: [f64; 3] = [0.1, 0.7, 5.0];
 /// Standard deviation of ln stiffness that leaves every recording its own.
 const FREE_SCATTER: f64 = 0.3;
+
+/// What fits of a term start from.
+fn starts_from(term: &Term) -> StartsFrom {
+    term.mechanism.hints.starts_from
+}
 
 /// Where a fit starts.
 pub struct Start {
@@ -48,8 +52,8 @@ impl Fitted {
         let mut starts = self.scored(&problem, &linear, term);
         starts.truncate(most_starts);
         let further = Further {
-            drift: if term.name() == SOFTENING { self.drift() } else { None },
-            shallow: if term.name() == LAYER { self.shallow() } else { None },
+            drift: if starts_from(term) == StartsFrom::Drift { self.drift() } else { None },
+            shallow: if starts_from(term) == StartsFrom::Shallow { self.shallow() } else { None },
         };
         self.fit_from(&further, term, &starts, options)
     }
@@ -146,7 +150,7 @@ impl Fitted {
             theta.extend(&start.values);
             points.push((theta, self.locals_for(&from.locals, term)));
         }
-        if let Some(d) = further.drift.as_ref().filter(|_| term.name() == SOFTENING) {
+        if let Some(d) = further.drift.as_ref().filter(|_| starts_from(term) == StartsFrom::Drift) {
             for start in &term.form.starts {
                 let (rise, start) = self.along_drift(d, term, start);
                 let mut theta = d.theta.clone();
@@ -155,7 +159,7 @@ impl Fitted {
                 points.push((theta, self.locals_for(&d.locals, term)));
             }
         }
-        if let Some(s) = further.shallow.as_ref().filter(|_| term.name() == LAYER) {
+        if let Some(s) = further.shallow.as_ref().filter(|_| starts_from(term) == StartsFrom::Shallow) {
             points.extend(layered(&problem, s, term).map(|theta| (theta, s.locals.clone())));
         }
         let mut best: Option<crate::problem::Fit> = None;
@@ -175,7 +179,7 @@ impl Fitted {
 
     /// Nuisances to start a term from: for softening, the scatter between repeats, which had absorbed it, starts at zero.
     fn locals_for(&self, locals: &[Vec<f64>], term: &Term) -> Vec<Vec<f64>> {
-        if term.name() == SOFTENING {
+        if starts_from(term) == StartsFrom::Drift {
             self.data.without_scatter(locals)
         } else {
             locals.to_vec()
@@ -185,7 +189,9 @@ impl Fitted {
     /// Fitted with every recording's stiffness free: how it drifts with order distinguishes softening from what the other
     /// parameters had absorbed of it.
     fn drift(&self) -> Option<Point> {
-        if self.structure.base().context.scales.orders < 3.0 || self.structure.holds(SOFTENING) {
+        if self.structure.base().context.scales.orders < 3.0
+            || self.structure.has(|h| h.starts_from == StartsFrom::Drift)
+        {
             return None;
         }
         let from = &self.fit.point;
@@ -200,7 +206,7 @@ impl Fitted {
     /// Fitted to the shallower half of the recordings alone: what a layer farther down adds to the rest had bent the law.
     /// None where they are of one level, or all of them.
     fn shallow(&self) -> Option<Point> {
-        if self.structure.holds(LAYER) {
+        if self.structure.has(|h| h.starts_from == StartsFrom::Shallow) {
             return None;
         }
         let from = &self.fit.point;

@@ -2,7 +2,7 @@
 
 use crate::problem::{Data, Model, Parameter, STIFFNESS_SCALE};
 use crate::ring;
-use mechanisms::mechanism::{Context, Form, Mechanism};
+use mechanisms::mechanism::{Context, Form, Hints, Mechanism};
 use mechanisms::physics::{Physics, GRAVITY};
 use mechanisms::ALL;
 use record::{largest, Campaign, Channel, Kind, Simulation};
@@ -15,6 +15,9 @@ const PENETRATION_GAIN: f64 = 0.003;
 const MASS: f64 = 0.002;
 /// Standard deviations beyond which a calibration's tolerance is no tolerance.
 const WIDEST: f64 = 6.0;
+/// Terms that the base holds by itself where the simulation lists them.
+const GRAVITY_TERM: &str = "gravity";
+const HYSTERESIS_TERM: &str = "hysteresis_damping";
 /// Samples in a row at one reading that make a flat top.
 const FLAT: usize = 4;
 
@@ -92,9 +95,9 @@ impl Base {
             .iter()
             .filter(|m| {
                 terms.iter().any(|t| t == m.name)
-                    && m.name != "gravity"
-                    && m.name != "hysteresis_damping"
-                    && !(m.name == "return_spring" && data.kind == Kind::ContactorOpening)
+                    && m.name != GRAVITY_TERM
+                    && m.name != HYSTERESIS_TERM
+                    && !m.hints.declared_by_rig.contains(&data.kind)
             })
             .filter_map(|m| m.forms(&context).into_iter().next().map(|form| Term { mechanism: m, form }))
             .collect();
@@ -102,8 +105,8 @@ impl Base {
         Base {
             context,
             mass: data.mass,
-            gravity: terms.iter().any(|t| t == "gravity") && data.kind == Kind::DropTest,
-            hysteresis: terms.iter().any(|t| t == "hysteresis_damping"),
+            gravity: terms.iter().any(|t| t == GRAVITY_TERM) && data.kind == Kind::DropTest,
+            hysteresis: terms.iter().any(|t| t == HYSTERESIS_TERM),
             given,
             simulation: campaign.simulation.clone(),
         }
@@ -210,6 +213,11 @@ impl Structure {
     /// Whether it holds a mechanism of that name.
     pub fn holds(&self, name: &str) -> bool {
         self.terms.iter().any(|t| t.name() == name)
+    }
+
+    /// Whether a mechanism added has what `hint` asks for.
+    pub fn has(&self, hint: impl Fn(&Hints) -> bool) -> bool {
+        self.terms.iter().any(|t| hint(&t.mechanism.hints))
     }
 
     /// Index of the first parameter of the terms added.

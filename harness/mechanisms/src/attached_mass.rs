@@ -16,7 +16,8 @@ pub const MECHANISM: Mechanism = Mechanism {
     sentence: "a mass rides on the body on a spring of its own",
     cure: "The contact element is right; in the rig's model hang the mass given here on the body by its spring and damper.",
     forms,
-    acts: Acts::Struck,
+    acts: Acts::Rider,
+    hints: Hints::PLAIN,
 };
 
 /// A mass on a spring and a damper on the body, taken out of the moving mass.

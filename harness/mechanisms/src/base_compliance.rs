@@ -16,6 +16,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; in the rig's model put the stop on the mass, spring and damper given here.",
     forms,
     acts: Acts::Push,
+    hints: Hints { strongly_nonlinear: true, ..Hints::PLAIN },
 };
 
 /// The stop on a spring.

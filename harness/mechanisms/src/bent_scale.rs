@@ -16,6 +16,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "No mechanism known explains it; the report shows the force it takes.",
     forms,
     acts: Acts::Reading,
+    hints: Hints::PLAIN,
 };
 
 /// Curvature of a sensor's scale.

@@ -16,6 +16,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; shift the late channel back by the time given here before comparing.",
     forms,
     acts: Acts::Reading,
+    hints: Hints { collinear_with: &["lowpass_lag"], ..Hints::PLAIN },
 };
 
 /// Samples of a channel that come late.

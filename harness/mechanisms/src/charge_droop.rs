@@ -16,6 +16,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; undo the AC coupling with the time constant given here, or record DC-coupled.",
     forms,
     acts: Acts::Reading,
+    hints: Hints::PLAIN,
 };
 
 /// AC coupling of a channel.

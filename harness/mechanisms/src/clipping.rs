@@ -15,6 +15,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; leave readings at the limit out, or give the channel a wider range.",
     forms,
     acts: Acts::Reading,
+    hints: Hints { limits_reading: true, ..Hints::PLAIN },
 };
 
 /// Level beyond which a channel reads no more.

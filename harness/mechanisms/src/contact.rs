@@ -31,6 +31,7 @@ const fn mechanism<P: Part>() -> Mechanism {
             Strength::Reading => Acts::Reading,
             Strength::ContactForce => Acts::Push,
         },
+        hints: Hints { strongly_nonlinear: m.strongly_nonlinear, starts_from: m.starts_from, ..Hints::PLAIN },
     }
 }
 

@@ -16,6 +16,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; add this drag to the body's motion in the rig's model.",
     forms,
     acts: Acts::Force,
+    hints: Hints::PLAIN,
 };
 
 /// Drag of the surrounding fluid.

@@ -16,6 +16,7 @@ pub const MECHANISM: Mechanism = Mechanism {
         "The contact element is right; divide the force readings by the gain given here, and calibrate the transducer.",
     forms,
     acts: Acts::Reading,
+    hints: Hints { is_calibration: true, ..Hints::PLAIN },
 };
 
 /// Gains of the chain.

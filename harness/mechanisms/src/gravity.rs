@@ -14,6 +14,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; let gravity act on the body in the rig's model.",
     forms,
     acts: Acts::Force,
+    hints: Hints { collinear_with: &["return_spring"], ..Hints::PLAIN },
 };
 
 fn forms(c: &Context) -> Vec<Form> {

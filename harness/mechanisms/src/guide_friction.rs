@@ -16,6 +16,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; add this friction against the motion in the rig's model.",
     forms,
     acts: Acts::Force,
+    hints: Hints::PLAIN,
 };
 
 /// Friction of the guide against the motion.

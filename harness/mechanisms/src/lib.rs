@@ -91,3 +91,8 @@ const fn all() -> [Mechanism; CONTACT.len() + BESIDE.len()] {
     }
     all
 }
+
+/// The mechanism of that name.
+pub fn named(name: &str) -> Option<&'static Mechanism> {
+    ALL.iter().find(|m| m.name == name)
+}

@@ -14,7 +14,8 @@ pub const MECHANISM: Mechanism = Mechanism {
     sentence: "a part loose inside the body strikes late",
     cure: "The contact element is right; in the rig's model split the body as given here, or fasten the part.",
     forms,
-    acts: Acts::Struck,
+    acts: Acts::Rider,
+    hints: Hints { strongly_nonlinear: true, ..Hints::PLAIN },
 };
 
 /// A part loose inside the body, taken out of the moving mass.

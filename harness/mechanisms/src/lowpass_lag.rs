@@ -16,6 +16,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; pass the simulated readings through the same filter, or record with a higher corner.",
     forms,
     acts: Acts::Reading,
+    hints: Hints { collinear_with: &["channel_skew"], ..Hints::PLAIN },
 };
 
 /// How a channel is filtered.

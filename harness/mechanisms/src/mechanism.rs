@@ -1,7 +1,7 @@
 //! What a mechanism is: one name of the vocabulary (or beyond it), its forms, and how each enters the physics.
 
 use crate::physics::Physics;
-pub use law::part::{Origin, Scales};
+pub use law::part::{Origin, Scales, StartsFrom};
 use record::{Channel, Kind};
 
 /// A campaign-wide parameter.
@@ -89,19 +89,51 @@ pub struct Mechanism {
     /// What to do about it where the element itself is right, or what the element now holds.
     pub cure: &'static str,
     pub forms: fn(&Context) -> Vec<Form>,
-    /// What its strength is told by.
+    /// What its strength is measured by.
     pub acts: Acts,
+    /// What search and report have to know of it beyond its forms.
+    pub hints: Hints,
+}
+
+/// What search and report have to know of a mechanism beyond its forms.
+#[derive(Clone, Copy, Debug)]
+pub struct Hints {
+    /// Whether its effect is far from linear in its parameters, so that a score along a tangent may miss it.
+    pub strongly_nonlinear: bool,
+    /// What its fits start from, beside the starts of its forms.
+    pub starts_from: StartsFrom,
+    /// Whether its parameter is one of a calibration, which the base already holds within a tolerance.
+    pub is_calibration: bool,
+    /// Whether it limits a reading, which shows as a flat top without any fit.
+    pub limits_reading: bool,
+    /// Whether it depends on the recordings taken before, so that a fresh spot shows it.
+    pub depends_on_history: bool,
+    /// Whether it stands in for the unknown with so many parameters that it absorbs some of everything.
+    pub is_flexible: bool,
+    /// Names that no recordings of this kind distinguish from it.
+    pub collinear_with: &'static [&'static str],
+    /// Kinds of campaigns whose rig declares it, so that a simulation that lists it holds it already.
+    pub declared_by_rig: &'static [Kind],
+}
+
+impl Hints {
+    /// Of a mechanism of which there is nothing to know but its forms.
+    pub const PLAIN: Hints = Hints {
+        strongly_nonlinear: false,
+        starts_from: StartsFrom::Forms,
+        is_calibration: false,
+        limits_reading: false,
+        depends_on_history: false,
+        is_flexible: false,
+        collinear_with: &[],
+        declared_by_rig: &[],
+    };
 }
 
 impl Mechanism {
     /// Its forms for a campaign; those that extend another come behind it.
     pub fn forms(&self, c: &Context) -> Vec<Form> {
         (self.forms)(c)
-    }
-
-    /// Whether its parameter is one of a calibration, which the base already holds within a tolerance.
-    pub fn is_calibration(&self) -> bool {
-        self.name == "force_gain"
     }
 }
 
@@ -114,8 +146,8 @@ pub enum Acts {
     Force,
     /// While the stop is pushed: proportional to the contact force.
     Push,
-    /// By the force on the body that neither contact nor drive nor weight gives.
-    Struck,
+    /// By the force on the body that neither contact nor drive nor weight gives: what rides on the body exerts it.
+    Rider,
 }
 
 /// A parameter of a form; dynamic unless `chain`.

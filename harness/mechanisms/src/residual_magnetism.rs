@@ -16,6 +16,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; add this pull to the body's motion in the rig's model.",
     forms,
     acts: Acts::Force,
+    hints: Hints::PLAIN,
 };
 
 /// A pull towards the place of rest.

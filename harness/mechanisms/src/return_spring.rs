@@ -15,6 +15,12 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; add this return spring to the rig's model.",
     forms,
     acts: Acts::Force,
+    hints: Hints {
+        strongly_nonlinear: true,
+        collinear_with: &["gravity"],
+        declared_by_rig: &[Kind::ContactorOpening],
+        ..Hints::PLAIN
+    },
 };
 
 /// A spring on the body beyond the one the rig declares, against +x.

@@ -14,6 +14,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "No mechanism known explains it; the report shows the force it takes.",
     forms,
     acts: Acts::Reading,
+    hints: Hints::PLAIN,
 };
 
 /// A force periodic in depth.

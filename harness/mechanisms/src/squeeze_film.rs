@@ -15,6 +15,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; add this film's force before touch to the rig's model.",
     forms,
     acts: Acts::Force,
+    hints: Hints::PLAIN,
 };
 
 /// Film of fluid between body and stop.

@@ -2,8 +2,8 @@
 
 use crate::elementary::{exp, pow};
 use crate::part::{
-    parameters, searched, Experiment, Form, Mechanism, Origin, Part, Quantity, Range, Scales, Searched, Step, Strength,
-    EVERY_EXPERIMENT, HELD,
+    parameters, searched, Experiment, Form, Mechanism, Origin, Part, Quantity, Range, Scales, Searched, StartsFrom,
+    Step, Strength, EVERY_EXPERIMENT, HELD,
 };
 use crate::{Memory, Parameters};
 
@@ -126,6 +126,8 @@ impl Part for Adhesion {
             Form { label: "reaching out, reversible", apply: |t, s, p| put(t, s, p, AdhesionForm::Reach), ..NECK },
         ],
         collinear: &["plastic_indentation", "residual_magnetism"],
+        strongly_nonlinear: false,
+        starts_from: StartsFrom::Forms,
         strength: Strength::Reading,
     };
 

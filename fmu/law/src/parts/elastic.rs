@@ -1,7 +1,7 @@
 //! The elastic law that every contact has: F = k x^p.
 
 use crate::elementary::pow;
-use crate::part::{parameters, Mechanism, Origin, Part, Range, Strength, HELD};
+use crate::part::{parameters, Mechanism, Origin, Part, Range, StartsFrom, Strength, HELD};
 
 parameters! {
     /// The elastic law F = k x^p (Hertz 1881 at p = 1.5).
@@ -25,6 +25,8 @@ impl Part for Elastic {
         // every law has it: nothing to search beside it
         forms: &[],
         collinear: &[],
+        strongly_nonlinear: false,
+        starts_from: StartsFrom::Forms,
         strength: Strength::Reading,
     };
 

@@ -3,7 +3,7 @@
 use crate::elementary::pow;
 use crate::part::{
     parameters, searched, Experiment, Form, Mechanism, Origin, Part, Point, Quantity, Range, Scales, Searched,
-    Strength, EVERY_EXPERIMENT, HELD,
+    StartsFrom, Strength, EVERY_EXPERIMENT, HELD,
 };
 use crate::{thinning, ParameterError, Parameters};
 
@@ -103,6 +103,8 @@ impl Part for HysteresisDamping {
             },
         ],
         collinear: &["viscous_damping", "viscoelastic_relaxation"],
+        strongly_nonlinear: false,
+        starts_from: StartsFrom::Forms,
         strength: Strength::Reading,
     };
 

@@ -3,7 +3,7 @@
 use super::Elastic;
 use crate::elementary::pow;
 use crate::part::{
-    parameters, searched, Experiment, Form, Mechanism, Origin, Part, Quantity, Range, Searched, Strength,
+    parameters, searched, Experiment, Form, Mechanism, Origin, Part, Quantity, Range, Searched, StartsFrom, Strength,
     EVERY_EXPERIMENT, HELD,
 };
 use crate::{ParameterError, Parameters};
@@ -138,6 +138,8 @@ impl Part for PlasticIndentation {
             },
         ],
         collinear: &["adhesion"],
+        strongly_nonlinear: false,
+        starts_from: StartsFrom::Forms,
         strength: Strength::Reading,
     };
 

@@ -2,8 +2,8 @@
 
 use crate::elementary::pow;
 use crate::part::{
-    parameters, searched, Form, Mechanism, Origin, Part, Quantity, Range, Scales, Searched, Strength, EVERY_EXPERIMENT,
-    HELD,
+    parameters, searched, Form, Mechanism, Origin, Part, Quantity, Range, Scales, Searched, StartsFrom, Strength,
+    EVERY_EXPERIMENT, HELD,
 };
 use crate::Parameters;
 
@@ -86,6 +86,8 @@ impl Part for SecondaryStiffening {
             Form { label: "power 2.5", apply: |t, s, p| put(t, s, p, 2.5), ..HERTZ },
         ],
         collinear: &["bent_scale"],
+        strongly_nonlinear: true,
+        starts_from: StartsFrom::Shallow,
         strength: Strength::Reading,
     };
 

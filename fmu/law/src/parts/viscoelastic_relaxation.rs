@@ -2,8 +2,8 @@
 
 use crate::elementary::{exp, pow};
 use crate::part::{
-    parameters, searched, Form, Mechanism, Origin, Part, Quantity, Range, Scales, Step, Strength, EVERY_EXPERIMENT,
-    HELD,
+    parameters, searched, Form, Mechanism, Origin, Part, Quantity, Range, Scales, StartsFrom, Step, Strength,
+    EVERY_EXPERIMENT, HELD,
 };
 use crate::{Memory, Parameters, BRANCHES};
 
@@ -65,6 +65,8 @@ impl Part for ViscoelasticRelaxation {
             },
         ],
         collinear: &["hysteresis_damping"],
+        strongly_nonlinear: false,
+        starts_from: StartsFrom::Forms,
         strength: Strength::Reading,
     };
 

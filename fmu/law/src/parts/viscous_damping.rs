@@ -1,8 +1,8 @@
 //! viscous_damping: F = c v from the first touch on, ramped in over a depth or not, thinned by the speed or not.
 
 use crate::part::{
-    parameters, searched, Experiment, Form, Mechanism, Origin, Part, Point, Quantity, Range, Scales, Strength,
-    EVERY_EXPERIMENT, HELD,
+    parameters, searched, Experiment, Form, Mechanism, Origin, Part, Point, Quantity, Range, Scales, StartsFrom,
+    Strength, EVERY_EXPERIMENT, HELD,
 };
 use crate::thinning;
 
@@ -75,6 +75,8 @@ impl Part for ViscousDamping {
             },
         ],
         collinear: &["hysteresis_damping", "squeeze_film"],
+        strongly_nonlinear: false,
+        starts_from: StartsFrom::Forms,
         strength: Strength::Reading,
     };
 
