@@ -69,10 +69,8 @@ def verdict_scores(v, r):
     held = None if not sets else (any(tied(s["mechanisms"], r) == want for s in sets), len(sets))
     counted = tied(named, r)
     sure = {n for n, p in named.items() if p >= BELIEVED}
-    b, a = (v.get("fit", {}).get(k, {}).get("heldout_nrmse") for k in ("before", "after"))
     return dict(probability=named, top=top, held=held, open=sorted({n for s in sets or [] for n in s["mechanisms"]}),
-                believed=sorted(tied(sure, r) - set(r["truth"])), false_names=sorted(counted - set(r["truth"])),
-                worse=bool(named) and b is not None and a is not None and a > 1.005 * b)
+                believed=sorted(tied(sure, r) - set(r["truth"])), false_names=sorted(counted - set(r["truth"])))
 
 
 def right_in_group(r, v):

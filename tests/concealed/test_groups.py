@@ -220,8 +220,8 @@ def test_groups_come_beside_every_set(monkeypatch, tmp_path):
 
 
 def test_a_late_channel_by_itself_is_a_time_offset_and_no_effect():
-    for t in range(2):
-        assert attempt(np.random.default_rng([2, t]), "little", "force alone", "channel_skew", {("channel_skew", "drifting-clock"): 1, ("channel_skew", "early"): 1}) is None
+    taken = {("channel_skew", "drifting-clock"): 1, ("channel_skew", "early"): 1}
+    assert attempt(np.random.default_rng(2), "little", "force alone", "channel_skew", taken) is None
 
 
 def test_one_recording_cannot_conceal_what_needs_several():
