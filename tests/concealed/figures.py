@@ -115,7 +115,7 @@ def scoreboard(summ, targets):
 
 
 def reliability(found):
-    """Share right against probability told, five bins with the binomial 95 % band; the line is what should be."""
+    """Share right against probability reported, five bins with the binomial 95 % band; the line is what should be."""
     bins, error = found
     fig, ax = plt.subplots(figsize=(4.2, 3.4))
     ax.plot([0, 1], [0, 1], color=GREY, lw=0.8)
@@ -127,7 +127,7 @@ def reliability(found):
             ax.annotate(str(n), (p, q), textcoords="offset points", xytext=(6, -3), fontsize=7, color=GREY)
     ax.set_xlim(-0.03, 1.03)
     ax.set_ylim(-0.03, 1.03)
-    ax.set_xlabel("probability told")
+    ax.set_xlabel("probability reported")
     ax.set_ylabel("share right")
     ax.set_title("" if error is None else f"calibration error {error:.3f}", fontsize=9)
     return svg(fig)

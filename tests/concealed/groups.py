@@ -8,7 +8,7 @@ strangers  one effect of no vocabulary, of the development half (forms_strange.p
 sealed     one effect of no vocabulary, of the sealed half
 many       four to six small effects at once
 
-`draw_group` writes campaigns as generate.py does; labels also tell the group ("set") and what was drawn ("detail").
+`draw_group` writes campaigns as generate.py does; labels also hold the group ("set") and what was drawn ("detail").
 """
 import json
 from pathlib import Path
@@ -49,18 +49,19 @@ def fine_print(rng, rig):
     """apply(s, P, chain, recording) of what a real rig has besides; s is not used.
 
     Wiggles: three sines of depth, 0.5 to 2 % of force in all (rms). Loss: 0.1 to 0.5 % of force at any speed. Transducers: up
-    to 0.5 % from straight at their range (displacement 0.2 %). Modes: two, 0.2 to 1 % of force, 3 to 10 in a contact.
+    to 0.5 % from straight at the largest reading (displacement 0.2 %). Modes: two, 0.2 to 1 % of force, 3 to 10 in a contact.
     """
     size = rng.uniform(0.005, 0.02)
     share = rng.dirichlet([2.0] * m.WIG_N) ** 0.5 * size * np.sqrt(2.0)
     number = rng.uniform(0.6, 3.0, m.WIG_N) * 2 * np.pi / rig.ref["xmax"]
     phase = rng.uniform(0, 2 * np.pi, m.WIG_N)
     loss = rng.uniform(0.001, 0.005)
-    straight = {"force": (rng.uniform(-0.005, 0.005), rig.ref["Fmax"])}
+    plain = simulate(rig, rig.P)
+    full = {c: max(np.abs(q[c]).max() for q in plain) for c in CHANNELS}
+    straight = {"force": (rng.uniform(-0.005, 0.005), full["force"])}
     ringing = []
     if rig.kind != "indentation":
-        top = rig.ref["Fmax"] / rig.P[m.M]
-        straight |= {"acceleration": (rng.uniform(-0.005, 0.005), top), "penetration": (rng.uniform(-0.002, 0.002), rig.ref["xmax"])}
+        straight |= {"acceleration": (rng.uniform(-0.005, 0.005), full["acceleration"]), "penetration": (rng.uniform(-0.002, 0.002), full["penetration"])}
         for _ in range(2):
             c = str(rng.choice(["force", "acceleration"]))
             unit = 1.0 if c == "force" else -1.0 / rig.P[m.M]
@@ -95,13 +96,13 @@ def soiled(rng, rig, data, what):
     hum: mains, 1 to 4 sigma of noise. heavy tails: Student's t of 2.5 degrees. growing noise: 1 to 2 % of the signal.
     coarse steps: 9 bit over the range. drift: 3 to 8 sigma over a recording. two systems: every other recording by a
     system of half to a third the rate, of its own gain (0.3 %) and noise. jitter: samples 10 to 25 % of a step off the even
-    grid, stamps telling where, or the stamps alone. spikes: 2 to 8 samples a recording, 10 to 60 sigma. (scatter is drawn
+    grid, with stamps that say where, or the stamps alone. spikes: 2 to 8 samples a recording, 10 to 60 sigma. (scatter is drawn
     by `record`.)
     """
     hit = [c for c in rig.channels if not (rig.kind == "indentation" and c == "penetration")]
     if what in ("hum", "heavy tails", "growing noise", "drift", "spikes"):
         hit = [c for c in hit if rng.random() < 0.7] or [hit[0]]
-    mains, mean, told_where = rng.choice([50.0, 60.0]), rng.uniform(0.1, 0.25), rng.random() < 0.5
+    mains, mean, known_where = rng.choice([50.0, 60.0]), rng.uniform(0.1, 0.25), rng.random() < 0.5
     size = {c: rng.uniform(0, 1) for c in rig.channels}
     top = {c: max(np.abs(d[c]).max() for d in data) for c in rig.channels}
     slow, gain = int(rng.integers(2, 4)), {c: 1 + 0.003 * rng.standard_normal() for c in rig.channels}
@@ -114,7 +115,7 @@ def soiled(rng, rig, data, what):
             row = {c: v[::slow] * gain[c] + 0.5 * rig.sigma[c] * rng.standard_normal(len(t)) for c, v in row.items()}
         if what == "jitter":
             off = mean * rig.dt * np.clip(rng.standard_normal(n), -1.9, 1.9)
-            if told_where:
+            if known_where:
                 row = {c: np.interp(t + off, t, v) for c, v in row.items()}
             t = t + off
         for c in hit:
@@ -139,7 +140,7 @@ def soiled(rng, rig, data, what):
 
 
 def kind_of(rng, group, name, channels):
-    """A kind of rig in which the effect can act; drop tests mostly."""
+    """A kind of rig in which the effect can show; drop tests mostly."""
     share = {"drop-test": 0.76, "contactor-opening": 0.12, "indentation": 0.12}
     if group in ("little", "many"):
         share = {"drop-test": 1.0}
@@ -201,7 +202,9 @@ def attempt(rng, group, detail, name, used):
         if eff is None:
             return None
         a, b = TIERS[tier]
-        target = gravity_target(rig, eff, (TIERS["concealed"][0], TIERS["plain"][1])) if name == "gravity" else float(np.exp(rng.uniform(np.log(a * 1.12), np.log(b * 0.9))))
+        if name == "gravity":
+            a, b = TIERS["concealed"][0], TIERS["plain"][1]
+        target = gravity_target(rig, eff, (a, b)) if name == "gravity" else float(np.exp(rng.uniform(np.log(a * 1.12), np.log(b * 0.9))))
         got = None if target is None else tune(rng, rig, eff, target)
         if got is None:
             return None
@@ -209,13 +212,14 @@ def attempt(rng, group, detail, name, used):
     clean = [(e["apply"], s) for e, s in pairs]
     sims = simulate(rig, rig.P, clean)
     f = fit(rig, sims, base_parameters(rig), stride=stride, iterations=12, speed_std=CALM)
-    if f.r2 < 0.99 or (group == "many" and not 0.6 < f.over_noise < 4.0):
+    band = {"null": (-1.0, np.inf), "many": (0.6, 4.0)}.get(tier) or (a * 0.95, b * 1.1)
+    if f.r2 < 0.99 or not band[0] < f.over_noise < band[1]:      # what calibration takes up entirely is no effect to be found
         return None
     extra = [(dict(apply=fine_print(rng, rig), origin="contact"), 1.0)] if group == "print" else []
-    data, told, mass = record(rng, rig, pairs + extra, (False, False), scatter=0.015 if detail == "scatter" else 0.005)
+    data, speeds, mass = record(rng, rig, pairs + extra, (False, False), scatter=0.015 if detail == "scatter" else 0.005)
     Pm = base_parameters(rig)
     Pm[m.M] = mass
-    user = fit(rig, data, Pm, stride=stride, iterations=12, speeds=told if kind == "drop-test" else None)
+    user = fit(rig, data, Pm, stride=stride, iterations=12, speeds=speeds if kind == "drop-test" else None)
     clocks = None
     if group == "dirt":
         data, clocks = soiled(rng, rig, data, detail)
@@ -230,7 +234,7 @@ def attempt(rng, group, detail, name, used):
         "true_base": {"M": rig.P[m.M], "k": rig.P[m.K], "p": rig.P[m.PW], "mu": rig.P[m.MU], "g": rig.P[m.G], "travel": rig.P[m.TRAVEL], "sp_k": rig.P[m.SP_K]},
         "true_effect": described(rig, pairs), "noise": {c: rig.sigma[c] for c in rig.channels},
     }
-    return rig, data, told, mass, user.P, truth, clocks
+    return rig, data, speeds, mass, user.P, truth, clocks
 
 
 def campaign(seed, group, index, detail, name, used):
@@ -255,8 +259,8 @@ def draw_group(seed, n, group, out, say=None):
     todo = plan(np.random.default_rng([seed, 0xC0DE, GROUPS.index(group)]), group, n)
     for i, (detail, effect) in enumerate(todo):
         name = case_name(seed, group, i)
-        (rig, data, told, mass, user, truth, clocks), rng, tries = campaign(seed, group, i, detail, effect, used)
-        write_case(out / "open" / name, name, rig, data, told, mass, user, "ms" if rng.random() < 0.33 else "s", clocks)
+        (rig, data, speeds, mass, user, truth, clocks), rng, tries = campaign(seed, group, i, detail, effect, used)
+        write_case(out / "open" / name, name, rig, data, speeds, mass, user, "ms" if rng.random() < 0.33 else "s", clocks)
         (out / "truth").mkdir(parents=True, exist_ok=True)
         (out / "truth" / f"{name}.json").write_text(json.dumps(jsonable(truth), indent=1) + "\n")
         names.append(name)

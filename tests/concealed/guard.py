@@ -81,12 +81,12 @@ def campaign(case, folder):
 
 def written(rng, rig, pairs, folder):
     """Records the rig with its effects, calibrates the simulation to it, writes the campaign."""
-    data, told, mass = record(rng, rig, pairs, (False, False))
+    data, speeds, mass = record(rng, rig, pairs, (False, False))
     P = base_parameters(rig)
     P[m.M] = mass
     stride = max(1, int(np.median([r.n for r in rig.recs]) // 220))
-    user = fit(rig, data, P, stride=stride, speeds=told if rig.kind == "drop-test" else None)
-    write_case(folder, folder.name, rig, data, told, mass, user.P, "s")
+    user = fit(rig, data, P, stride=stride, speeds=speeds if rig.kind == "drop-test" else None)
+    write_case(folder, folder.name, rig, data, speeds, mass, user.P, "s")
 
 
 def wrong(case, verdict):

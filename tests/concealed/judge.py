@@ -206,6 +206,7 @@ def judge(case, truth, answer):
         out["located"] = False
     out["before"] = distance(case, answer / "predictions" / "before")
     out["after"] = distance(case, answer / "predictions" / "after")
+    out["worse"] = bool(out["named"] and out["before"] and out["after"] and out["after"] > 1.005 * out["before"])
     if out["before"] and out["after"] and want and g != "unknown" and out["oracle"] and out["before"] > 1.02 * out["oracle"]:
         if out["after"] >= 0.6 * out["oracle"]:
             out["gain"] = (out["before"] - out["after"]) / (out["before"] - out["oracle"])

@@ -320,8 +320,8 @@ def certainty(out, rows, more):
     bad = [r for r in more if not r["right"]]
     rest = "".join(f"<tr><td>{esc(r['case'])}</td><td>{esc(r['group'])}</td><td>{esc(r['detail'])}</td><td>{esc(r['kind'])}</td><td>{esc(' + '.join(r['truth']) or 'nothing')}</td>"
                    f"<td>{esc(', '.join(r['forms']))}</td><td>{esc(', '.join(f'{n} {p:.2f}' for n, p in r['probability'].items()) or said(r))}</td></tr>" for r in bad)
-    told = "".join(f"<p>Strangers, {esc(h)}.</p>" for h in scores.halves()) if more else ""
-    return ['<h2 id="sure">How sure it was</h2>', rows_of(["", "cases", "right", "value", "floor", "goal"], body, (1, 2, 3, 4, 5)), fig.reliability(scores.reliability(rows + more)), groups, told,
+    strangers = "".join(f"<p>Strangers, {esc(h)}.</p>" for h in scores.halves()) if more else ""
+    return ['<h2 id="sure">How sure it was</h2>', rows_of(["", "cases", "right", "value", "floor", "goal"], body, (1, 2, 3, 4, 5)), fig.reliability(scores.reliability(rows + more)), groups, strangers,
             f"<details><summary>All {len(bad)} campaigns of the groups not answered right</summary><table><tr><th>case</th><th>group</th><th>of it</th><th>kind</th><th>hidden</th><th>form</th><th>said</th></tr>{rest}</table></details>" if more else ""]
 
 

@@ -69,10 +69,8 @@ def verdict_scores(v, r):
     held = None if not sets else (any(tied(s["mechanisms"], r) == want for s in sets), len(sets))
     counted = tied(named, r)
     sure = {n for n, p in named.items() if p >= BELIEVED}
-    b, a = (v.get("fit", {}).get(k, {}).get("heldout_nrmse") for k in ("before", "after"))
     return dict(probability=named, top=top, held=held, open=sorted({n for s in sets or [] for n in s["mechanisms"]}),
-                believed=sorted(tied(sure, r) - set(r["truth"])), false_names=sorted(counted - set(r["truth"])),
-                worse=bool(named) and b is not None and a is not None and a > 1.005 * b)
+                believed=sorted(tied(sure, r) - set(r["truth"])), false_names=sorted(counted - set(r["truth"])))
 
 
 def right_in_group(r, v):
@@ -105,7 +103,7 @@ def of_groups(rows):
 
 
 def reliability(rows):
-    """([(mean probability told, share right, how many)] of the bins, calibration error); rows of many effects have no one cause."""
+    """([(mean probability reported, share right, how many)] of the bins, calibration error); rows of many effects have no one cause."""
     sure = [r["top"] for r in rows if r["answered"] and r["group"] != "many"]
     bins = [[] for _ in range(BINS)]
     for p, ok in sure:
@@ -179,9 +177,9 @@ def markdown(rows):
     for what, n, k, value, floor, goal, kept in lines(rows):
         out.append(f"| {what} | {n} | {k} | {value} | {floor} | {goal} | { {True: 'held', False: 'short', None: ''}[kept]} |")
     bins, error = reliability(rows)
-    out += ["", f"Probability told against share right{'' if error is None else f', calibration error {error:.2f}'}:", "",
-            "| told | " + " | ".join(f"{i / BINS:.1f} to {(i + 1) / BINS:.1f}" for i in range(BINS)) + " |", "|---" * (BINS + 1) + "|",
-            "| mean told | " + " | ".join("-" if p is None else f"{p:.2f}" for p, _, _ in bins) + " |",
+    out += ["", f"Probability reported against share right{'' if error is None else f', calibration error {error:.2f}'}:", "",
+            "| reported | " + " | ".join(f"{i / BINS:.1f} to {(i + 1) / BINS:.1f}" for i in range(BINS)) + " |", "|---" * (BINS + 1) + "|",
+            "| mean reported | " + " | ".join("-" if p is None else f"{p:.2f}" for p, _, _ in bins) + " |",
             "| share right | " + " | ".join("-" if q is None else f"{q:.2f}" for _, q, _ in bins) + " |",
             "| answers | " + " | ".join(str(n) for _, _, n in bins) + " |", "",
             "| group | answers | wrong names believed | size of the 95 % sets, mean | sets that hold the cause | parameters inside their 95 % interval |", "|---|---|---|---|---|---|"]

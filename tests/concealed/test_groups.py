@@ -124,7 +124,7 @@ def drawn(tmp_path_factory):
     return d
 
 
-def test_groups_are_recordings_1_with_labels_that_tell_the_group(drawn):
+def test_groups_are_recordings_1_with_labels_that_hold_the_group(drawn):
     cases = sorted((drawn / "open").iterdir())
     assert len(cases) == 6
     for case in cases:
@@ -183,14 +183,14 @@ def a_row(group, right, p, ok, truth=("x",), **more):
                 parameters=[], set=None, case="c", false_names=[], probability={}) | more
 
 
-def test_reliability_is_the_mean_gap_between_told_and_right():
+def test_reliability_is_the_mean_gap_between_reported_and_right():
     rows = [a_row("plain", True, 0.9, True)] * 8 + [a_row("plain", False, 0.9, False)] * 2 + [a_row("deep", True, 0.5, True)] * 5 + [a_row("deep", False, 0.5, False)] * 5
     bins, error = scores.reliability(rows)
     assert error == pytest.approx(0.05) and bins[4] == (pytest.approx(0.9), pytest.approx(0.8), 10) and bins[0] == (None, None, 0)
     assert scores.reliability([a_row("many", True, 0.9, False)])[1] is None
 
 
-def test_the_table_tells_what_is_held_and_what_falls_short():
+def test_the_table_says_what_is_held_and_what_falls_short():
     rows = [a_row("plain", True, 1.0, True)] * 19 + [a_row("plain", False, 1.0, False, believed=["y"])] + [a_row("print0", False, 1.0, False, (), set="print")]
     got = {line[0]: line for line in scores.lines(rows)}
     assert got["plain and concealed: named, nothing besides"][1:4] == ("20", "19", "0.95") and got["plain and concealed: named, nothing besides"][6] is True
@@ -217,6 +217,11 @@ def test_groups_come_beside_every_set(monkeypatch, tmp_path):
     assert o.sets == [(41, 10)] and o.more == [(42, 4, "dirt")] + [(41, 3, g) for g in GROUPS]
     head = dict(sets=o.sets, groups=o.more, cases=10)
     assert page.command(head).startswith("tests/prove 41/10 42/4:dirt 41/3:print") and page.seeds(head) == "seeds 41, 42"
+
+
+def test_a_late_channel_by_itself_is_a_time_offset_and_no_effect():
+    taken = {("channel_skew", "drifting-clock"): 1, ("channel_skew", "early"): 1}
+    assert attempt(np.random.default_rng(2), "little", "force alone", "channel_skew", taken) is None
 
 
 def test_one_recording_cannot_conceal_what_needs_several():

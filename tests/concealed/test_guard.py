@@ -45,7 +45,7 @@ def test_the_cases_are_mixed():
     assert all((n, f) in FORMS for c in guard.CASES for n, f, _ in c.effects) and len({c.seed for c in guard.CASES}) == 12
 
 
-def test_a_wrong_answer_is_told_with_the_campaign_and_what_was_said():
+def test_a_wrong_answer_names_the_campaign_and_what_was_said():
     case = guard.Case(5, "d", (("adhesion", "neck", 0.1),))
     say = lambda names, detected=True, unexplained=False, also=(): guard.wrong(case, {
         "missing": [{"mechanism": n, "also_possible": list(also)} for n in names], "mismatch": {"detected": detected}, "unexplained": {"detected": unexplained}})
