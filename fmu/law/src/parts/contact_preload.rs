@@ -2,7 +2,8 @@
 
 use crate::elementary::{exp, exp_m1};
 use crate::part::{
-    parameters, searched, Form, Mechanism, Origin, Part, Quantity, Range, Scales, Strength, EVERY_EXPERIMENT, HELD,
+    parameters, searched, Form, Mechanism, Origin, Part, Quantity, Range, Scales, StartsFrom, Strength,
+    EVERY_EXPERIMENT, HELD,
 };
 
 parameters! {
@@ -45,6 +46,8 @@ impl Part for ContactPreload {
         }],
         collinear: &["return_spring", "guide_friction"],
         strength: Strength::Reading,
+        strongly_nonlinear: false,
+        starts_from: StartsFrom::Forms,
     };
 
     #[inline(always)]
