@@ -3,9 +3,10 @@
 //! Invariant: nothing here logs, allocates or reads time; the memory of the law is explicit
 //! [`Memory`], passed in and handed back.
 //!
-//! F = max(0, branch(x) + mu_d x^(p+o) v + c v + k2 (x - d2)^r + Maxwell forces) - adhesion, at x > 0;
-//! branch(x) is k x^p, or the plastic unloading curve. Below the permanent set nothing touches, so neither
-//! damping acts there. Maxwell forces vanish where the body leaves the nominal surface (x <= 0).
+//! F = max(0, branch(x) + dampers(x, v) + springs(x) + Maxwell forces) - adhesion, at x > 0; branch(x) is k x^p, or the
+//! plastic unloading curve. Below the permanent set nothing touches, so no damper acts there. Maxwell forces vanish
+//! where the body leaves the nominal surface (x <= 0). Dampers and springs are those of the [`parts`], each a file that
+//! declares (see [`part`]) all that the FMU, scenarios and the diagnosis have to know of it.
 
 pub mod elementary;
 mod energy;

@@ -292,7 +292,8 @@ pub struct Step<'a> {
 }
 
 /// A part of the contact law: what it declares and what it adds. A part that only adds a force with a potential or a
-/// damping force is whole with these; what is not given is none.
+/// damping force is whole with these; what is not given is none. So that a part that is off costs no more than a
+/// comparison, a force that takes more than a power stands in a function that is not inlined.
 pub trait Part: Copy + PartialEq + Default {
     /// What it declares.
     const MECHANISM: Mechanism;

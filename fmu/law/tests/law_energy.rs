@@ -53,6 +53,9 @@ fn any_law(r: &mut Random) -> Parameters {
     q.hysteresis_damping.thinning_speed = if q.hysteresis_damping.exponent_offset == 0.0 { 0.3 } else { 0.0 };
     // of a layer's onsets, some at one depth and some over a width
     q.secondary_stiffening.width = if q.viscous_damping.ramp > 0.0 { 1.5e-4 } else { 0.0 };
+    // a contact spring under preload where no neck is
+    q.contact_preload.force = if q.adhesion.force == 0.0 { 8.0 } else { 0.0 };
+    q.contact_preload.ramp = 2e-6;
     q.validate().unwrap();
     q
 }

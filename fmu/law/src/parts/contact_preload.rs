@@ -58,8 +58,7 @@ impl Part for ContactPreload {
     #[inline(always)]
     fn spring(&self, x: f64) -> Option<(f64, f64)> {
         if self.force > 0.0 {
-            let z = x / self.ramp;
-            Some((-self.force * exp_m1(-z), self.force / self.ramp * exp(-z)))
+            Some(self.built_up(x))
         } else {
             None
         }
@@ -79,6 +78,15 @@ impl Part for ContactPreload {
         } else {
             None
         }
+    }
+}
+
+impl ContactPreload {
+    /// (force N, slope N/m) at `x` m, > 0; a function of its own, so that a law without preload only passes it by.
+    #[inline(never)]
+    fn built_up(&self, x: f64) -> (f64, f64) {
+        let z = x / self.ramp;
+        (-self.force * exp_m1(-z), self.force / self.ramp * exp(-z))
     }
 }
 
