@@ -194,7 +194,7 @@ def _(rng, rig):
     return _riding(rig, log_uniform(rng, 0.4, 1.5), rng.uniform(0.15, 0.4))
 
 
-@form("attached_mass", "hardening", "motion", "dc", strange=True)
+@form("attached_mass", "hardening", "motion", "dc")
 def _(rng, rig):
     return _riding(rig, log_uniform(rng, 0.5, 2.0), log_uniform(rng, 0.02, 0.15), cubic=rng.uniform(0.3, 1.5))
 

@@ -6,10 +6,7 @@
 macro_rules! export {
     ($model:ty) => {
         /// The C functions of FMI 2.0 for co-simulation.
-        ///
-        /// # Safety of all of them
-        /// As the functions of [`face::fmi2`](::face::fmi2) that they call.
-        #[allow(non_snake_case, clippy::missing_safety_doc)]
+        #[allow(non_snake_case)]
         pub mod exported {
             use super::*;
             use std::os::raw::{c_char, c_int, c_uint, c_void};
@@ -84,7 +81,7 @@ macro_rules! export {
 macro_rules! forward {
     ($model:ty; $($c_name:ident = $name:ident($($argument:ident: $kind:ty),*) -> $answer:ty;)*) => {
         $(
-            #[doc = stringify!($c_name)]
+            #[doc = concat!(stringify!($c_name), ".\n\n# Safety\nAs [`face::fmi2::", stringify!($name), "`](::face::fmi2::", stringify!($name), ") says.")]
             #[no_mangle]
             pub unsafe extern "C" fn $c_name($($argument: $kind),*) -> $answer {
                 $crate::fmi2::$name::<$model>($($argument),*)

@@ -241,6 +241,7 @@ unsafe fn target<'a, T>(p: *mut T, what: &str) -> Outcome<&'a mut T> {
 }
 
 /// Sets values one by one; where one is refused, those before it are undone.
+#[inline(never)]
 fn set_all<M: Model>(m: &mut M, kind: Kind, references: &[c_uint], values: impl Iterator<Item = f64>) -> Outcome<()> {
     if references.len() == 1 {
         return values.take(1).try_for_each(|value| m.set(references[0], kind, value));
@@ -430,6 +431,28 @@ pub unsafe fn reset<M: Model>(c: *mut c_void) -> Status {
 /// values to write, apart from them.
 #[inline]
 pub unsafe fn get_real<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, values: *mut f64) -> Status {
+    // one value, as most hosts ask, without the way through Results
+    if n == 1 && !vr.is_null() && !values.is_null() {
+        if let Ok(p) = component::<M>(c) {
+            match catch_unwind(AssertUnwindSafe(|| (*p).model.real_at_once(*vr))) {
+                Ok(Some(value)) => {
+                    *values = value;
+                    return OK;
+                }
+                Ok(None) => {}
+                Err(panic) => return conclude(p, Err(panic)),
+            }
+        }
+    }
+    get_reals::<M>(c, vr, n, values)
+}
+
+/// Gets Reals one by one.
+///
+/// # Safety
+/// As [`get_real`].
+#[inline(never)]
+unsafe fn get_reals<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, values: *mut f64) -> Status {
     call::<M>(c, |c| {
         let (references, values) = (slice(vr, n, "vr")?, slice_mut(values, n, "value")?);
         for (r, value) in references.iter().zip(values) {
@@ -497,11 +520,28 @@ pub unsafe fn get_string<M: Model>(
 /// values.
 #[inline]
 pub unsafe fn set_real<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, values: *const f64) -> Status {
+    // what hosts set at every step, without the way through Results
+    if n > 0 && n <= MOST_VALUES && !vr.is_null() && !values.is_null() {
+        if let Ok(p) = component::<M>(c) {
+            let (references, values) = (std::slice::from_raw_parts(vr, n), std::slice::from_raw_parts(values, n));
+            match catch_unwind(AssertUnwindSafe(|| (*p).model.set_reals(references, values))) {
+                Ok(true) => return OK,
+                Ok(false) => {}
+                Err(panic) => return conclude(p, Err(panic)),
+            }
+        }
+    }
+    set_reals::<M>(c, vr, n, values)
+}
+
+/// Sets Reals one by one.
+///
+/// # Safety
+/// As [`set_real`].
+#[inline(never)]
+unsafe fn set_reals<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, values: *const f64) -> Status {
     call::<M>(c, |c| {
         let (references, values) = (slice(vr, n, "vr")?, slice(values, n, "value")?);
-        if c.model.set_reals(references, values) {
-            return Ok(());
-        }
         set_all(&mut c.model, Kind::Real, references, values.iter().copied())
     })
 }

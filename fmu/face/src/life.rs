@@ -106,6 +106,16 @@ impl Life {
     /// Out of order; a step that is none; a time that is not the instance's; a step past the stop time.
     #[inline]
     pub fn step_is_good(&self, time: f64, step: f64) -> Outcome<()> {
+        // nearly every step, without a maximum: what fits within the step's own tolerance fits within any
+        let near = (time - self.time).abs() <= TIME_TOLERANCE * step && time + step <= self.stop;
+        if self.phase == Phase::Stepping && step > 0.0 && step < f64::INFINITY && near {
+            return Ok(());
+        }
+        self.step_is_good_in_detail(time, step)
+    }
+
+    #[inline(never)]
+    fn step_is_good_in_detail(&self, time: f64, step: f64) -> Outcome<()> {
         self.require("fmi2DoStep", &[Phase::Stepping])?;
         let tolerance = TIME_TOLERANCE * time.abs().max(self.time.abs()).max(step);
         let good = step.is_finite() && step > 0.0 && time.is_finite();
@@ -147,7 +157,7 @@ mod tests {
         l.set_up(1.0, Some(2.0)).unwrap();
         l.phase = Phase::Stepping;
         assert!(l.set_up(1.0, None).is_err());
-        for (time, step) in [(1.0, 1e-3), (1.0 + 1e-9, 1e-3), (1.0, 1.0 + 1e-9)] {
+        for (time, step) in [(1.0, 1e-3), (1.0 + 1e-12, 1e-3), (1.0 + 1e-9, 1e-3), (1.0, 1.0 + 1e-9)] {
             assert_eq!(l.step_is_good(time, step), Ok(()), "{} {}", time, step);
         }
         let wrong = [

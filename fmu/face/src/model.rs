@@ -67,6 +67,12 @@ pub trait Model: Default + Clone {
     /// # Errors
     /// No such variable, or no value yet.
     fn get(&self, reference: u32, kind: Kind) -> Outcome<f64>;
+    /// Value of a Real where it needs no more than a look; None: [`Model::get`] has to be asked. A model answers here what
+    /// hosts read at every step.
+    #[inline]
+    fn real_at_once(&self, _reference: u32) -> Option<f64> {
+        None
+    }
     /// Partial derivative of the output `unknown` along the input `known`, in their units.
     ///
     /// # Errors

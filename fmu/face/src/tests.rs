@@ -28,6 +28,8 @@ const PANIC_IN_SET: f64 = 3.0;
 const PANIC_WITH_NUMBER: f64 = 4.0;
 const PANIC_IN_DROP: f64 = 5.0;
 const REPORT_EVENT: f64 = 6.0;
+const PANIC_AT_ONCE: f64 = 7.0;
+const ANSWER_AT_ONCE: f64 = 8.0;
 
 thread_local! {
     static PANIC_IN_DEFAULT: Cell<bool> = Cell::new(false);
@@ -137,6 +139,24 @@ impl<const N: usize> Model for Probe<N> {
         variable(reference, kind)?;
         assert!(self.demand != PANIC_IN_GET, "got");
         Ok([self.x, 2.0 * self.x, self.demand, self.flag][reference as usize])
+    }
+    fn set_reals(&mut self, references: &[u32], values: &[f64]) -> bool {
+        let _inside = Inside::new();
+        assert!(self.demand != PANIC_AT_ONCE, "set at once");
+        if self.demand != ANSWER_AT_ONCE || references != [X] || !values[0].is_finite() {
+            return false;
+        }
+        self.x = 10.0 * values[0];
+        true
+    }
+    fn real_at_once(&self, reference: u32) -> Option<f64> {
+        let _inside = Inside::new();
+        assert!(self.demand != PANIC_AT_ONCE, "got at once");
+        if self.demand == ANSWER_AT_ONCE && reference == Y {
+            Some(-self.x)
+        } else {
+            None
+        }
     }
     fn directional(&self, _unknown: u32, _known: u32) -> Outcome<f64> {
         Ok(2.0)
@@ -425,10 +445,12 @@ fn an_instance_is_refused_with_a_reason_where_it_cannot_be_made() {
 fn a_panic_is_logged_and_fatal_and_every_instance_alive_then_is_out_of_use() {
     let _turn = turn();
     type P = Probe<0>;
-    let cases: [(f64, &str); 4] = [
+    let cases = [
         (PANIC_IN_STEP, "half-way"),
-        (PANIC_IN_GET, "got"),
+        (PANIC_IN_GET, "got;"),
         (PANIC_IN_SET, "set to 1"),
+        (PANIC_AT_ONCE, "got at once"),
+        (PANIC_AT_ONCE, "set at once"),
         (PANIC_WITH_NUMBER, "it does not say why"),
     ];
     for (demand, words) in cases {
@@ -438,9 +460,9 @@ fn a_panic_is_logged_and_fatal_and_every_instance_alive_then_is_out_of_use() {
             // the logger reads and sets while the panic is logged: refused already
             host.component.set(c);
             let mut d = 0.0;
-            let status = match demand {
-                d_ if d_ == PANIC_IN_GET => fmi2::get_real::<P>(c, &Y, 1, &mut d),
-                d_ if d_ == PANIC_IN_SET => fmi2::set_real::<P>(c, &X, 1, &1.0),
+            let status = match &words[..3] {
+                "got" => fmi2::get_real::<P>(c, &Y, 1, &mut d),
+                "set" => fmi2::set_real::<P>(c, &X, 1, &1.0),
                 _ => fmi2::do_step::<P>(c, 0.0, 1.0, 1),
             };
             host.component.set(null_mut());
@@ -515,6 +537,28 @@ fn a_logger_may_call_the_instance_that_logs() {
         assert_eq!(fmi2::set_debug_logging::<P>(c, 1, 1, [events.as_ptr()].as_ptr()), OK);
         assert_eq!(fmi2::do_step::<P>(c, 1.0, 0.5, 1), OK);
         assert_eq!(host.lines.borrow().len(), 5);
+        fmi2::free_instance::<P>(c);
+    }
+}
+
+#[test]
+fn a_model_may_answer_at_once_what_it_likes_and_is_asked_the_long_way_else() {
+    let _turn = turn();
+    type P = Probe<0>;
+    let host = Host::default();
+    unsafe {
+        let c = stepping(&host, ANSWER_AT_ONCE);
+        let (mut x, mut y, both) = (0.0, 0.0, [X, Y]);
+        assert_eq!(fmi2::set_real::<P>(c, &X, 1, &2.0), OK);
+        assert_eq!(fmi2::get_real::<P>(c, &X, 1, &mut x), OK);
+        assert_eq!(fmi2::get_real::<P>(c, &Y, 1, &mut y), OK);
+        assert_eq!((x, y), (20.0, -20.0));
+        let mut values = [0.0; 2];
+        assert_eq!(fmi2::get_real::<P>(c, both.as_ptr(), 2, values.as_mut_ptr()), OK);
+        assert_eq!(values, [20.0, 40.0]);
+        assert_eq!(fmi2::set_real::<P>(c, &X, 1, &f64::NAN), DISCARD);
+        assert_eq!(fmi2::set_real::<P>(c, null(), 0, null()), OK);
+        assert_eq!(fmi2::get_real::<P>(c, null(), 0, null_mut()), OK);
         fmi2::free_instance::<P>(c);
     }
 }

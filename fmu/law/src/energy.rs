@@ -46,14 +46,26 @@ impl Parameters {
     /// unclamped throughout: two powers of x. None for everything else.
     #[inline]
     pub(super) fn plain_step(&self, from: (f64, f64), to: (f64, f64)) -> Option<(f64, f64)> {
-        let ((x0, v0), (x1, v1)) = (from, to);
-        let (mu, k) = (self.hysteresis_damping.coefficient, self.elastic.stiffness);
-        let pushes = k + mu * v0 >= 0.0 && k + mu * v1 >= 0.0;
-        if !(self.keeps_power_law() && pushes && x0 > 0.0 && x1 > 0.0) {
+        if !(self.keeps_power_law() && self.stays_in_contact(from, to)) {
             return None;
         }
+        let p = self.elastic.exponent;
+        Some(self.power_law_work(from, to, (pow(from.0, p), pow(to.0, p))))
+    }
+
+    /// Whether the power law with hysteresis damping is in contact and unclamped over a step.
+    #[inline]
+    pub(super) fn stays_in_contact(&self, from: (f64, f64), to: (f64, f64)) -> bool {
+        let (mu, k) = (self.hysteresis_damping.coefficient, self.elastic.stiffness);
+        k + mu * from.1 >= 0.0 && k + mu * to.1 >= 0.0 && from.0 > 0.0 && to.0 > 0.0
+    }
+
+    /// As [`Parameters::plain_step`] where that is Some, with the `powers` x^p at both ends.
+    #[inline]
+    pub(super) fn power_law_work(&self, from: (f64, f64), to: (f64, f64), powers: (f64, f64)) -> (f64, f64) {
+        let ((x0, v0), (x1, v1), (f0, f1)) = (from, to, powers);
+        let (mu, k) = (self.hysteresis_damping.coefficient, self.elastic.stiffness);
         let (p, q) = (self.elastic.exponent, self.elastic.exponent + 1.0);
-        let (f0, f1) = (pow(x0, p), pow(x1, p));
         let (s0, s1) = (f0 * x0 / q, f1 * x1 / q);
         let dx = x1 - x0;
         let stored = k * s1;
@@ -70,7 +82,7 @@ impl Parameters {
                     v0 * (s1 - s0) + dv / dx * (second - x0 * (s1 - s0))
                 };
         }
-        Some((work, stored))
+        (work, stored)
     }
 
     /// Work done on the contact over a step of straight x and v from memory `m` to `o`, J.

@@ -12,6 +12,7 @@ mod energy;
 pub mod impact;
 pub mod part;
 pub mod parts;
+mod power_law;
 pub mod reference;
 pub mod restitution;
 mod step;
@@ -21,6 +22,7 @@ mod tests;
 
 use part::{Point, Step};
 pub use parts::{AdhesionForm, ParameterError, Parameters, PlasticForm};
+pub use power_law::Reached;
 
 /// 1/(1 + |v|/v_t), and d/dv of v times that; 1 where `speed`, v_t m/s, is 0.
 #[inline]

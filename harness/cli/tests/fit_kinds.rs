@@ -3,6 +3,7 @@
 use mechanisms::load_history::LoadHistory;
 use mechanisms::physics::Physics;
 use plant::chain::readings;
+use plant::integrate::Control;
 use plant::recipe::{write_campaign, Recipe};
 use plant::simulate::{simulate, Local, Setup, TOLERANCE};
 use rand::{RngExt, SeedableRng};
@@ -64,7 +65,7 @@ fn setup(kind: Kind, time: Vec<f64>, order: usize) -> Setup {
         depth: 1e-4,
         speed: 0.4,
         duration: 1e-3,
-        tolerance: TOLERANCE,
+        control: Control::dense(TOLERANCE),
     }
 }
 

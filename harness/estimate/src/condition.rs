@@ -188,7 +188,7 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
                 depth: 1.0,
                 speed: 1.0,
                 duration: 1.0,
-                tolerance: plant::simulate::TOLERANCE,
+                control: plant::integrate::Control::dense(plant::simulate::TOLERANCE),
             },
             file: r.file.clone(),
             level: r.level,

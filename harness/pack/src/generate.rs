@@ -26,17 +26,10 @@ pub fn description(now: &str) -> Result<String> {
     let mut text = now.to_string();
     for (begin, reference) in VARIABLES {
         let before = text.split(begin).next().unwrap_or_default();
-        let mut index = before.matches("<ScalarVariable ").count();
-        let mut passage = String::new();
-        let mut next = reference;
-        for p in BY_REFERENCE.iter().skip_while(|p| p.reference < reference) {
-            if p.reference != next {
-                break;
-            }
-            next += 1;
-            index += 1;
-            passage += &variable(p, index);
-        }
+        let first = before.matches("<ScalarVariable ").count() + 1;
+        let from = BY_REFERENCE.iter().skip_while(|p| p.reference < reference);
+        let run = from.zip(reference..).take_while(|(p, r)| p.reference == *r);
+        let passage: String = run.zip(first..).map(|((p, _), index)| variable(p, index)).collect();
         text = replaced(&text, begin, &passage, "    ")?;
     }
     Ok(text)
@@ -112,12 +105,10 @@ mod tests {
     #[test]
     fn the_files_say_what_is_generated_from_the_parts() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../modelDescription");
-        let files: [(&str, fn(&str) -> Result<String>); 2] =
-            [("modelDescription.xml", description), ("documentation/index.html", documentation)];
-        for (name, generate) in files {
+        for name in ["modelDescription.xml", "documentation/index.html"] {
             let path = folder.join(name);
             let now = std::fs::read_to_string(&path).unwrap();
-            let wanted = generate(&now).unwrap();
+            let wanted = if name.ends_with("xml") { description(&now) } else { documentation(&now) }.unwrap();
             if std::env::var_os("TOUCHDOWN_WRITE").is_some() {
                 std::fs::write(&path, &wanted).unwrap();
             } else {

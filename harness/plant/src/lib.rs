@@ -10,5 +10,8 @@ pub mod kernels;
 pub mod noise;
 pub mod recipe;
 mod rig;
+pub mod roots;
 pub mod simulate;
 pub mod tableau;
+
+pub use rig::motion;

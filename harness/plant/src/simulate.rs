@@ -1,8 +1,10 @@
 //! One recording of a campaign simulated: approach, contact, flight, and what an ideal chain reads.
 
-use super::integrate::{integrate, Control, State};
+use super::integrate::{integrate, Advance, Control, Locate, State, Stepper};
+use super::motion::{Contact, Motion, SURFACE, TURN};
 use super::rig::{Driven, Rig};
-use crate::element::Element;
+use crate::element::{Direct, Element};
+use anyhow::Result;
 use law::{Memory, Parameters};
 use mechanisms::load_history::LoadHistory;
 use mechanisms::physics::Physics;
@@ -15,7 +17,7 @@ pub struct Setup {
     pub kind: Kind,
     /// Sample times on the recording's own clock, s.
     pub time: Vec<f64>,
-    /// What the contact had taken before.
+    /// Load the contact had taken before.
     pub history: LoadHistory,
     /// Contactor: distance from rest to the stop m, preload N, rate N/m.
     pub travel: f64,
@@ -28,8 +30,8 @@ pub struct Setup {
     pub depth: f64,
     pub speed: f64,
     pub duration: f64,
-    /// Error per step, relative to depth and speed of the impact.
-    pub tolerance: f64,
+    /// How the motion is integrated; errors are relative to depth and speed of the impact.
+    pub control: Control,
 }
 
 impl Setup {
@@ -47,7 +49,7 @@ impl Setup {
             depth,
             speed,
             duration,
-            tolerance: TOLERANCE,
+            control: Control::dense(TOLERANCE),
         }
     }
 }
@@ -84,6 +86,39 @@ pub struct Trace {
     pub ok: bool,
 }
 
+impl Trace {
+    fn blank(s: &Setup) -> Trace {
+        let n = s.time.len();
+        Trace {
+            force: vec![0.0; n],
+            acceleration: vec![0.0; n],
+            position: vec![0.0; n],
+            velocity: vec![0.0; n],
+            touch: f64::NAN,
+            deepest: f64::NAN,
+            leave: f64::NAN,
+            before: s.history.recordings,
+            ..Trace::default()
+        }
+    }
+
+    fn put(&mut self, i: usize, [f, a, x, v]: [f64; 4]) {
+        self.force[i] = f;
+        self.acceleration[i] = a;
+        self.position[i] = x;
+        self.velocity[i] = v;
+    }
+
+    /// Phases that were not reached end with the recording.
+    fn end_phases(&mut self, last: f64) {
+        for t in [&mut self.touch, &mut self.deepest, &mut self.leave] {
+            if t.is_nan() {
+                *t = last;
+            }
+        }
+    }
+}
+
 /// Error per step, relative to depth and speed of the impact, where it counts.
 pub const TOLERANCE: f64 = 1e-7;
 /// The same where candidates are sifted.
@@ -107,9 +142,15 @@ fn scaled(p: &Physics, history: &LoadHistory, local: &Local) -> Physics {
 /// Simulates one recording.
 pub fn simulate(physics: &Physics, s: &Setup, local: &Local) -> Trace {
     let p = scaled(physics, &s.history, local);
-    match s.kind {
-        Kind::Indentation => indent(&p, s, local, None),
-        _ => free(&p, s, local, None),
+    // the law called directly refuses nothing
+    match (s.kind, s.control.locate) {
+        (Kind::Indentation, _) => indent(&p, s, local, None),
+        (_, Locate::Polynomial) => free(&p, s, local, None).unwrap_or_default(),
+        (_, Locate::Step) => {
+            let mut law = Direct::new(p.law);
+            let remembers = p.law.relaxes();
+            followed(&p, s, local, &Contact::new(&mut law), remembers, &s.control).unwrap_or_default()
+        }
     }
 }
 
@@ -123,25 +164,27 @@ pub fn law_of(physics: &Physics, s: &Setup, local: &Local) -> Parameters {
 /// # Errors
 /// The first thing the element refuses.
 pub fn simulate_on(
-    element: Box<dyn Element>,
+    mut element: Box<dyn Element>,
     steps: f64,
     physics: &Physics,
     s: &Setup,
     local: &Local,
-) -> anyhow::Result<Trace> {
+) -> Result<Trace> {
     let p = scaled(physics, &s.history, local);
-    let driven = RefCell::new(Driven { element, steps, at: (0.0, 0.0, 0.0), failed: None });
+    if s.kind != Kind::Indentation && s.control.locate == Locate::Step {
+        let control = Control { longest: s.control.longest.min(s.duration / steps), ..s.control };
+        return followed(&p, s, local, &Contact::new(element.as_mut()), true, &control);
+    }
+    let driven = RefCell::new(Driven::new(element.as_mut()));
     let trace = match s.kind {
         Kind::Indentation => indent(&p, s, local, Some(&driven)),
-        _ => free(&p, s, local, Some(&driven)),
+        _ => free(&p, s, local, Some((&driven, steps)))?,
     };
-    match driven.into_inner().failed {
-        Some(e) => Err(e),
-        None => Ok(trace),
-    }
+    driven.borrow_mut().check()?;
+    Ok(trace)
 }
 
-fn indent(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>) -> Trace {
+fn indent(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven<'_>>>) -> Trace {
     let n = s.time.len();
     let mut t = Trace { ok: true, first_speed: s.imposed_rate[0], before: s.history.recordings, ..Trace::default() };
     let mut m = Memory::default();
@@ -189,62 +232,39 @@ pub fn force_on_body(p: &Physics, s: &Setup, t: f64, x: f64, v: f64) -> f64 {
     Rig::new(p, s, None).motion_force(t, x, v) + p.mass * p.gravity
 }
 
-fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>) -> Trace {
+/// `element`: what takes the law's place, and steps a contact gets at least: the memory moves at accepted steps only, so
+/// what the element remembers is right to first order in their length.
+fn free<'a>(
+    p: &'a Physics,
+    s: &'a Setup,
+    local: &Local,
+    element: Option<(&'a RefCell<Driven<'a>>, f64)>,
+) -> Result<Trace> {
     let n = s.time.len();
-    let mut out = Trace {
-        force: vec![0.0; n],
-        acceleration: vec![0.0; n],
-        position: vec![0.0; n],
-        velocity: vec![0.0; n],
-        touch: f64::NAN,
-        deepest: f64::NAN,
-        leave: f64::NAN,
-        before: s.history.recordings,
-        ..Trace::default()
-    };
+    let mut out = Trace::blank(s);
     let clock = local.start;
     let mut y;
     let forward_from;
-    let mut rig = Rig::new(p, s, element);
+    let mut rig = Rig::new(p, s, element.map(|e| e.0));
     let dt = s.time[1] - s.time[0];
-    let (largest, most) = match element {
+    let (longest, most) = match element {
         None => ((s.duration * 2.0).max(dt * 4.0), MOST_STEPS),
-        Some(e) => (s.duration / e.borrow().steps, 100 * MOST_STEPS),
+        Some((_, steps)) => (s.duration / steps, 100 * MOST_STEPS),
+    };
+    let within = |first: f64| Control {
+        first: s.control.first.min(first),
+        longest: s.control.longest.min(longest),
+        most: s.control.most.min(most),
+        ..s.control
     };
     if s.kind == Kind::DropTest {
         y = rig.along(0.0, local.speed);
         out.touch = clock;
         rig.fall_apart((clock - s.time[0]).max(0.0), &mut y);
         forward_from = s.time.partition_point(|t| *t < clock);
-        if forward_from > 0 {
-            // the approach, backwards from touch: only forces in flight act
-            let mut rig = Rig::new(p, s, None).approaching();
-            let mut back = y;
-            rig.release(0.0, &mut back, true);
-            let mut i = forward_from;
-            let end = s.time[0] - clock;
-            out.ok = integrate(
-                &mut rig,
-                0.0,
-                &mut back,
-                end,
-                &Control { tolerance: s.tolerance, first: 0.1 * s.duration, largest, most },
-                |r, st| {
-                    let until = st.t0 + st.h;
-                    while i > 0 && s.time[i - 1] - clock >= until - 1e-15 {
-                        let tau = s.time[i - 1] - clock;
-                        let z = st.at((tau - st.t0) / st.h);
-                        put(&mut out, i - 1, r, tau, &z);
-                        i -= 1;
-                    }
-                },
-            );
-            if !out.ok {
-                return out;
-            }
-            out.first_speed = back[1];
-        } else {
-            out.first_speed = local.speed;
+        out.ok = approach(p, s, local, y, &within(0.1 * s.duration), &mut out)?;
+        if !out.ok {
+            return Ok(out);
         }
         // a pull that reaches out before touch acts from the surface on; leaving it needs the full law
     } else {
@@ -253,58 +273,159 @@ fn free(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven>>
         forward_from = s.time.partition_point(|t| *t < clock);
         // what was sampled just before release reads as at release: the instant is uncertain by a sample
         let [f, a, ..] = rig.outputs(0.0, &y);
-        for i in 0..forward_from {
-            out.position[i] = -s.travel;
-            out.force[i] = f;
-            out.acceleration[i] = a;
-        }
+        (0..forward_from).for_each(|i| out.put(i, [f, a, -s.travel, 0.0]));
     }
     let end = s.time[n - 1] - clock;
     if end <= 0.0 {
         out.ok = false;
-        return out;
+        return Ok(out);
     }
     let mut i = forward_from;
     let (mut touch, mut deepest, mut leave) = (out.touch, f64::NAN, f64::NAN);
     let first = if s.kind == Kind::DropTest { 0.02 * s.duration } else { 0.5 * s.duration };
     let mut o = std::mem::take(&mut out);
-    if let Some(e) = element {
+    if let Some((e, _)) = element {
         let (x, v) = rig.face_at(0.0, &y);
         e.borrow_mut().at = (0.0, x, v);
     }
-    let ok =
-        integrate(&mut rig, 0.0, &mut y, end, &Control { tolerance: s.tolerance, first, largest, most }, |r, st| {
-            let until = st.t0 + st.h;
-            while i < n && s.time[i] - clock <= until + 1e-15 {
-                let tau = s.time[i] - clock;
-                let z = st.at((tau - st.t0) / st.h);
-                put(&mut o, i, r, tau, &z);
-                i += 1;
-            }
-            let z = st.at(1.0);
-            let (x, v) = r.face_at(until, &z);
-            if touch.is_nan() && x >= -1e-12 * s.depth {
-                touch = until + clock;
-            } else if !touch.is_nan() && deepest.is_nan() && v <= 0.0 {
-                deepest = until + clock;
-            } else if !deepest.is_nan() && leave.is_nan() && x <= 1e-9 * s.depth {
-                leave = until + clock;
-            }
-        });
+    let ok = integrate(&mut rig, 0.0, &mut y, end, &within(first), |r, st| {
+        let until = st.t0 + st.h;
+        while i < n && s.time[i] - clock <= until + 1e-15 {
+            let tau = s.time[i] - clock;
+            let z = st.at((tau - st.t0) / st.h);
+            o.put(i, r.outputs(tau, &z));
+            i += 1;
+        }
+        let z = st.at(1.0);
+        let (x, v) = r.face_at(until, &z);
+        if touch.is_nan() && x >= -1e-12 * s.depth {
+            touch = until + clock;
+        } else if !touch.is_nan() && deepest.is_nan() && v <= 0.0 {
+            deepest = until + clock;
+        } else if !deepest.is_nan() && leave.is_nan() && x <= 1e-9 * s.depth {
+            leave = until + clock;
+        }
+    })?;
     out = o;
     out.ok = ok && i == n;
-    let last = s.time[n - 1];
-    out.touch = if touch.is_nan() { last } else { touch };
-    out.deepest = if deepest.is_nan() { last } else { deepest };
-    out.leave = if leave.is_nan() { last } else { leave };
-    out
+    (out.touch, out.deepest, out.leave) = (touch, deepest, leave);
+    out.end_phases(s.time[n - 1]);
+    Ok(out)
 }
 
-#[inline]
-fn put(out: &mut Trace, i: usize, r: &Rig<'_>, t: f64, y: &State) {
-    let [f, a, x, v] = r.outputs(t, y);
-    out.force[i] = f;
-    out.acceleration[i] = a;
-    out.position[i] = x;
-    out.velocity[i] = v;
+/// The approach before a drop test's touch, backwards from the state `y` at touch: only forces in flight act. Whether
+/// the integration reached the first sample.
+fn approach(p: &Physics, s: &Setup, local: &Local, y: State, control: &Control, out: &mut Trace) -> Result<bool> {
+    let clock = local.start;
+    let mut i = s.time.partition_point(|t| *t < clock);
+    if i == 0 {
+        out.first_speed = local.speed;
+        return Ok(true);
+    }
+    let mut rig = Rig::new(p, s, None).approaching();
+    let mut back = y;
+    rig.release(0.0, &mut back, true);
+    let ok = integrate(&mut rig, 0.0, &mut back, s.time[0] - clock, control, |r, st| {
+        let until = st.t0 + st.h;
+        while i > 0 && s.time[i - 1] - clock >= until - 1e-15 {
+            let tau = s.time[i - 1] - clock;
+            let z = st.at((tau - st.t0) / st.h);
+            out.put(i - 1, r.outputs(tau, &z));
+            i -= 1;
+        }
+    })?;
+    if ok {
+        out.first_speed = back[1];
+    }
+    Ok(ok)
+}
+
+/// A recording whose motion is followed from event to event, as a scenario's is: a sample at the end of a step reads
+/// what holds once the step is accepted.
+fn followed<'a>(
+    p: &'a Physics,
+    s: &'a Setup,
+    local: &Local,
+    contact: &'a Contact<'a>,
+    remembers: bool,
+    control: &Control,
+) -> Result<Trace> {
+    let (n, clock) = (s.time.len(), local.start);
+    let mut out = Trace::blank(s);
+    let mut motion = Motion::new([p, p], s, contact, remembers);
+    let mut i = s.time.partition_point(|t| *t < clock);
+    let y = if s.kind == Kind::DropTest {
+        let mut y = motion.start(0.0, 0.0, local.speed);
+        motion.fall_apart((clock - s.time[0]).max(0.0), &mut y);
+        out.touch = clock;
+        let first = Control { first: control.first.min(0.1 * s.duration), ..*control };
+        out.ok = approach(p, s, local, y, &first, &mut out)?;
+        if !out.ok {
+            return Ok(out);
+        }
+        y
+    } else {
+        let y = motion.start(0.0, -s.travel, 0.0);
+        let [f, a, ..] = motion.outputs(0.0, &y)?;
+        (0..i).for_each(|i| out.put(i, [f, a, -s.travel, 0.0]));
+        y
+    };
+    let end = s.time[n - 1] - clock;
+    if end <= 0.0 {
+        out.ok = false;
+        return Ok(out);
+    }
+    let mut stepper = Stepper::new(&motion, 0.0, &y, end, control)?;
+    out.ok = true;
+    loop {
+        let now = stepper.time();
+        while i < n && s.time[i] - clock <= now {
+            out.put(i, motion.outputs(now, stepper.state())?);
+            i += 1;
+        }
+        if stepper.done() {
+            break;
+        }
+        let mut refused = None;
+        let step = stepper.advance(&mut motion, &mut |m: &Motion<'_>, st| {
+            while i < n && refused.is_none() && s.time[i] - clock < st.t0 + st.h {
+                let tau = s.time[i] - clock;
+                match m.outputs(tau, &st.at((tau - st.t0) / st.h)) {
+                    Ok(o) => out.put(i, o),
+                    Err(e) => refused = Some(e),
+                }
+                i += 1;
+            }
+        })?;
+        if let Some(e) = refused {
+            return Err(e);
+        }
+        let now = stepper.time() + clock;
+        match step {
+            Advance::GaveUp => {
+                out.ok = false;
+                break;
+            }
+            Advance::Step(Some(SURFACE)) if motion.inside() => out.touch = first(out.touch, now),
+            Advance::Step(Some(SURFACE)) => out.leave = first(out.leave, now),
+            Advance::Step(Some(TURN)) if motion.inside() => out.deepest = first(out.deepest, now),
+            Advance::Step(_) => {}
+        }
+    }
+    // rounding may leave the end a hair before the last sample
+    while out.ok && i < n {
+        out.put(i, motion.outputs(end, stepper.state())?);
+        i += 1;
+    }
+    out.end_phases(s.time[n - 1]);
+    Ok(out)
+}
+
+/// An instant that is known already, or else this one.
+fn first(known: f64, now: f64) -> f64 {
+    if known.is_nan() {
+        now
+    } else {
+        known
+    }
 }

@@ -1,15 +1,14 @@
 //! Scenarios a user writes in TOML: a drop test, or the opening of a magnetic contactor.
 //!
-//! `file` reads and checks, `plan` makes one [`Case`] of every height, tip and comparison, `rig` holds the
-//! equations of motion, `coupled` steps them with `integrator` beside any contact [`host::Element`], `simulate`
-//! takes them to their end, `results` makes tables of what came out.
+//! `file` reads and checks, `plan` makes one [`Case`] of every height, tip and comparison, `rig` says what moves as the
+//! plant's rig has it, `observed` adds what is integrated along, `simulate` takes a case to its end on any contact
+//! [`host::Element`], `results` makes tables of what came out. Equations of motion and integrator are the plant's.
 
 mod contact;
-mod coupled;
 mod file;
-mod integrator;
 mod interrupters;
 mod locate;
+mod observed;
 mod outcome;
 mod plan;
 mod results;
@@ -24,8 +23,7 @@ pub use outcome::{Balance, Bounce, Event, Moment, Outcome, Row};
 pub use plan::{Case, Start};
 pub use results::{peak, table, Exact, SensorPeak, Table};
 pub use rig::{Bodies, Link, Places, Rig, Spring};
-pub use simulate::simulate;
+pub use simulate::{simulate, CONTROL};
 pub use source::{Source, Through};
 
-/// Gravity, m/s^2, as the recordings' format has it.
-pub const GRAVITY: f64 = 9.81;
+pub use mechanisms::physics::GRAVITY;

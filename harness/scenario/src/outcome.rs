@@ -1,7 +1,7 @@
 //! What a simulation comes to: rows, impacts, events, energy balance.
 
-use super::integrator::State;
 use super::results::Exact;
+use super::rig::State;
 use serde::Serialize;
 
 /// One accepted step.

@@ -1,14 +1,22 @@
-//! The equations of motion, plain SI. x > 0 is into the stop; every body's x is zero where it stands as the tip
-//! touches with the sensors' springs unstretched.
+//! A scenario's bodies and what drives them, as the plant's rig has them, and their energies. Plain SI; x > 0 is into
+//! the stop; every body's x is zero where it stands as the tip touches with the sensors' springs unstretched.
 //!
-//! One body (Ahn and Ryu 2005, eq. 6, here with what drives it): M x'' + F = M g - friction + drive.
-//! Three (eqs 3 to 5): m_t x_t'' = k_t (x_b - x_t) - F, m_b x_b'' = -k_t (x_b - x_t) - k_a (x_b - x_a),
-//! m_a x_a'' = k_a (x_b - x_a), each with its weight, and dampers beside both springs.
+//! One body is that of Ahn and Ryu 2005, eq. 6: M x'' + F = M g - friction + drive. Three are those of eqs 3 to 5:
+//! m_t x_t'' = k_t (x_b - x_t) - F, m_b x_b'' = -k_t (x_b - x_t) - k_a (x_b - x_a), m_a x_a'' = k_a (x_b - x_a), each
+//! with its weight, and dampers beside both springs.
 
-use super::integrator::{State, MOST};
+use law::Parameters;
+use mechanisms::attached_mass::AttachedMass;
+use mechanisms::physics::Physics;
+use mechanisms::residual_magnetism::ResidualMagnetism;
+use mechanisms::sensor_resonance::Tip;
+use plant::simulate::Setup;
 
-/// Width of the smoothed zero of Coulomb friction, m/s.
-const SLIP: f64 = 1e-3;
+/// Most numbers in a row's state.
+pub const MOST: usize = 10;
+/// State of a row: position m and velocity m/s of tip, body, accelerometer (one body: the first pair), then [`Places`];
+/// only the first [`Rig::dimension`] entries are used.
+pub type State = [f64; MOST];
 
 /// A sensor's spring with a damper beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,47 +122,36 @@ impl Rig {
         self.masses().iter().sum()
     }
 
-    /// Rates of the state under the contact force `f`, N.
-    pub fn rates(&self, gravity: f64, t: f64, y: &State, f: f64) -> State {
-        let mut d = [0.0; MOST];
-        let at = self.places();
-        let outside = |v: f64, x: f64, d: &mut State| {
-            let friction = self.friction * (v / SLIP).tanh();
-            d[at.heat] += friction * v;
-            let mut drive = -friction;
-            if let Some(s) = &self.spring {
-                drive += s.preload - s.rate * (x + s.travel);
-                if s.holding_force > 0.0 {
-                    let hold = s.holding_force * (-t / s.holding_time).exp();
-                    drive -= hold;
-                    d[at.holding] = hold * v;
-                }
-            }
-            drive
-        };
-        match &self.bodies {
-            Bodies::One(m) => {
-                let drive = outside(y[1], y[0], &mut d);
-                d[0] = y[1];
-                d[1] = (drive - f) / m + gravity;
-            }
-            Bodies::Three { accelerometer, body, tip, accelerometer_spring: a, transducer: b } => {
-                let drive = outside(y[3], y[2], &mut d);
-                let (vt, va) = (y[3] - y[1], y[3] - y[5]);
-                let ft = b.stiffness * (y[2] - y[0]) + b.damping * vt;
-                let fa = a.stiffness * (y[2] - y[4]) + a.damping * va;
-                d[0] = y[1];
-                d[1] = (ft - f) / tip + gravity;
-                d[2] = y[3];
-                d[3] = (drive - ft - fa) / body + gravity;
-                d[4] = y[5];
-                d[5] = fa / accelerometer + gravity;
-                d[at.heat] += b.damping * vt * vt + a.damping * va * va;
-            }
+    /// The bodies and the forces on them, under `gravity` along +x, m/s^2. Of the law only what tells a depth from a
+    /// speed is used: the force is the contact element's.
+    pub fn physics(&self, law: &Parameters, gravity: f64) -> Physics {
+        let mut p = Physics { law: *law, mass: self.mass(), gravity, ..Physics::default() };
+        p.guide_friction.coulomb = self.friction;
+        if let Some(s) = self.spring.filter(|s| s.holding_force > 0.0) {
+            p.residual_magnetism =
+                ResidualMagnetism { force: s.holding_force, gap: f64::INFINITY, time: s.holding_time };
         }
-        d[at.work] = f * y[1];
-        d[at.impulse] = f;
-        d
+        if let Bodies::Three { accelerometer, tip, accelerometer_spring: a, transducer: t, .. } = self.bodies {
+            p.sensor_resonance = Tip { mass: tip, stiffness: t.stiffness, damping: t.damping };
+            p.attached_mass =
+                AttachedMass { mass: accelerometer, stiffness: a.stiffness, damping: a.damping, hardening: 0.0 };
+        }
+        p
+    }
+
+    /// What drives the bodies beside those forces.
+    pub fn setup(&self) -> Setup {
+        let drop = Setup::drop_test(Vec::new(), 1.0, 1.0, 1.0);
+        match self.spring {
+            None => drop,
+            Some(s) => Setup {
+                kind: record::Kind::ContactorOpening,
+                travel: s.travel,
+                preload: s.preload,
+                rate: s.rate,
+                ..drop
+            },
+        }
     }
 
     /// Kinetic energy, J.
@@ -185,24 +182,12 @@ impl Rig {
         weight + spring
     }
 
-    /// Position m and velocity m/s of the centre of mass.
-    pub fn centre(&self, y: &State) -> (f64, f64) {
-        let m = self.masses();
-        if self.count() == 1 {
-            return (y[0], y[1]);
-        }
-        let all = self.mass();
-        let sum = |o: usize| (0..3).map(|i| m[i] * y[2 * i + o]).sum::<f64>() / all;
-        (sum(0), sum(1))
-    }
-
-    /// How far the tip can get ahead of the centre of mass by what rings in the sensors now, m: the energy of the
+    /// How far the tip can get ahead of the centre of mass, whose speed is `v` m/s, by what rings in the sensors now, m: the energy of the
     /// relative motion cannot grow in free flight, and bounds both stretches.
-    pub fn reach(&self, y: &State) -> f64 {
+    pub fn reach(&self, y: &State, v: f64) -> f64 {
         match &self.bodies {
             Bodies::One(_) => 0.0,
             Bodies::Three { accelerometer, body, accelerometer_spring: a, transducer: b, .. } => {
-                let v = self.centre(y).1;
                 let ringing = (self.kinetic(y) - 0.5 * self.mass() * v * v).max(0.0) + self.in_sensors(y);
                 let stretch = |k: f64| (2.0 * ringing / k).sqrt();
                 ((accelerometer + body) * stretch(b.stiffness) + accelerometer * stretch(a.stiffness)) / self.mass()

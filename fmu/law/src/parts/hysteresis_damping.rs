@@ -45,6 +45,18 @@ const PLAIN: Form = Form {
     quantities: &[DAMPING_RATIO, REFERENCE_SPEED],
 };
 
+impl HysteresisDamping {
+    /// mu_d x^p, N s/m, where k x^p is the force `branch`, N, and k the `stiffness`, N/m^p; 0 where it damps nothing.
+    #[inline(always)]
+    pub(crate) fn of_branch(&self, stiffness: f64, branch: f64) -> f64 {
+        if self.coefficient > 0.0 {
+            self.coefficient * (branch / stiffness)
+        } else {
+            0.0
+        }
+    }
+}
+
 impl Part for HysteresisDamping {
     const MECHANISM: Mechanism = Mechanism {
         name: "hysteresis_damping",
@@ -126,7 +138,7 @@ impl Part for HysteresisDamping {
                 let w = mu / k * pow(x, o);
                 (w * b, w * (bx + o * b / x))
             } else if o == 0.0 && !plastic.yields() {
-                let c = mu * (b / k);
+                let c = self.of_branch(k, b);
                 (c, p * c / x)
             } else {
                 let c = mu * pow(x, p + o);

@@ -2,6 +2,7 @@
 //! `mod` and its line in [`contact_mechanisms`].
 
 mod adhesion;
+mod contact_preload;
 mod elastic;
 mod hysteresis_damping;
 mod plastic_indentation;
@@ -12,6 +13,7 @@ mod viscous_damping;
 use crate::part::{Mechanism, Parameter, Part, Point, Step};
 use crate::Memory;
 pub use adhesion::{Adhesion, AdhesionForm};
+pub use contact_preload::ContactPreload;
 pub use elastic::Elastic;
 pub use hysteresis_damping::HysteresisDamping;
 pub use plastic_indentation::{PlasticForm, PlasticIndentation};
@@ -31,6 +33,7 @@ macro_rules! contact_mechanisms {
             adhesion: Adhesion,
             viscoelastic_relaxation: ViscoelasticRelaxation,
             secondary_stiffening: SecondaryStiffening,
+            contact_preload: ContactPreload,
         }
     };
 }
@@ -71,9 +74,10 @@ macro_rules! compose {
                 $((self.$part.is_neutral() || self.$part.keeps_power_law()))&&*
             }
 
-            /// Whether the work of a step has the closed form of F = k x^p + mu_d x^p v.
+            /// Whether the law is F = k x^p + mu_d x^p v alone and remembers nothing but its depth and its energies, so
+            /// that the work of a step has a closed form.
             #[inline(always)]
-            pub(crate) fn keeps_power_law(&self) -> bool {
+            pub fn keeps_power_law(&self) -> bool {
                 $(self.$part.keeps_power_law())&&*
             }
 
@@ -142,10 +146,11 @@ contact_mechanisms!(compose);
 impl Parameters {
     /// F = k x^p + mu_d x^p v, every other part neutral: `k` N/m^p, `p`, `mu_d` N s/m^(p+1); unchecked.
     pub fn power_law(k: f64, p: f64, mu_d: f64) -> Parameters {
-        let mut law = Parameters::default();
-        law.elastic = Elastic { stiffness: k, exponent: p };
-        law.hysteresis_damping.coefficient = mu_d;
-        law
+        Parameters {
+            elastic: Elastic { stiffness: k, exponent: p },
+            hysteresis_damping: HysteresisDamping { coefficient: mu_d, ..HysteresisDamping::default() },
+            ..Parameters::default()
+        }
     }
 
     /// The parameters given by name, every other one neutral; unchecked. None where a name is no parameter's.

@@ -78,7 +78,7 @@ impl Part for ViscoelasticRelaxation {
     #[inline(always)]
     fn remember(&self, step: &Step<'_>, after: &mut Memory) {
         if self.stiffness > 0.0 {
-            self.relax(step, after);
+            self.relax(step.law.elastic.exponent, step.before, (step.x0, step.x1), step.dt, after);
         }
     }
 
@@ -120,17 +120,17 @@ impl ViscoelasticRelaxation {
         }
     }
 
-    /// Updates the branch forces over a step: the exact exponential of a drive that rises evenly from touch to its end.
-    fn relax(&self, step: &Step<'_>, after: &mut Memory) {
-        let (x0, x1, dt) = (step.x0, step.x1, step.dt);
+    /// Updates the branch forces over a step of `dt` s from x0 to x1, on an elastic law of exponent `p`: the exact
+    /// exponential of a drive that rises evenly from touch to the end of the step.
+    fn relax(&self, p: f64, before: &Memory, (x0, x1): (f64, f64), dt: f64, after: &mut Memory) {
         if x1 <= 0.0 {
             after.relaxation = [0.0; BRANCHES];
             return;
         }
-        let q = self.power(step.law.elastic.exponent);
+        let q = self.power(p);
         // in contact only from where the surface is crossed
         let (z0, t, held) =
-            if x0 > 0.0 { (pow(x0, q), dt, step.before.relaxation) } else { (0.0, dt * x1 / (x1 - x0), [0.0; 3]) };
+            if x0 > 0.0 { (pow(x0, q), dt, before.relaxation) } else { (0.0, dt * x1 / (x1 - x0), [0.0; 3]) };
         let df = self.stiffness / BRANCHES as f64 * (pow(x1, q) - z0);
         let times = self.times();
         for b in 0..BRANCHES {

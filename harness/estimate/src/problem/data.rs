@@ -117,7 +117,7 @@ impl Data {
     pub fn coarse(&self) -> Data {
         let mut d = self.clone();
         if self.kind != Kind::ContactorOpening {
-            d.records.iter_mut().for_each(|r| r.setup.tolerance = COARSE);
+            d.records.iter_mut().for_each(|r| r.setup.control.tolerance = COARSE);
         }
         d
     }

@@ -383,6 +383,7 @@ impl Linear {
 mod tests {
     use super::*;
     use crate::problem::{Data, Model, Parameter};
+    use plant::integrate::Control;
     use plant::simulate::{Setup, TOLERANCE};
     use record::{Channel, Kind};
 
@@ -395,7 +396,7 @@ mod tests {
             travel: 3e-3,
             preload: 90.0,
             rate: 3e3,
-            tolerance: 1e-2 * TOLERANCE,
+            control: Control::dense(1e-2 * TOLERANCE),
             ..Setup::drop_test(time, 2e-4, 1.0, 4e-4)
         };
         Data::of_force(setup, 0.3, 1e3, vec![0.0; n])

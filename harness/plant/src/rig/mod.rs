@@ -3,13 +3,16 @@
 //! Where a spring-borne mass (transducer tip, stop) swings free of the contact, its swing is known in closed form and is
 //! not integrated: centre of mass and swing part, and steps need not resolve the ringing.
 
+mod driven;
+pub mod motion;
 mod riders;
+mod system;
 #[cfg(test)]
 mod tests;
 
-use super::integrate::{State, System, EVENTS, MAX};
 use super::simulate::Setup;
-use crate::element::Element;
+use crate::integrate::{Events, State, MAX};
+pub(super) use driven::Driven;
 use law::{Memory, BRANCHES};
 use mechanisms::part::Motion;
 use mechanisms::physics::Physics;
@@ -18,44 +21,11 @@ use record::Kind;
 use riders::{Riding, MOST};
 use std::cell::RefCell;
 
-/// A contact element that takes the law's place in a simulation.
-pub(super) struct Driven {
-    pub element: Box<dyn Element>,
-    /// Steps a contact gets at least: the memory moves at accepted steps only, so what the element remembers is right
-    /// to first order in their length.
-    pub steps: f64,
-    /// Time, penetration and velocity up to which its memory has moved.
-    pub at: (f64, f64, f64),
-    /// The first thing it refused.
-    pub failed: Option<anyhow::Error>,
-}
-
-impl Driven {
-    pub fn force(&mut self, x: f64, v: f64) -> f64 {
-        match self.element.force(x, v) {
-            Ok(f) => f,
-            Err(e) => {
-                self.failed.get_or_insert(e);
-                f64::NAN
-            }
-        }
-    }
-    pub fn advance(&mut self, t: f64, x: f64, v: f64) {
-        let (t0, x0, v0) = self.at;
-        if t > t0 {
-            if let Err(e) = self.element.advance((x0, v0), (x, v), t - t0) {
-                self.failed.get_or_insert(e);
-            }
-            self.at = (t, x, v);
-        }
-    }
-}
-
 /// State of a rig in motion; variables 0 and 1 are position and speed of the body, of the centre of mass of body and
 /// tip while a swing is free.
 pub(super) struct Rig<'a> {
     p: &'a Physics,
-    element: Option<&'a RefCell<Driven>>,
+    element: Option<&'a RefCell<Driven<'a>>>,
     memory: Memory,
     kind: Kind,
     travel: f64,
@@ -99,7 +69,7 @@ struct Place {
 }
 
 impl<'a> Rig<'a> {
-    pub(super) fn new(p: &'a Physics, s: &Setup, element: Option<&'a RefCell<Driven>>) -> Rig<'a> {
+    pub(super) fn new(p: &'a Physics, s: &Setup, element: Option<&'a RefCell<Driven<'a>>>) -> Rig<'a> {
         let mut n = 2;
         let mut scale = [1.0; MAX];
         scale[0] = s.depth;
@@ -332,7 +302,8 @@ impl<'a> Rig<'a> {
     }
 }
 
-impl System for Rig<'_> {
+/// What `system` hands to the integrator.
+impl Rig<'_> {
     fn dimension(&self) -> usize {
         self.n
     }
@@ -392,7 +363,7 @@ impl System for Rig<'_> {
             dy[self.relax..self.relax + BRANCHES].copy_from_slice(&r);
         }
     }
-    fn events(&self, t: f64, y: &State, out: &mut [f64; EVENTS]) -> usize {
+    fn events(&self, t: f64, y: &State, out: &mut Events) -> usize {
         let (x, v) = self.face_at(t, y);
         out[0] = x;
         out[1] = v;

@@ -1,3 +1,4 @@
+use crate::integrate::Control;
 use crate::simulate::{simulate, Local, Setup};
 use mechanisms::physics::Physics;
 use record::Kind;
@@ -7,8 +8,10 @@ fn rig() -> (Physics, Setup, Local) {
     p.law.elastic.stiffness = 2e7;
     p.law.elastic.exponent = 1.5;
     p.law.hysteresis_damping.coefficient = 8e6;
-    let setup =
-        Setup { tolerance: 1e-9, ..Setup::drop_test((0..900).map(|i| i as f64 * 2e-5).collect(), 1e-3, 0.6, 5e-3) };
+    let setup = Setup {
+        control: Control::dense(1e-9),
+        ..Setup::drop_test((0..900).map(|i| i as f64 * 2e-5).collect(), 1e-3, 0.6, 5e-3)
+    };
     (p, setup, Local { start: 2e-3, speed: 0.6, stiffness: 0.0, offset: 0.0 })
 }
 

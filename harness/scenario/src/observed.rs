@@ -1,0 +1,142 @@
+//! A case's motion, with what a scenario integrates along with it and the photo interrupters it passes.
+
+use super::plan::Case;
+use super::rig::{Bodies, State as RowState};
+use anyhow::Result;
+use mechanisms::physics::Physics;
+use plant::integrate::{After, Crossing, Events, State, System, Taken, MAX};
+use plant::motion::{Motion, Outside, EVENTS, SURFACE};
+use plant::simulate::Setup;
+
+/// Events from this number on: the photo interrupters, from the top.
+pub(super) const INTERRUPTERS: usize = EVENTS;
+
+/// What is told apart of the forces that drive a case.
+pub(super) struct Shares {
+    guide: Physics,
+    holding: Physics,
+    setup: Setup,
+}
+
+impl Shares {
+    /// Guide friction alone and holding force alone, of what drives the case.
+    pub(super) fn new(case: &Case, all: &Physics) -> Shares {
+        let none = Physics { law: all.law, mass: all.mass, ..Physics::default() };
+        Shares {
+            guide: Physics { guide_friction: all.guide_friction, ..none },
+            holding: Physics { residual_magnetism: all.residual_magnetism, ..none },
+            setup: Setup { preload: 0.0, rate: 0.0, ..case.rig.setup() },
+        }
+    }
+}
+
+/// A case's motion, observed: beside it work on the contact, heat in guide and sensors, work against the holding force
+/// and impulse are integrated along, in this order; their error does not count.
+pub(super) struct Observed<'a> {
+    case: &'a Case,
+    /// The motion.
+    pub(super) motion: Motion<'a>,
+    guide: Option<Outside<'a>>,
+    holding: Option<Outside<'a>>,
+    /// Positions of the photo interrupters still looked for, m, from the top.
+    marks: Vec<f64>,
+}
+
+impl<'a> Observed<'a> {
+    pub(super) fn new(case: &'a Case, motion: Motion<'a>, shares: &'a Shares) -> Observed<'a> {
+        let marks = case.interrupters.map_or(Vec::new(), |p| {
+            (0..p.count).map(|j| -(p.last_to_touch + (p.count - 1 - j) as f64 * p.spacing)).collect()
+        });
+        Observed {
+            case,
+            motion,
+            guide: (shares.guide.guide_friction.coulomb != 0.0).then(|| Outside::new(&shares.guide, &shares.setup)),
+            holding: (shares.holding.residual_magnetism.force != 0.0)
+                .then(|| Outside::new(&shares.holding, &shares.setup)),
+            marks,
+        }
+    }
+
+    /// The state as a row has it.
+    pub(super) fn row(&self, y: &State) -> RowState {
+        let mut row = RowState::default();
+        let mut i = 0;
+        for (_, x, v) in self.motion.bodies(y).into_iter().flatten() {
+            (row[i], row[i + 1]) = (x, v);
+            i += 2;
+        }
+        let n = self.motion.dimension();
+        row[i..i + 4].copy_from_slice(&y[n..n + 4]);
+        row
+    }
+
+    /// Contact force at the rates of a state, N.
+    pub(super) fn force(&self, dy: &State) -> f64 {
+        dy[self.motion.dimension() + 3]
+    }
+
+    /// Power lost in the sensors' dampers, W.
+    fn damped(&self, y: &State) -> f64 {
+        let (Bodies::Three { accelerometer_spring: a, transducer: b, .. }, [Some(t), Some(m), Some(s)]) =
+            (&self.case.rig.bodies, self.motion.bodies(y))
+        else {
+            return 0.0;
+        };
+        b.damping * (m.2 - t.2).powi(2) + a.damping * (m.2 - s.2).powi(2)
+    }
+}
+
+impl System for Observed<'_> {
+    fn dimension(&self) -> usize {
+        self.motion.dimension() + 4
+    }
+
+    fn controlled(&self) -> usize {
+        self.motion.controlled()
+    }
+
+    fn rates(&self, t: f64, y: &State, dy: &mut State) -> Result<()> {
+        self.motion.rates(t, y, dy)?;
+        let n = self.motion.dimension();
+        let f = self.motion.force(t, y)?;
+        let heat = |o: &Outside<'_>| -o.force(t, y[0], y[1]) * y[1];
+        dy[n] = f * self.motion.face(y).1;
+        dy[n + 1] = self.guide.as_ref().map_or(0.0, heat) + self.damped(y);
+        dy[n + 2] = self.holding.as_ref().map_or(0.0, heat);
+        dy[n + 3] = f;
+        Ok(())
+    }
+
+    fn scale(&self) -> &State {
+        self.motion.scale()
+    }
+
+    fn events(&self, t: f64, y: &State, dy: Option<&State>, out: &mut Events) -> Result<usize> {
+        let n = self.motion.events(t, y, dy, out)?;
+        let x = self.motion.face(y).0;
+        for (g, mark) in out[n..].iter_mut().zip(&self.marks) {
+            *g = x - mark;
+        }
+        Ok(n + self.marks.len())
+    }
+
+    fn crossing(&self, i: usize) -> Crossing {
+        self.motion.crossing(i)
+    }
+
+    fn longest_step(&self, t: f64, y: &State, dy: &State) -> f64 {
+        self.motion.longest_step(t, y, dy)
+    }
+
+    fn accept(&mut self, taken: &Taken<'_>, y: &mut State) -> Result<After> {
+        let after = self.motion.accept(taken, y)?;
+        if taken.event == Some(SURFACE) {
+            // they time the first fall
+            self.marks.clear();
+        }
+        Ok(after)
+    }
+}
+
+/// Quadratures, their number included, fit beside any rig a scenario has.
+const _: () = assert!(6 + 4 <= MAX);
