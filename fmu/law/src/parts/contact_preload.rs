@@ -2,7 +2,8 @@
 
 use crate::elementary::{exp, exp_m1};
 use crate::part::{
-    parameters, searched, Form, Mechanism, Origin, Part, Quantity, Range, Scales, Strength, EVERY_EXPERIMENT, HELD,
+    parameters, searched, Form, Mechanism, Origin, Part, Quantity, Range, Scales, StartsFrom, Strength,
+    EVERY_EXPERIMENT, HELD,
 };
 
 parameters! {
@@ -44,6 +45,8 @@ impl Part for ContactPreload {
             ],
         }],
         collinear: &["return_spring", "guide_friction"],
+        strongly_nonlinear: false,
+        starts_from: StartsFrom::Forms,
         strength: Strength::Reading,
     };
 
