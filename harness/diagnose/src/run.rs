@@ -125,11 +125,12 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     };
     let base = converged_base(&prepared);
     if !base.fit.converged {
-        let reason =
-            format!(
+        let reason = format!(
             "the fit of the simulation as given has not converged in {} iterations (chi^2 {:.1} over {} samples), and \
              what has not converged looks like physics; check mass, speeds and units, or calibrate k and p first",
-            base.fit.iterations, base.chi2(), base.fit.samples
+            base.fit.iterations,
+            base.chi2(),
+            base.fit.samples
         );
         let before = held_out(&base);
         return Ok(unjudged(c, prepared.data, reason, Some(before)));

@@ -25,7 +25,7 @@ const SWAPS: usize = 2;
 /// Overdispersion from which a pair's two effects are swapped for better ones.
 const SWAPPED: f64 = 1.1;
 /// Overdispersion from which swaps are tried although no pair is believed yet.
-const FAR_FROM_NOISE: f64 = 2.0;
+const SWAPPED_UNBELIEVED: f64 = 2.0;
 
 /// How what is left of a pair is fitted.
 const SLOW: Options = Options { iterations: 60, tolerance: 1e-5, hopeless: 0.0, ceiling: f64::INFINITY };
@@ -96,7 +96,7 @@ impl Search {
         let pair = match (believed, pairs.first()) {
             (Some(p), _) if certain => Some(p),
             (Some(p), _) => Some(self.swapped(p, &mut found)),
-            (None, Some((p, against))) if scale.overdispersion > FAR_FROM_NOISE && !certain => {
+            (None, Some((p, against))) if scale.overdispersion > SWAPPED_UNBELIEVED && !certain => {
                 let led = Some(self.swapped(p.clone(), &mut found)).filter(|p| self.believed(p, against, &scale));
                 // far from noise whatever is added: once more, from more starts and in every form
                 led.or_else(|| {

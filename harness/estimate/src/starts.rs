@@ -225,7 +225,7 @@ impl Fitted {
         let start = problem.evaluate(from.theta.clone(), locals);
         let fit = problem.fit(start, &Options { iterations: 25, ..Options::default() });
         let locals = self.data.without_scatter(&from.locals);
-        fit.point.chi2.is_finite().then(|| Point { theta: fit.point.theta, locals, chi2: f64::INFINITY })
+        fit.point.chi2.is_finite().then_some(Point { theta: fit.point.theta, locals, chi2: f64::INFINITY })
     }
 
     /// (rise of ln F_ref, start) of a form of softening that follows the drift best, by a straight line of the

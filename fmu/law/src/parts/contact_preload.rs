@@ -45,6 +45,8 @@ impl Part for ContactPreload {
             ],
         }],
         collinear: &["return_spring", "guide_friction"],
+        strongly_nonlinear: false,
+        starts_from: StartsFrom::Forms,
         strength: Strength::Reading,
         strongly_nonlinear: false,
         starts_from: StartsFrom::Forms,
