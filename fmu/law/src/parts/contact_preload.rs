@@ -48,8 +48,6 @@ impl Part for ContactPreload {
         strongly_nonlinear: false,
         starts_from: StartsFrom::Forms,
         strength: Strength::Reading,
-        strongly_nonlinear: false,
-        starts_from: StartsFrom::Forms,
     };
 
     #[inline(always)]
