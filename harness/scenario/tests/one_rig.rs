@@ -19,10 +19,11 @@ fn scenario(text: &str) -> (Case, Outcome) {
     (c, o)
 }
 
-/// The recording of a scenario, sampled at the times of its rows and once more shortly after.
+/// The recording of a scenario, sampled at the times of its rows and once more long after, so that no step is cut short
+/// by its end.
 fn recording(o: &Outcome, p: &Physics, s: &Setup, speed: f64) -> Trace {
     let mut time: Vec<f64> = o.rows.iter().map(|r| r.time).collect();
-    time.push(time[time.len() - 1] * (1.0 + 1e-3));
+    time.push(time[time.len() - 1] + 0.1);
     let local = Local { start: 0.0, speed, stiffness: 0.0, offset: 0.0 };
     let t = recorded(p, &Setup { time, ..s.clone() }, &local);
     assert!(t.ok && o.rows.len() > 100, "{}", o.rows.len());
