@@ -7,7 +7,7 @@ use law::{part, parts, Parameters};
 pub const MODEL: &str = "HysteresisContact";
 /// Categories that are logged; the modelDescription lists the same.
 pub const LOG_CATEGORIES: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logContact"];
-/// Number of parameters: the law's and [`OWN`].
+/// Number of parameters: the law's and the element's own.
 pub const PARAMETERS: usize = parts::COUNT + OWN.len();
 
 /// What a variable is.

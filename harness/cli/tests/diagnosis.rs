@@ -2,7 +2,6 @@
 
 use diagnose::run::{diagnose, diagnose_with, Outcome, Settings};
 use plant::recipe::{write_campaign, Recipe};
-use record;
 use report::diagnosis::summary;
 
 fn outcome(recipe: &Recipe) -> Outcome {

@@ -8,7 +8,6 @@ use estimate::problem::Data;
 use host::{Fmu, FmuElement, Names};
 use hysteresis_contact::variables::{Settings, PARAMETER_TABLE};
 use law::Parameters;
-use pack;
 use plant::element::Element;
 use record::range;
 

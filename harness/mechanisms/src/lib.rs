@@ -1,7 +1,7 @@
 //! The vocabulary: every mechanism in a file of its own, with its equation, source and forms, and the part that it adds
 //! to the physics.
 //!
-//! A new mechanism is a file and its line in [`parts!`].
+//! A new mechanism is a file and its line in `parts!` below.
 
 pub mod catalogue;
 pub mod constants;

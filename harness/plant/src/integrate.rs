@@ -278,8 +278,8 @@ impl Stepper {
 
     /// Whether the end is reached.
     pub fn done(&self) -> bool {
-        // not past it, nor anywhere that is not a number
-        !((self.end - self.t) * self.dir > self.span * 1e-13)
+        let left = (self.end - self.t) * self.dir;
+        left.is_nan() || left <= self.span * 1e-13
     }
 
     /// Takes one step, to the first event in it if there is one, and calls `each` with it before it is accepted: the
@@ -340,7 +340,7 @@ impl Stepper {
             let grow = if err > 0.0 { (0.9 * err.powf(-0.2)).clamp(0.2, 4.0) } else { 4.0 };
             return if exact {
                 self.h = (h * grow).min(longest);
-                self.to_event(s, z, h, each)
+                self.end_on_event(s, z, h, each)
             } else {
                 let cut = self.on_polynomial(s, &z, each)?;
                 if let Some((event, theta, end)) = cut {
@@ -394,7 +394,7 @@ impl Stepper {
     }
 
     /// Ends the step of `h` to `z` on the first event in it, and accepts it.
-    fn to_event<S: System>(
+    fn end_on_event<S: System>(
         &mut self,
         s: &mut S,
         mut z: State,

@@ -4,7 +4,6 @@ use super::contact::{named, Variables};
 use super::plan::Case;
 use anyhow::{Context, Result};
 use host::{Causality, Direct, Element, Fmu, FmuElement, Kind, Names, Start};
-use pack;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 

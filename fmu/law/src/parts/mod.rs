@@ -1,5 +1,5 @@
 //! The parts of the contact law, a file each, and the law they make up. A part that only adds a force is a file here, its
-//! `mod` and its line in [`contact_mechanisms`].
+//! `mod` and its line in [`contact_mechanisms`](crate::contact_mechanisms).
 
 mod adhesion;
 mod contact_preload;

@@ -17,7 +17,6 @@ pub use scenario::{drop_test, DropTest};
 
 use anyhow::{bail, Context, Result};
 use host::{Fmu, Instance};
-use pack;
 use std::hint::black_box;
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -3,7 +3,6 @@
 use anyhow::{Context, Result};
 use host::Fmu;
 use plant::recipe::{write_campaign, Recipe};
-use record;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use touchdown::bench::calls::{against_direct, Ask};

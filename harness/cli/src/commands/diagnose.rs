@@ -2,7 +2,6 @@
 
 use anyhow::{anyhow, Context, Result};
 use diagnose::run::{self as diagnosis, Failure, Settings};
-use record;
 use report::diagnosis as answer;
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -6,7 +6,6 @@ use estimate::course::estimate;
 use estimate::levels::{levels, readings};
 use estimate::prepare::Prepared;
 use estimate::Watch;
-use record;
 use report::fit::Answer;
 use std::path::PathBuf;
 use std::process::ExitCode;

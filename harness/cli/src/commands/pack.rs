@@ -1,7 +1,6 @@
 //! `touchdown pack`.
 
 use anyhow::{Context, Result};
-use pack;
 use std::path::PathBuf;
 use std::process::ExitCode;
 

@@ -2,7 +2,6 @@
 
 use host::{Coupling, Direct, Element, Fmu, FmuElement, Instance, Names, Status};
 use law::Parameters;
-use pack;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::OnceLock;
