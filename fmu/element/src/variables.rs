@@ -84,7 +84,7 @@ pub struct Settings {
     pub lookahead: f64,
     /// Time by which it is evaluated ahead on top of that, s, -1e6 to 1e6: for masters that vary their step.
     pub lookahead_time: f64,
-    /// Mass that recommended_step is told for, kg, > 0.
+    /// Mass that recommended_step is given for, kg, > 0.
     pub effective_mass: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What a part of the contact law declares about itself: its parameters, what a reader is told of it, and how a fit
+//! What a part of the contact law declares about itself: its parameters, what a reader has to know of it, and how a fit
 //! searches it. All of it is static data; FMU variables, model description, scenario keys and diagnosis follow from it.
 
 use crate::{Memory, ParameterError, Parameters};

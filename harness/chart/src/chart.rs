@@ -63,7 +63,7 @@ impl Chart {
         }
     }
 
-    /// Width and height in pixels (620 by 330 unless told).
+    /// Width and height in pixels (620 by 330 unless given).
     pub fn size(mut self, width: u32, height: u32) -> Chart {
         self.size = (width.max(120), height.max(80));
         self

@@ -212,11 +212,11 @@ fn the_papers_contactor_comes_out_and_the_printed_unit_does_not() {
 fn readme_shows_the_table_the_command_prints() {
     let dir = tempfile::tempdir().unwrap();
     let o = run(dir.path(), &example("contactor_paper"), &[]);
-    let told = String::from_utf8_lossy(&o.stdout).into_owned();
-    let table: Vec<&str> = told.lines().filter(|l| l.starts_with('|')).collect();
-    assert_eq!(table.len(), 5, "{told}");
+    let printed = String::from_utf8_lossy(&o.stdout).into_owned();
+    let table: Vec<&str> = printed.lines().filter(|l| l.starts_with('|')).collect();
+    assert_eq!(table.len(), 5, "{printed}");
     let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md")).unwrap();
-    assert!(readme.contains(&table.join("\n")), "{told}");
+    assert!(readme.contains(&table.join("\n")), "{printed}");
 }
 
 #[test]
@@ -365,12 +365,12 @@ fn an_interrupted_run_keeps_its_rows() {
     let (piped, null) = (std::process::Stdio::piped(), std::process::Stdio::null());
     let mut child = command(dir.path(), &text, &["--direct"]).stderr(piped).stdout(null).spawn().unwrap();
     // the first line of progress says that it has begun and will last
-    let mut told = BufReader::new(child.stderr.take().unwrap());
+    let mut printed = BufReader::new(child.stderr.take().unwrap());
     let mut line = String::new();
-    told.read_line(&mut line).unwrap();
+    printed.read_line(&mut line).unwrap();
     assert!(line.contains("0 of 1"), "{line}");
     Command::new("kill").arg("-INT").arg(child.id().to_string()).status().unwrap();
-    std::io::copy(&mut told, &mut std::io::sink()).unwrap();
+    std::io::copy(&mut printed, &mut std::io::sink()).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let json = std::fs::read_to_string(dir.path().join("out/summary.json")).unwrap();
     let v: Value = serde_json::from_str(&json).unwrap();

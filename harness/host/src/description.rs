@@ -95,13 +95,13 @@ pub struct Variable {
     pub name: String,
     /// Handle for the C functions; aliases share one.
     pub value_reference: u32,
-    /// Causality; local where not told.
+    /// Causality; local where not given.
     pub causality: Causality,
-    /// Variability; continuous where not told.
+    /// Variability; continuous where not given.
     pub variability: Variability,
     /// Type.
     pub kind: Kind,
-    /// Start value, where told.
+    /// Start value, where given.
     pub start: Option<Start>,
     /// Name of the unit, its own or its type's.
     pub unit: Option<String>,
@@ -120,7 +120,7 @@ pub struct Unit {
     pub offset: f64,
 }
 
-/// Attributes of the CoSimulation element; false and 0 where not told.
+/// Attributes of the CoSimulation element; false and 0 where not given.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Capabilities {
     /// Name of the binary.
@@ -150,7 +150,7 @@ pub struct Capabilities {
 #[derive(Clone, Debug, PartialEq)]
 struct Output {
     variable: usize,
-    /// Indices of what it depends on; None: not told.
+    /// Indices of what it depends on; None: not given.
     dependencies: Option<Vec<usize>>,
 }
 
@@ -177,7 +177,7 @@ pub struct Description {
     pub log_categories: Vec<String>,
     /// Preferred step of the default experiment, s.
     pub step_size: Option<f64>,
-    /// Units by name, those that are told by their base units.
+    /// Units by name, those that are given by their base units.
     pub units: HashMap<String, Unit>,
     by_name: HashMap<String, usize>,
     outputs: Vec<Output>,

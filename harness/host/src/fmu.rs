@@ -36,7 +36,7 @@ impl std::fmt::Debug for Fmu {
 }
 
 /// The text a function without arguments hands out.
-fn told(f: &Result<unsafe extern "C" fn() -> *const c_char, impl std::fmt::Display>) -> Option<String> {
+fn answer(f: &Result<unsafe extern "C" fn() -> *const c_char, impl std::fmt::Display>) -> Option<String> {
     let f = f.as_ref().ok()?;
     // SAFETY: FMI 2.0 section 2.1.4: a terminated string, callable at any time
     let s = unsafe { f() };
@@ -70,10 +70,10 @@ impl Fmu {
         // SAFETY: loading runs the binary's initializers; whoever opens an FMU trusts it to run in this process
         let binding = unsafe { Fmi2Binding::new(&library) }
             .map_err(|e| format!("its binary does not load: {}; export it again for this platform", with_cause(&e)))?;
-        if let Some(version) = told(&binding.fmi2GetVersion).filter(|v| v != "2.0" && !v.starts_with("2.0.")) {
+        if let Some(version) = answer(&binding.fmi2GetVersion).filter(|v| v != "2.0" && !v.starts_with("2.0.")) {
             return Err(format!("its description says FMI 2.0 and its binary FMI {version}; export it again"));
         }
-        if let Some(types) = told(&binding.fmi2GetTypesPlatform).filter(|t| t != "default") {
+        if let Some(types) = answer(&binding.fmi2GetTypesPlatform).filter(|t| t != "default") {
             return Err(format!(
                 "its binary is built for the types of platform {types}, this host has the default ones"
             ));

@@ -89,8 +89,8 @@ impl FmuElement {
     /// refuses; where neither coupling is possible, then [`FmuElement::held`] is.
     pub fn new(fmu: &Fmu, parameters: &[(String, f64)], names: &Names) -> Result<FmuElement> {
         let mut e = FmuElement::build(fmu, parameters, names, Coupling::Direct)?;
-        let told = fmu.description().feedthrough(&names.force, &names.penetration);
-        if told != Some(false) && e.follows_at_once() {
+        let declared = fmu.description().feedthrough(&names.force, &names.penetration);
+        if declared != Some(false) && e.follows_at_once() {
             // what was tried out is thrown away
             drop(e);
             return FmuElement::build(fmu, parameters, names, Coupling::Direct);
@@ -327,14 +327,14 @@ impl Element for FmuElement {
 
     fn derivatives(&mut self, x: f64, v: f64) -> Result<(f64, f64)> {
         self.ready(x, v)?;
-        let told = self.instance.fmu().capabilities().provides_directional_derivative;
+        let declared = self.instance.fmu().capabilities().provides_directional_derivative;
         match self.coupling {
             Coupling::Held { .. } => Ok((0.0, 0.0)),
-            Coupling::Direct if told => {
+            Coupling::Direct if declared => {
                 self.set(x, v)?;
                 self.told_derivatives()
             }
-            Coupling::Trial { step } if told => {
+            Coupling::Trial { step } if declared => {
                 self.set(x, v)?;
                 self.instance.do_step(self.time, step)?;
                 let d = self.told_derivatives()?;

@@ -17,7 +17,7 @@ pub struct Recipe {
     pub noise: [f64; 3],
     /// Seed of noise, offsets and speeds.
     pub seed: u64,
-    /// Whether the speeds told are those at touch, as the format has it; else those at the first sample.
+    /// Whether the speeds given are those at touch, as the format has it; else those at the first sample.
     pub speed_at_touch: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Photo interrupters above the stop, and the impact speed told by the times a flag passes three of them.
+//! Photo interrupters above the stop, and the impact speed given by the times a flag passes three of them.
 
 use serde::Serialize;
 

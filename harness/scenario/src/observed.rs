@@ -11,7 +11,7 @@ use plant::simulate::Setup;
 /// Events from this number on: the photo interrupters, from the top.
 pub(super) const INTERRUPTERS: usize = EVENTS;
 
-/// What is told apart of the forces that drive a case.
+/// The shares of the forces that drive a case.
 pub(super) struct Shares {
     guide: Physics,
     holding: Physics,

@@ -252,15 +252,15 @@ impl<'a> Run<'a> {
         let rig = &self.case.rig;
         let at = rig.places();
         let (kinetic, potential) = (rig.kinetic(row), rig.potential(self.gravity, row) + rig.in_sensors(row));
-        let told = self.contact.energies()?;
-        let (stored, dissipated) = told.unwrap_or((f64::NAN, f64::NAN));
+        let reported = self.contact.energies()?;
+        let (stored, dissipated) = reported.unwrap_or((f64::NAN, f64::NAN));
         let rest = kinetic + potential + row[at.heat] + row[at.holding] + self.dropped;
         let now = [rest + stored + dissipated, rest + row[at.work]];
         let then = *self.first.get_or_insert(now);
         let b = &mut self.o.balance;
         b.scale = b.scale.max(kinetic).max(row[at.work].abs());
         // absolute until the end, where the scale is known
-        b.residual = told.map(|_| b.residual.unwrap_or(0.0).max((now[0] - then[0]).abs()));
+        b.residual = reported.map(|_| b.residual.unwrap_or(0.0).max((now[0] - then[0]).abs()));
         b.residual_of_motion = b.residual_of_motion.max((now[1] - then[1]).abs());
         (b.heat_outside_contact, b.work_against_holding) = (row[at.heat], row[at.holding]);
         self.o.rows.push(Row { time: t, state: *row, force, stored, dissipated, kinetic, potential });

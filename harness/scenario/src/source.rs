@@ -88,7 +88,7 @@ fn other(fmu: &Fmu, path: &Path, case: &mut Case) -> Result<(Box<dyn Element>, S
         }
     }
     passed.extend(case.parameters.iter().cloned());
-    let told = |name: &str| match d.variable(name).filter(|v| v.kind == Kind::Real).and_then(|v| v.start.clone()) {
+    let start = |name: &str| match d.variable(name).filter(|v| v.kind == Kind::Real).and_then(|v| v.start.clone()) {
         Some(Start::Real(x)) if x.is_finite() && x > 0.0 => Some(x),
         _ => None,
     };
@@ -96,7 +96,7 @@ fn other(fmu: &Fmu, path: &Path, case: &mut Case) -> Result<(Box<dyn Element>, S
     {
         let set = case.parameters.iter().find(|(n, _)| n == name).map(|p| p.1);
         if case.given.iter().all(|(n, _)| n != name) {
-            *place = set.or(told(name)).unwrap_or(*place);
+            *place = set.or(start(name)).unwrap_or(*place);
         }
     }
     case.fmu = Some(path.to_path_buf());

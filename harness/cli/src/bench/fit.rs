@@ -257,12 +257,12 @@ mod tests {
         let mut w = vec![0.0; e.len()];
         noise.whiten(&e, &mut w);
         for i in 0..e.len() {
-            let told: f64 = if i < ORDER {
+            let predicted: f64 = if i < ORDER {
                 head[i].iter().zip(&e).map(|(a, b)| a * b).sum()
             } else {
                 taps.iter().enumerate().map(|(k, a)| a * e[i - k]).sum()
             };
-            assert!((told - w[i]).abs() < 1e-9 * w[i].abs().max(1.0), "sample {i}: {told} and {}", w[i]);
+            assert!((predicted - w[i]).abs() < 1e-9 * w[i].abs().max(1.0), "sample {i}: {predicted} and {}", w[i]);
         }
     }
 

@@ -233,7 +233,7 @@ pub fn parameters(exponent: f64) -> [(&'static str, f64); 3] {
     [("stiffness", 1e8), ("exponent", exponent), ("hysteresis_damping", 3e7)]
 }
 
-/// Our step beside an empty FMU's, ns, `rounds` times in turn; `told` hears after each.
+/// Our step beside an empty FMU's, ns, `rounds` times in turn; `done` is called after each.
 ///
 /// # Errors
 /// Where an FMU refuses.
@@ -244,7 +244,7 @@ pub fn against_empty(
     inputs: Inputs,
     rounds: usize,
     steps: usize,
-    mut told: impl FnMut(),
+    mut done: impl FnMut(),
 ) -> Result<Pair> {
     let mut ours = Walker::new(ours, &parameters(exponent))?;
     let mut empty = Walker::new(empty, &[])?;
@@ -253,7 +253,7 @@ pub fn against_empty(
     let mut pair = Pair::default();
     for _ in 0..rounds {
         pair.rounds.push((ours.walk(steps, inputs)?, empty.walk(steps, inputs)?));
-        told();
+        done();
     }
     Ok(pair)
 }
@@ -263,7 +263,7 @@ pub fn against_empty(
 ///
 /// # Errors
 /// Where an FMU or Python refuses.
-pub fn against_fmpy(ours: &Fmu, python: &mut Python, rounds: usize, mut told: impl FnMut()) -> Result<(Pair, Pair)> {
+pub fn against_fmpy(ours: &Fmu, python: &mut Python, rounds: usize, mut done: impl FnMut()) -> Result<(Pair, Pair)> {
     const OURS: usize = 200_000;
     const THEIRS: usize = 5_000;
     let mut walker = Walker::new(ours, &parameters(1.5))?;
@@ -272,7 +272,7 @@ pub fn against_fmpy(ours: &Fmu, python: &mut Python, rounds: usize, mut told: im
         let ns = walker.walk(OURS, Inputs::Moving)?;
         looped.rounds.push((ns, python.ask(&format!("loop {THEIRS}"))?[0] * 1e9));
         simulated.rounds.push((ns, python.ask(&format!("simulate {THEIRS}"))?[0] * 1e9));
-        told();
+        done();
     }
     Ok((looped, simulated))
 }

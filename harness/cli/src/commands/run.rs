@@ -98,13 +98,13 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         let path = a.out.join(name);
         output::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))?;
     }
-    let mut told = report::run::lines(&done, &summary);
-    told.push(format!("pictures: {}", a.out.join("report.html").display()));
+    let mut lines = report::run::lines(&done, &summary);
+    lines.push(format!("pictures: {}", a.out.join("report.html").display()));
     if cut {
-        told.push(format!("interrupted: {} of {} runs, the last one as far as it came", done.len(), cases.len()));
+        lines.push(format!("interrupted: {} of {} runs, the last one as far as it came", done.len(), cases.len()));
     }
-    told.push(String::new());
+    lines.push(String::new());
     // who stops listening, as `| head` does, has heard enough
-    let _ = std::io::stdout().write_all(told.join("\n").as_bytes());
+    let _ = std::io::stdout().write_all(lines.join("\n").as_bytes());
     Ok(if cut { ExitCode::from(INTERRUPTED_CODE) } else { ExitCode::SUCCESS })
 }

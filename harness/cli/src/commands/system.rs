@@ -66,7 +66,7 @@ pub fn run(path: &Path, out: &Path, parquet: bool) -> Result<ExitCode> {
         "macro_steps_taken_back": done.rejected,
         "do_step_calls": done.slave_steps,
         "touches": done.touches,
-        "energy_made_up": done.made_up,
+        "energy_made_up": done.created,
         "notes": b.notes,
     });
     let file = out.join("summary.json");
@@ -84,8 +84,8 @@ pub fn run(path: &Path, out: &Path, parquet: bool) -> Result<ExitCode> {
     if !done.touches.is_empty() {
         println!("touches located: {}", done.touches.len());
     }
-    for (bond, e) in s.bond.iter().zip(&done.made_up) {
-        println!("energy made up by the coupling at {}: {e:.6e} J", bond.force.get_ref());
+    for (bond, e) in s.bond.iter().zip(&done.created) {
+        println!("energy created by the coupling at {}: {e:.6e} J", bond.force.get_ref());
     }
     println!("results: {}", out.join(name).display());
     if done.interrupted {

@@ -25,7 +25,7 @@ pub struct Errors {
     /// Energy of the rebound, of the energy of the impact.
     pub energy: f64,
     /// Energy the FMU tells to have dissipated, of the energy of the impact.
-    pub told: f64,
+    pub reported: f64,
     /// Macro-steps in contact, tried ones included.
     pub steps: f64,
     /// Calls of fmi2DoStep in contact and shortly before, both FMUs.
@@ -40,7 +40,7 @@ impl Errors {
             restitution: most(self.restitution, o.restitution),
             peak: most(self.peak, o.peak),
             energy: most(self.energy, o.energy),
-            told: most(self.told, o.told),
+            reported: most(self.reported, o.reported),
             steps: self.steps + share * o.steps,
             calls: self.calls + share * o.calls,
         }
@@ -212,7 +212,7 @@ impl Pair {
             restitution: -rebound / c.speed / exact.restitution - 1.0,
             peak: peak(&samples) / exact.peak_force - 1.0,
             energy: 0.5 * c.mass * rebound * rebound / impact_energy - exact.restitution.powi(2),
-            told: (dissipated - exact.energy_lost) / impact_energy,
+            reported: (dissipated - exact.energy_lost) / impact_energy,
             steps: (steps - first_step) as f64 + tried,
             calls: (calls - first_call) as f64,
         })
@@ -226,7 +226,7 @@ impl Pair {
             for i in 0..PHASES {
                 let phase = (i as f64 + 0.5) / PHASES as f64;
                 let failed =
-                    Errors { restitution: 1.0, peak: 1.0, energy: 1.0, told: 1.0, steps: fineness, calls: 0.0 };
+                    Errors { restitution: 1.0, peak: 1.0, energy: 1.0, reported: 1.0, steps: fineness, calls: 0.0 };
                 all = all.worse(self.errors(s, c, fineness, phase).unwrap_or(failed), 1.0 / total);
             }
         }

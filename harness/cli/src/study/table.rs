@@ -64,12 +64,12 @@ impl Study {
     /// Every figure, a row a master and fineness.
     pub fn csv(&self) -> String {
         let mut o = String::from(
-            "master,macro-steps a contact or tolerance,restitution,peak force,energy,dissipated energy told,\
+            "master,macro-steps a contact or tolerance,restitution,peak force,energy,dissipated energy reported,\
              steps in contact,calls of fmi2DoStep\n",
         );
         for r in &self.rows {
             for (f, e) in r.fineness.iter().zip(&r.errors) {
-                let n = [*f, e.restitution, e.peak, e.energy, e.told, e.steps, e.calls];
+                let n = [*f, e.restitution, e.peak, e.energy, e.reported, e.steps, e.calls];
                 o += &format!("\"{}\",{}\n", r.master, n.map(|v| format!("{v:e}")).join(","));
             }
         }

@@ -44,10 +44,11 @@ fn a_description_with_unknown_attributes_is_read() {
 
 #[test]
 fn no_list_of_dependencies_is_not_an_empty_one() {
-    let told = |output| spring::open(&spring::description("", output)).description().feedthrough("push", "depth");
-    assert_eq!(told(""), None);
-    assert_eq!(told(r#"dependencies="""#), Some(false));
-    assert_eq!(told(r#"dependencies="1""#), Some(true));
+    let feedthrough =
+        |output| spring::open(&spring::description("", output)).description().feedthrough("push", "depth");
+    assert_eq!(feedthrough(""), None);
+    assert_eq!(feedthrough(r#"dependencies="""#), Some(false));
+    assert_eq!(feedthrough(r#"dependencies="1""#), Some(true));
 }
 
 #[test]

@@ -32,8 +32,8 @@ pub struct Moment<'a> {
     pub step: f64,
     /// Whether it is a touch.
     pub touch: bool,
-    /// Energy that each bond's coupling has made up so far, J: work told less work felt.
-    pub made_up: &'a [f64],
+    /// Energy that each bond's coupling has created so far, J: work reported less work felt.
+    pub created: &'a [f64],
     /// Macro-steps so far.
     pub steps: u64,
 }
@@ -49,8 +49,8 @@ pub struct Outcome {
     pub rejected: u64,
     /// Times of the touches, s.
     pub touches: Vec<f64>,
-    /// Energy that each bond's coupling made up, J.
-    pub made_up: Vec<f64>,
+    /// Energy that each bond's coupling created, J.
+    pub created: Vec<f64>,
     /// Calls of fmi2DoStep, of all slaves, tried steps included.
     pub slave_steps: u64,
     /// Whether the run was ended before its time.
@@ -61,7 +61,7 @@ struct Driver<'a> {
     network: &'a mut Network,
     options: &'a Options,
     scale: Vec<f64>,
-    /// (told, felt) of each bond at the last accepted point.
+    /// (reported, felt) of each bond at the last accepted point.
     bonds: Vec<(f64, f64)>,
     out: Outcome,
 }
@@ -82,10 +82,10 @@ pub fn run(
     let scale = y.iter().map(|v| v.abs()).collect();
     let done = network.work.steps;
     let mut d = Driver { network, options, scale, bonds: Vec::new(), out: Outcome::default() };
-    d.out.made_up = vec![0.0; options.bonds.len()];
+    d.out.created = vec![0.0; options.bonds.len()];
     for i in 0..options.bonds.len() {
-        let told = d.told(i)?;
-        d.bonds.push(told);
+        let reported = d.reported(i)?;
+        d.bonds.push(reported);
     }
     let p = Point::start(options.start, y);
     d.out.time = p.time;
@@ -127,7 +127,7 @@ type Each<'a> = dyn FnMut(&mut Network, &Moment) -> Result<bool> + 'a;
 impl Driver<'_> {
     fn hand_on(&mut self, p: &Point, touch: bool, each: &mut Each) -> Result<bool> {
         let m =
-            Moment { time: p.time, y: &p.y, step: p.step, touch, made_up: &self.out.made_up, steps: self.out.steps };
+            Moment { time: p.time, y: &p.y, step: p.step, touch, created: &self.out.created, steps: self.out.steps };
         each(self.network, &m)
     }
 
@@ -216,44 +216,45 @@ impl Driver<'_> {
         for (s, v) in self.scale.iter_mut().zip(&q.y) {
             *s = s.max(v.abs());
         }
-        for (i, (made, told)) in self.made_up(p, q)?.into_iter().enumerate() {
-            self.out.made_up[i] += made;
-            self.bonds[i] = told;
+        for (i, (made, reported)) in self.created(p, q)?.into_iter().enumerate() {
+            self.out.created[i] += made;
+            self.bonds[i] = reported;
         }
         Ok(())
     }
 
-    /// What each bond's coupling makes up on the step from `p` to `q`, where the network is, J; and what is told there.
-    fn made_up(&mut self, p: &Point, q: &Point) -> Result<Vec<(f64, (f64, f64))>> {
+    /// What each bond's coupling creates on the step from `p` to `q`, where the network is, J; and what is reported there.
+    fn created(&mut self, p: &Point, q: &Point) -> Result<Vec<(f64, (f64, f64))>> {
         let mut all = Vec::new();
         for i in 0..self.options.bonds.len() {
-            let (told, felt) = self.told(i)?;
-            let (told_before, felt_before) = self.bonds[i];
+            let (reported, felt) = self.reported(i)?;
+            let (reported_before, felt_before) = self.bonds[i];
             let b = &self.options.bonds[i];
             let mean = |a: f64, b: f64| 0.5 * (a + b) * q.step;
             let (f, v) = (b.force, b.velocity);
-            let taken = if b.energy.is_empty() { mean(p.y[f] * p.y[v], q.y[f] * q.y[v]) } else { told - told_before };
+            let taken =
+                if b.energy.is_empty() { mean(p.y[f] * p.y[v], q.y[f] * q.y[v]) } else { reported - reported_before };
             let given = match b.work {
                 Some(_) => felt - felt_before,
                 None => q.before[f] * mean(p.y[v], q.y[v]),
             };
-            all.push((taken - given, (told, felt)));
+            all.push((taken - given, (reported, felt)));
         }
         Ok(all)
     }
 
-    /// (energy told, work felt) of a bond by the slaves themselves, J; 0 where they do not tell.
-    fn told(&mut self, bond: usize) -> Result<(f64, f64)> {
+    /// (energy reported, work felt) of a bond by the slaves themselves, J; 0 where they do not report it.
+    fn reported(&mut self, bond: usize) -> Result<(f64, f64)> {
         let b = &self.options.bonds[bond];
-        let mut told = 0.0;
+        let mut reported = 0.0;
         for (part, reference) in &b.energy {
-            told += self.network.parts[*part].slave.read(crate::Kind::Real, *reference)?;
+            reported += self.network.parts[*part].slave.read(crate::Kind::Real, *reference)?;
         }
         let felt = match b.work {
             Some((part, reference)) => self.network.parts[part].slave.read(crate::Kind::Real, reference)?,
             None => 0.0,
         };
-        Ok((told, felt))
+        Ok((reported, felt))
     }
 
     /// Goes from `p`, whose state is in the start slot, over the first touch before `q`. The point after it, and
@@ -426,14 +427,14 @@ impl Driver<'_> {
         (SAFETY * error.max(1e-10).powf(-1.0 / (self.options.order() + 1.0))).clamp(LEAST_CHANGE, LARGEST_CHANGE)
     }
 
-    /// A step from `p` to `to` s, and what the bonds make up on it in units of the tolerance.
+    /// A step from `p` to `to` s, and what the bonds create on it in units of the tolerance.
     fn weighed(&mut self, p: &Point, to: f64, tolerance: f64, floor: f64) -> Result<(Option<Point>, Option<f64>)> {
         let Some(q) = self.try_step(p, to)? else { return Ok((None, None)) };
-        let all = self.made_up(p, &q)?;
+        let all = self.created(p, &q)?;
         let residual: f64 = all.iter().map(|(e, _)| e.abs()).sum();
         let mut energy = floor;
-        for (told, felt) in all.iter().map(|(_, told)| told).chain(&self.bonds) {
-            energy = energy.max(told.abs()).max(felt.abs());
+        for (reported, felt) in all.iter().map(|(_, reported)| reported).chain(&self.bonds) {
+            energy = energy.max(reported.abs()).max(felt.abs());
         }
         let error = residual / (tolerance * energy).max(f64::MIN_POSITIVE);
         Ok((Some(q), Some(error)))

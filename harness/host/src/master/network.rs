@@ -91,8 +91,8 @@ pub struct Network {
     pub(super) torn: Vec<usize>,
     /// Whether such an output feeds through to another at once.
     pub(super) reread: bool,
-    /// Highest order of input derivatives each part was ever told: from then on it is told them at every step.
-    pub(super) told: Vec<usize>,
+    /// Highest order of input derivatives each part was ever given: from then on it gets them at every step.
+    pub(super) derivative_orders: Vec<usize>,
 }
 
 /// Strongly connected components in reverse topological order of `next` (Tarjan 1972), without recursion's depth
@@ -198,9 +198,10 @@ impl Network {
         for (n, k) in order.iter().enumerate() {
             place[*k] = n;
         }
-        let told = vec![0; parts.len()];
+        let derivative_orders = vec![0; parts.len()];
         let work = Work::default();
-        let mut n = Network { parts, work, first, owner, order, place, groups, torn: vec![], reread: false, told };
+        let mut n =
+            Network { parts, work, first, owner, order, place, groups, torn: vec![], reread: false, derivative_orders };
         n.tear();
         Ok(n)
     }

@@ -7,7 +7,7 @@ pub enum Method {
     GaussSeidel,
     /// All from the values of the last communication point.
     Jacobi,
-    /// One Newton correction of what runs against the order, by directional derivatives where they are told and by
+    /// One Newton correction of what runs against the order, by directional derivatives where they are provided and by
     /// a tried step where not (Schweizer and Lu 2014, linearly implicit predictor-corrector).
     Implicit,
     /// Steps repeated from the saved state until what runs against the order agrees (Anderson 1965 accelerates).
@@ -38,7 +38,7 @@ pub enum Shape {
 /// How the step is chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Adapt {
-    /// By the energy that the power bonds make up, PI-controlled (ECCO: Sadjina, Kyllingstad,
+    /// By the energy that the power bonds create, PI-controlled (ECCO: Sadjina, Kyllingstad,
     /// Skjong and Pedersen 2017, Engineering with Computers 33, 607). Steps far
     /// beyond the tolerance are taken back where every slave can. Tolerance: share of the energy so far, a step.
     Energy {

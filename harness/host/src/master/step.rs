@@ -26,7 +26,7 @@ impl Point {
     }
 }
 
-/// What a slave is told of one input over a step: value and derivatives 1 to 3 at its start, value at its end.
+/// What a slave is given of one input over a step: value and derivatives 1 to 3 at its start, value at its end.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Course {
     pub start: f64,
@@ -71,15 +71,15 @@ impl Network {
         if !references.is_empty() {
             let moving = courses.iter().any(|c| c.derivatives.iter().any(|&d| d != 0.0));
             let highest = (0..orders).rev().find(|&n| courses.iter().any(|c| c.derivatives[n] != 0.0));
-            self.told[k] = self.told[k].max(highest.map_or(0, |n| n + 1));
-            if orders > 0 && (moving || self.told[k] > 0) {
+            self.derivative_orders[k] = self.derivative_orders[k].max(highest.map_or(0, |n| n + 1));
+            if orders > 0 && (moving || self.derivative_orders[k] > 0) {
                 let starts: Vec<f64> = courses.iter().map(|c| c.start).collect();
                 p.slave.set(&references, &starts)?;
                 let mut rates = (Vec::new(), Vec::new(), Vec::new());
                 for (r, c) in references.iter().zip(courses) {
                     for n in 0..orders {
                         // an order that always was zero need not be set
-                        if n < self.told[k].max(1) {
+                        if n < self.derivative_orders[k].max(1) {
                             rates.0.push(*r);
                             rates.1.push(n as i32 + 1);
                             rates.2.push(c.derivatives[n]);
@@ -147,7 +147,7 @@ impl Network {
         Ok(y)
     }
 
-    /// Derivatives of all outputs at a point: told where they are told, else the difference over the last step.
+    /// Derivatives of all outputs at a point: as reported where they are, else the difference over the last step.
     pub(super) fn rates(&mut self, p: &Point) -> Result<Vec<f64>> {
         let mut rates: Vec<f64> = if p.step > 0.0 {
             p.y.iter().zip(&p.before).map(|(a, b)| (a - b) / p.step).collect()
@@ -173,7 +173,7 @@ impl Network {
             let references: Vec<u32> = p.inputs.iter().map(|i| i.reference).collect();
             let slopes: Vec<f64> = p.inputs.iter().map(|i| i.feed.factor * rates[i.feed.source]).collect();
             p.slave.set_rates(&references, &vec![1; references.len()], &slopes)?;
-            self.told[k] = self.told[k].max(1);
+            self.derivative_orders[k] = self.derivative_orders[k].max(1);
         }
         for (i, o) in p.outputs.iter().enumerate() {
             let mut value = [0.0];

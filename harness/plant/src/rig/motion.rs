@@ -34,7 +34,7 @@ pub const SPRUNG_TURN: usize = 10;
 /// Number of event functions; events of the rig's other parts stand between [`TURN`] and [`FORCE_RATE`].
 pub const EVENTS: usize = 11;
 
-/// Pieces in which a step in contact is told to the element: its energies take position and velocity as straight
+/// Pieces in which a step in contact is handed to the element: its energies take position and velocity as straight
 /// lines between the ends of a piece.
 const PIECES: usize = 8;
 /// Share of the impact's momentum by which an unforeseen change of the element's memory may be wrong, a step.
