@@ -111,6 +111,8 @@ EXACT = {
     ("cyclic_softening", "logarithmic"): {"softening_share_per_decade": lambda e, b, s: 0.5 * s},
     ("hysteresis_damping", "hunt-crossley"): {"damping_ratio/reference_speed": lambda e, b, s: e["mu"] / b["k"]},
     ("sensor_resonance", "second-order"): {"transducer_frequency": lambda e, b, s: 2 * math.pi * e["resonance"][0]},
+    ("contact_preload", "ramp"): {"contact_preload": lambda e, b, s: e["pre_f"]},
+    ("contact_preload", "tanh"): {"contact_preload": lambda e, b, s: e["pre_f"]},
     ("cyclic_hardening", "exponential"): {"hardening_share": lambda e, b, s: 1.2 * s},
     ("cyclic_hardening", "logarithmic"): {"hardening_share_per_decade": lambda e, b, s: 1.2 * s},
     ("attached_mass", "linear"): {"attached_mass": lambda e, b, s: e["am"], "attached_stiffness": lambda e, b, s: e["am_k"]},
