@@ -13,6 +13,7 @@ pub mod noise;
 pub mod recipe;
 mod rig;
 pub mod roots;
+pub mod setup;
 pub mod simulate;
 pub mod tableau;
 

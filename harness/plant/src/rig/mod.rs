@@ -10,8 +10,8 @@ mod system;
 #[cfg(test)]
 mod tests;
 
-use super::simulate::Setup;
 use crate::integrate::{Events, State, MAX};
+use crate::setup::Setup;
 pub(super) use driven::Driven;
 use law::{Memory, BRANCHES};
 use mechanisms::part::Motion;

@@ -8,7 +8,7 @@ use super::riders::Riding;
 use super::{Driven, Rig};
 use crate::element::Element;
 use crate::integrate::{After, Crossing, Events, State, System, Taken, MAX};
-use crate::simulate::Setup;
+use crate::setup::Setup;
 use anyhow::Result;
 use mechanisms::physics::Physics;
 use std::cell::RefCell;

@@ -1,7 +1,7 @@
 //! Masses that ride on the body: carried along, let go, striking or swinging.
 
 use super::{Rig, State};
-use crate::simulate::Setup;
+use crate::setup::Setup;
 use mechanisms::physics::{Physics, Rider};
 use record::Kind;
 
