@@ -7,7 +7,7 @@ import tomllib
 import numpy as np
 
 GRAVITY = 9.81
-SLIP = 1e-3  # m/s, width of the smoothed zero of the guide's friction
+SLIP = 5e-3  # m/s, width of the smoothed zero of the guide's friction
 OWN = ("stiffness", "exponent", "hysteresis_damping", "viscous_damping", "yield_penetration", "plastic_ratio",
        "adhesion_force", "adhesion_range", "adhesion_form", "secondary_stiffness", "secondary_depth",
        "secondary_exponent",
