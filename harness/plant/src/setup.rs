@@ -1,0 +1,52 @@
+//! What the forward model has to know of one recording.
+
+use crate::integrate::Control;
+use mechanisms::load_history::LoadHistory;
+use record::Kind;
+
+/// Error per step, relative to depth and speed of the impact, where it counts.
+pub const TOLERANCE: f64 = 1e-7;
+/// The same where candidates are sifted.
+pub const COARSE: f64 = 3e-6;
+/// What the model has to know of one recording, SI.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    pub kind: Kind,
+    /// Sample times on the recording's own clock, s.
+    pub time: Vec<f64>,
+    /// Load the contact had taken before.
+    pub history: LoadHistory,
+    /// Contactor: distance from rest to the stop m, preload N, rate N/m.
+    pub travel: f64,
+    pub preload: f64,
+    pub rate: f64,
+    /// Indentation: the penetration imposed, m, and its rate, m/s.
+    pub imposed: Vec<f64>,
+    pub imposed_rate: Vec<f64>,
+    /// Sizes for error control: depth m, speed m/s, duration of contact s.
+    pub depth: f64,
+    pub speed: f64,
+    pub duration: f64,
+    /// How the motion is integrated; errors are relative to depth and speed of the impact.
+    pub control: Control,
+}
+
+impl Setup {
+    /// A drop test sampled at `time` s, of an impact of that depth m, speed m/s and duration s.
+    pub fn drop_test(time: Vec<f64>, depth: f64, speed: f64, duration: f64) -> Setup {
+        Setup {
+            kind: Kind::DropTest,
+            time,
+            history: LoadHistory::default(),
+            travel: 0.0,
+            preload: 0.0,
+            rate: 0.0,
+            imposed: Vec::new(),
+            imposed_rate: Vec::new(),
+            depth,
+            speed,
+            duration,
+            control: Control::dense(TOLERANCE),
+        }
+    }
+}
