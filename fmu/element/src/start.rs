@@ -13,13 +13,7 @@ pub fn guid() -> [u8; GUID_LENGTH] {
 
 /// Start values.
 pub fn settings() -> Settings {
-    let mut s = Settings::default();
-    for (i, value) in BLOCK.values().iter().enumerate() {
-        if let Some(v) = value {
-            s.set(i, *v);
-        }
-    }
-    s
+    BLOCK.settings(Settings::set)
 }
 
 #[cfg(test)]

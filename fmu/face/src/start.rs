@@ -43,8 +43,19 @@ impl<const N: usize> Block<N> {
         self.in_file().guid
     }
 
+    /// Start values: the defaults, with what the block holds put over them by `set` (settings, place, value).
+    pub fn settings<S: Default>(&self, set: fn(&mut S, usize, f64)) -> S {
+        let mut s = S::default();
+        for (i, value) in self.values().iter().enumerate() {
+            if let Some(v) = value {
+                set(&mut s, i, *v);
+            }
+        }
+        s
+    }
+
     /// Start value of each parameter; None: its default.
-    pub fn values(&self) -> [Option<f64>; N] {
+    fn values(&self) -> [Option<f64>; N] {
         self.in_file().values.map(|v| if v.is_finite() { Some(v) } else { None })
     }
 }

@@ -4,7 +4,7 @@
 use super::candidate::DETECT;
 use estimate::simplex::{minimise, Options};
 use estimate::structure::flat;
-use plant::chain::{between, pole};
+use mechanisms::signal::{between, pole};
 use record::{largest, range, Campaign, Channel, Recording};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::statistics::Statistics;

@@ -51,12 +51,11 @@ fn plain(kind: Kind) -> Context {
 
 /// Every named mechanism, in the order of [`ALL`].
 pub fn catalogue() -> Vec<Entry> {
-    let kinds = [Kind::DropTest, Kind::ContactorOpening, Kind::Indentation];
     let named = ALL.iter().filter(|m| m.named);
     named
         .map(|mechanism| {
             let mut entry = Entry { mechanism, forms: Vec::new(), quantities: Vec::new(), kinds: Vec::new() };
-            for kind in kinds {
+            for kind in Kind::ALL {
                 let c = plain(kind);
                 let forms = mechanism.forms(&c);
                 if !forms.is_empty() {

@@ -1,5 +1,6 @@
 //! latent_force: a force of depth alone that no mechanism known has
 
+use crate::constants::SLIP_SPEED;
 use crate::mechanism::*;
 use crate::part::Part;
 
@@ -20,13 +21,10 @@ pub const MECHANISM: Mechanism = Mechanism {
 /// Number of knots.
 pub const KNOTS: usize = 8;
 
-/// Speed over which a force against the motion changes sign, m/s.
-const TURNING_SPEED: f64 = 0.005;
-
-/// Sign of the speed `v`, m/s, with the jump made a ramp.
+/// Sign of the speed `v`, m/s, with the jump made a ramp over [`SLIP_SPEED`].
 #[inline]
 pub fn against(v: f64) -> f64 {
-    (v / TURNING_SPEED).clamp(-1.0, 1.0)
+    (v / SLIP_SPEED).clamp(-1.0, 1.0)
 }
 
 /// A force of depth on knots.

@@ -5,7 +5,7 @@ use crate::part::{Motion, Part, Sampling, Wear};
 use crate::*;
 use ::law::Parameters;
 
-pub use crate::constants::{GRAVITY, SLIP_SPEED};
+pub use crate::constants::GRAVITY;
 
 /// A mass that rides on the body with a motion of its own; see the hooks of [`Part`].
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,6 @@
 use crate::simulate::Trace;
 use mechanisms::part::Sampling;
 use mechanisms::physics::Physics;
-pub use mechanisms::signal::{between, pole};
 
 /// The readings a chain gives of a trace at the sample times `time`, s: force N, acceleration m/s^2, penetration m,
 /// without the offsets of their zeros.

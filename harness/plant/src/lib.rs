@@ -15,6 +15,6 @@ mod rig;
 pub mod roots;
 pub mod setup;
 pub mod simulate;
-pub mod tableau;
+mod tableau;
 
 pub use rig::motion;

@@ -9,8 +9,6 @@ use plant::chain::readings;
 use plant::simulate::{simulate, Local, Setup};
 use record::{largest, range, Kind};
 
-const KINDS: [Kind; 3] = [Kind::DropTest, Kind::ContactorOpening, Kind::Indentation];
-
 fn context(kind: Kind) -> Context {
     let (p, setup, local) = recording(kind);
     let top = readings(&p, &simulate(&p, &setup, &local), &setup.time).map(|y| largest(&y));
@@ -86,7 +84,7 @@ fn extended<'a>(forms: &'a [Form], form: &Form) -> &'a Form {
 
 #[test]
 fn every_form_starts_within_its_bounds_is_named_once_and_described_in_numbers() {
-    for kind in KINDS {
+    for kind in Kind::ALL {
         let c = context(kind);
         for m in ALL {
             let forms = m.forms(&c);
@@ -115,7 +113,7 @@ fn every_form_starts_within_its_bounds_is_named_once_and_described_in_numbers() 
 
 #[test]
 fn every_form_acts_on_what_is_read_from_one_of_its_starts() {
-    for kind in KINDS {
+    for kind in Kind::ALL {
         let c = context(kind);
         let (bare, setup, local) = recording(kind);
         let none = readings(&bare, &simulate(&bare, &setup, &local), &setup.time);
@@ -152,7 +150,7 @@ fn what_extends_a_form_is_that_form_where_its_further_parameters_are_neutral() {
         ("growing with the contact, and a neck", &[], f64::INFINITY),
     ];
     let mut seen = 0;
-    for kind in KINDS {
+    for kind in Kind::ALL {
         for m in ALL {
             let forms = m.forms(&context(kind));
             for f in forms.iter().filter(|f| f.extends.is_some()) {

@@ -15,6 +15,18 @@ pub enum Kind {
     Indentation,
 }
 
+impl Kind {
+    pub const ALL: [Kind; 3] = [Kind::DropTest, Kind::ContactorOpening, Kind::Indentation];
+    /// As campaign.toml has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::DropTest => "drop-test",
+            Kind::ContactorOpening => "contactor-opening",
+            Kind::Indentation => "indentation",
+        }
+    }
+}
+
 /// A measured channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {

@@ -121,19 +121,15 @@ pub fn load(dir: &Path) -> Result<Campaign, RecordError> {
             "write format = \"recordings/1\"",
         ));
     }
-    let kind = match f.campaign.kind.get_ref().as_str() {
-        "drop-test" => Kind::DropTest,
-        "contactor-opening" => Kind::ContactorOpening,
-        "indentation" => Kind::Indentation,
-        k => {
-            return Err(err(
-                &path,
-                line(f.campaign.kind.span().start),
-                format!("kind {k:?} is not known"),
-                "use drop-test, contactor-opening or indentation",
-            ))
-        }
-    };
+    let named = f.campaign.kind.get_ref();
+    let kind = Kind::ALL.into_iter().find(|k| k.name() == named).ok_or_else(|| {
+        err(
+            &path,
+            line(f.campaign.kind.span().start),
+            format!("kind {named:?} is not known"),
+            "use drop-test, contactor-opening or indentation",
+        )
+    })?;
     let positive = |v: &Option<toml::Spanned<f64>>, name: &str, zero: bool| -> Result<Option<f64>, RecordError> {
         match v {
             None => Ok(None),

@@ -2,7 +2,6 @@
 
 use anyhow::{bail, Result};
 use mechanisms::catalogue::{catalogue, Entry};
-use record::Kind;
 use std::process::ExitCode;
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -23,14 +22,6 @@ pub struct Arguments {
     format: Format,
 }
 
-fn kind(k: &Kind) -> &'static str {
-    match k {
-        Kind::DropTest => "drop-test",
-        Kind::ContactorOpening => "contactor-opening",
-        Kind::Indentation => "indentation",
-    }
-}
-
 fn quantities(e: &Entry) -> String {
     let all: Vec<String> = e
         .quantities
@@ -42,7 +33,7 @@ fn quantities(e: &Entry) -> String {
 
 fn text(e: &Entry) -> String {
     let m = e.mechanism;
-    let kinds: Vec<&str> = e.kinds.iter().map(kind).collect();
+    let kinds: Vec<&str> = e.kinds.iter().map(|k| k.name()).collect();
     format!(
         "{} ({})\n  {}\n  {}\n  quantities: {}\n  forms: {}\n  shown by: {}\n  source: {}\n",
         m.name,
@@ -80,7 +71,7 @@ fn json(table: &[Entry]) -> Result<String> {
             let m = e.mechanism;
             serde_json::json!({
                 "name": m.name, "origin": m.origin.name(), "sentence": m.sentence, "equation": m.equation,
-                "source": m.source, "forms": e.forms, "kinds": e.kinds.iter().map(kind).collect::<Vec<_>>(),
+                "source": m.source, "forms": e.forms, "kinds": e.kinds.iter().map(|k| k.name()).collect::<Vec<_>>(),
                 "quantities": e.quantities.iter().map(|q| serde_json::json!({"name": q.name, "unit": q.unit}))
                     .collect::<Vec<_>>(),
             })
