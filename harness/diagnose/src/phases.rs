@@ -37,9 +37,11 @@ pub fn shares(chosen: &Fitted, term: usize) -> [f64; 4] {
             }
             Acts::Rider => {
                 let (body, borne) = (with.body_mass(), with.borne_weight());
-                let drive = |x: f64| rec.setup.preload - rec.setup.rate * (x + rec.setup.travel);
                 (0..n)
-                    .map(|i| (body * trace.acceleration[i] + trace.force[i] - drive(trace.position[i]) - borne).powi(2))
+                    .map(|i| {
+                        (body * trace.acceleration[i] + trace.force[i] - rec.setup.drive(trace.position[i]) - borne)
+                            .powi(2)
+                    })
                     .collect()
             }
             Acts::Push => trace.force.iter().map(|f| f * f).collect(),

@@ -2,6 +2,8 @@
 
 use crate::integrate::Control;
 use mechanisms::load_history::LoadHistory;
+use mechanisms::part::Motion;
+use mechanisms::physics::Physics;
 use record::Kind;
 
 /// Error per step, relative to depth and speed of the impact, where it counts.
@@ -32,6 +34,29 @@ pub struct Setup {
 }
 
 impl Setup {
+    /// Force of the rig's own return spring on the body along +x, N, at the position `x` m; none in a drop test.
+    #[inline]
+    pub fn drive(&self, x: f64) -> f64 {
+        if self.kind == Kind::ContactorOpening {
+            self.preload - self.rate * (x + self.travel)
+        } else {
+            0.0
+        }
+    }
+
+    /// Forces on the body along +x other than contact and weight, N: the rig's own and those of all parts of `p`, at `t`
+    /// s after release or touch, position `x` m, speed `v` m/s.
+    #[inline]
+    pub fn motion_force(&self, p: &Physics, t: f64, x: f64, v: f64) -> f64 {
+        p.on_body(&self.motion(t, x, v), self.drive(x))
+    }
+
+    /// Where the body is, for the parts that act on it.
+    #[inline]
+    pub fn motion(&self, time: f64, x: f64, v: f64) -> Motion {
+        Motion { time, x, v, travel: self.travel }
+    }
+
     /// A drop test sampled at `time` s, of an impact of that depth m, speed m/s and duration s.
     pub fn drop_test(time: Vec<f64>, depth: f64, speed: f64, duration: f64) -> Setup {
         Setup {

@@ -183,7 +183,7 @@ fn indent(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven
 
 /// Forces on the body along +x other than contact, N: at `t` s after release or touch, position `x` m, speed `v` m/s.
 pub fn force_on_body(p: &Physics, s: &Setup, t: f64, x: f64, v: f64) -> f64 {
-    Rig::new(p, s, None).motion_force(t, x, v) + p.mass * p.gravity
+    s.motion_force(p, t, x, v) + p.mass * p.gravity
 }
 
 /// `element`: what takes the law's place, and steps a contact gets at least: the memory moves at accepted steps only, so

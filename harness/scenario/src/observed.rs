@@ -3,32 +3,16 @@
 use super::plan::Case;
 use super::rig::{Bodies, State as RowState};
 use anyhow::Result;
+use mechanisms::guide_friction::GuideFriction;
+use mechanisms::part::Part;
 use mechanisms::physics::Physics;
+use mechanisms::residual_magnetism::ResidualMagnetism;
 use plant::integrate::{After, Crossing, Events, State, System, Taken, MAX};
-use plant::motion::{Motion, Outside, EVENTS, SURFACE};
+use plant::motion::{Motion, EVENTS, SURFACE};
 use plant::simulate::Setup;
 
 /// Events from this number on: the photo interrupters, from the top.
 pub(super) const INTERRUPTERS: usize = EVENTS;
-
-/// The shares of the forces that drive a case.
-pub(super) struct Shares {
-    guide: Physics,
-    holding: Physics,
-    setup: Setup,
-}
-
-impl Shares {
-    /// Guide friction alone and holding force alone, of what drives the case.
-    pub(super) fn new(case: &Case, all: &Physics) -> Shares {
-        let none = Physics { law: all.law, mass: all.mass, ..Physics::default() };
-        Shares {
-            guide: Physics { guide_friction: all.guide_friction, ..none },
-            holding: Physics { residual_magnetism: all.residual_magnetism, ..none },
-            setup: Setup { preload: 0.0, rate: 0.0, ..case.rig.setup() },
-        }
-    }
-}
 
 /// A case's motion, observed: beside it work on the contact, heat in guide and sensors, work against the holding force
 /// and impulse are integrated along, in this order; their error does not count.
@@ -36,25 +20,20 @@ pub(super) struct Observed<'a> {
     case: &'a Case,
     /// The motion.
     pub(super) motion: Motion<'a>,
-    guide: Option<Outside<'a>>,
-    holding: Option<Outside<'a>>,
+    setup: &'a Setup,
+    /// What takes energy from the bodies on the way: friction of the guide, and the holding force.
+    guide: GuideFriction,
+    holding: ResidualMagnetism,
     /// Positions of the photo interrupters still looked for, m, from the top.
     marks: Vec<f64>,
 }
 
 impl<'a> Observed<'a> {
-    pub(super) fn new(case: &'a Case, motion: Motion<'a>, shares: &'a Shares) -> Observed<'a> {
+    pub(super) fn new(case: &'a Case, motion: Motion<'a>, setup: &'a Setup, physics: &Physics) -> Observed<'a> {
         let marks = case.interrupters.map_or(Vec::new(), |p| {
             (0..p.count).map(|j| -(p.last_to_touch + (p.count - 1 - j) as f64 * p.spacing)).collect()
         });
-        Observed {
-            case,
-            motion,
-            guide: (shares.guide.guide_friction.coulomb != 0.0).then(|| Outside::new(&shares.guide, &shares.setup)),
-            holding: (shares.holding.residual_magnetism.force != 0.0)
-                .then(|| Outside::new(&shares.holding, &shares.setup)),
-            marks,
-        }
+        Observed { case, motion, setup, guide: physics.guide_friction, holding: physics.residual_magnetism, marks }
     }
 
     /// The state as a row has it.
@@ -99,10 +78,10 @@ impl System for Observed<'_> {
         self.motion.rates(t, y, dy)?;
         let n = self.motion.dimension();
         let f = self.motion.force(t, y)?;
-        let heat = |o: &Outside<'_>| -o.force(t, y[0], y[1]) * y[1];
+        let at = self.setup.motion(t, y[0], y[1]);
         dy[n] = f * self.motion.face(y).1;
-        dy[n + 1] = self.guide.as_ref().map_or(0.0, heat) + self.damped(y);
-        dy[n + 2] = self.holding.as_ref().map_or(0.0, heat);
+        dy[n + 1] = -self.guide.on_body(&at, 0.0) * at.v + self.damped(y);
+        dy[n + 2] = -self.holding.on_body(&at, 0.0) * at.v;
         dy[n + 3] = f;
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Takes a case to its end on the plant's rig: touch, separation, turning points, the peak of the force and the photo
 //! interrupters are found by shortening the step itself until it ends on them.
 
-use super::observed::{Observed, Shares, INTERRUPTERS};
+use super::observed::{Observed, INTERRUPTERS};
 use super::outcome::{Balance, Bounce, Event, Moment, Outcome, Row};
 use super::plan::{Case, Start};
 use super::results::compare_exact;
@@ -33,13 +33,13 @@ const WATCHED: usize = 64;
 pub fn simulate(case: &Case, element: &mut dyn Element, watch: &mut dyn FnMut(&Moment) -> bool) -> Result<Outcome> {
     let rig = &case.rig;
     let physics = [rig.gravity_before, rig.gravity_after].map(|g| rig.physics(&case.law, g));
-    let (setup, shares) = (rig.setup(), Shares::new(case, &physics[0]));
+    let setup = rig.setup();
     let contact = Contact::new(element);
     let remembers = case.law.relaxes() || case.fmu.is_some();
     let mut motion = Motion::new([&physics[0], &physics[1]], &setup, &contact, remembers);
     let (t, x, v) = start(case)?;
     let y = motion.start(t, x, v);
-    let mut observed = Observed::new(case, motion, &shares);
+    let mut observed = Observed::new(case, motion, &setup, &physics[0]);
     let mut m = Run::new(case, &contact);
     if x == 0.0 {
         m.touch(&observed, t, &observed.row(&y), v);

@@ -14,10 +14,8 @@ use crate::integrate::{Events, State, MAX};
 use crate::setup::Setup;
 pub(super) use driven::Driven;
 use law::{Memory, BRANCHES};
-use mechanisms::part::Motion;
 use mechanisms::physics::Physics;
 use mechanisms::signal::transition;
-use record::Kind;
 use riders::{Riding, MOST};
 use std::cell::RefCell;
 
@@ -27,10 +25,7 @@ pub(super) struct Rig<'a> {
     p: &'a Physics,
     element: Option<&'a RefCell<Driven<'a>>>,
     memory: Memory,
-    kind: Kind,
-    travel: f64,
-    preload: f64,
-    rate: f64,
+    s: &'a Setup,
     base: usize,
     riders: [Option<Riding>; MOST],
     tip: usize,
@@ -69,7 +64,7 @@ struct Place {
 }
 
 impl<'a> Rig<'a> {
-    pub(super) fn new(p: &'a Physics, s: &Setup, element: Option<&'a RefCell<Driven<'a>>>) -> Rig<'a> {
+    pub(super) fn new(p: &'a Physics, s: &'a Setup, element: Option<&'a RefCell<Driven<'a>>>) -> Rig<'a> {
         let mut n = 2;
         let mut scale = [1.0; MAX];
         scale[0] = s.depth;
@@ -103,10 +98,7 @@ impl<'a> Rig<'a> {
             p,
             element,
             memory: Memory::default(),
-            kind: s.kind,
-            travel: s.travel,
-            preload: s.preload,
-            rate: s.rate,
+            s,
             base,
             riders,
             tip,
@@ -197,13 +189,7 @@ impl<'a> Rig<'a> {
             return if self.tip > 0 {
                 let share = p.sensor_resonance.mass / p.mass;
                 let (x, v) = (y[0] + share * u, y[1] + share * w);
-                Place {
-                    x,
-                    v,
-                    face: x - u,
-                    face_speed: v - w,
-                    spring: p.sensor_resonance.stiffness * u + p.sensor_resonance.damping * w,
-                }
+                Place { x, v, face: x - u, face_speed: v - w, spring: p.sensor_resonance.force(u, w) }
             } else {
                 let spring = p.base_compliance.stiffness * u + p.base_compliance.damping * w;
                 Place { x: y[0], v: y[1], face: y[0] - u, face_speed: y[1] - w, spring }
@@ -247,39 +233,33 @@ impl<'a> Rig<'a> {
             return 0.0;
         }
         let (x, v) = self.face(y);
-        if self.relax == 0 {
-            let mut f = match self.element {
-                Some(e) => e.borrow_mut().force(x, v),
-                None => self.p.law.force(&self.memory, x, v),
-            };
-            if self.cracked {
-                f *= 1.0 - self.p.fracture.drop;
-            }
-            return if self.latent { f + self.p.on_face(x, v) } else { f };
-        }
-        let mut m = self.memory;
-        if self.relax > 0 {
-            m.relaxation.copy_from_slice(&y[self.relax..self.relax + BRANCHES]);
-        }
-        let mut f = self.p.law.force(&m, x, v);
+        let mut f = match self.element {
+            Some(e) => e.borrow_mut().force(x, v),
+            None if self.relax > 0 => self.p.law.force(&self.relaxing(y), x, v),
+            None => self.p.law.force(&self.memory, x, v),
+        };
         if self.cracked {
             f *= 1.0 - self.p.fracture.drop;
         }
-        f + self.p.on_face(x, v)
+        if self.latent {
+            f + self.p.on_face(x, v)
+        } else {
+            f
+        }
     }
 
-    /// Where the body is, for the parts that act on it.
+    /// The law's memory with the branch forces that the state holds.
     #[inline]
-    fn motion(&self, time: f64, x: f64, v: f64) -> Motion {
-        Motion { time, x, v, travel: self.travel }
+    fn relaxing(&self, y: &State) -> Memory {
+        let mut m = self.memory;
+        m.relaxation.copy_from_slice(&y[self.relax..self.relax + BRANCHES]);
+        m
     }
 
     /// Forces on the body along +x other than contact and gravity, N.
     #[inline]
     pub(super) fn motion_force(&self, t: f64, x: f64, v: f64) -> f64 {
-        let driven = self.kind == Kind::ContactorOpening;
-        let drive = if driven { self.preload - self.rate * (x + self.travel) } else { 0.0 };
-        self.p.on_body(&self.motion(t, x, v), drive)
+        self.s.motion_force(self.p, t, x, v)
     }
 
     /// Transducer's force N, acceleration of the body less gravity m/s^2, position m and speed m/s of the body.
@@ -297,7 +277,7 @@ impl<'a> Rig<'a> {
             }
         }
         let ft = if p.base_compliance.reads { place.spring } else { ft };
-        let ft = p.on_transducer(&self.motion(t, place.x, place.v), ft);
+        let ft = p.on_transducer(&self.s.motion(t, place.x, place.v), ft);
         [ft, f / mass, place.x, place.v]
     }
 }
@@ -357,9 +337,7 @@ impl Rig<'_> {
         }
         if self.relax > 0 {
             let (x, v) = self.face(y);
-            let mut m = self.memory;
-            m.relaxation.copy_from_slice(&y[self.relax..self.relax + BRANCHES]);
-            let r = p.law.relaxation_rates(&m, x, v);
+            let r = p.law.relaxation_rates(&self.relaxing(y), x, v);
             dy[self.relax..self.relax + BRANCHES].copy_from_slice(&r);
         }
     }

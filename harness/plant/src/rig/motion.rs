@@ -84,7 +84,7 @@ impl<'a> Motion<'a> {
     /// and velocity do not.
     pub fn new(
         [flight, touching]: [&'a Physics; 2],
-        s: &Setup,
+        s: &'a Setup,
         contact: &'a Contact<'a>,
         remembers: bool,
     ) -> Motion<'a> {
@@ -385,20 +385,5 @@ impl System for Motion<'_> {
         }
         self.rig.check()?;
         Ok(After { changed: true, next })
-    }
-}
-
-/// Forces on the body from outside by some of a rig's parts: what [`Motion`] moves it with, told apart.
-pub struct Outside<'a>(Rig<'a>);
-
-impl<'a> Outside<'a> {
-    /// Those that `p` holds and the spring that `s` describes.
-    pub fn new(p: &'a Physics, s: &Setup) -> Outside<'a> {
-        Outside(Rig::new(p, s, None))
-    }
-
-    /// Force along +x, N, less contact and weight: at `t` s, position `x` m, speed `v` m/s.
-    pub fn force(&self, t: f64, x: f64, v: f64) -> f64 {
-        self.0.motion_force(t, x, v)
     }
 }
