@@ -2,23 +2,29 @@
 
 Run by tests/run, which builds it first. Another binary: TOUCHDOWN=/path/to/touchdown pytest tests/concealed/test_guard.py
 """
+import json
 import os
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
-from tests.concealed import guard
+from tests.concealed import guard, weights
 from tests.concealed.effects import FORMS, ORIGIN
 
 BINARY = Path(os.environ.get("TOUCHDOWN", Path(__file__).resolve().parents[2] / "target" / "release" / "touchdown"))
 
 
 @pytest.fixture(scope="module")
-def answers(tmp_path_factory):
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("guard")
+
+
+@pytest.fixture(scope="module")
+def answers(folder):
     """What is wrong with each case's answer, by its seed; two diagnoses at once, one thread each."""
     assert BINARY.exists(), f"{BINARY} is not built: cargo build --release, or name another as TOUCHDOWN"
-    d = tmp_path_factory.mktemp("guard")
+    d = folder
     for c in guard.CASES:
         guard.campaign(c, d / f"guard-{c.seed}")
 
@@ -35,6 +41,20 @@ def answers(tmp_path_factory):
 @pytest.mark.parametrize("case", guard.CASES, ids=lambda c: f"{c.seed}-{'+'.join(c.names) or 'nothing'}")
 def test_the_diagnosis_still_says_what_it_said(answers, case):
     assert not answers[case.seed], answers[case.seed]
+
+
+def test_probabilities_are_those_of_the_table_that_was_calibrated(answers, folder):
+    table = json.loads((Path(__file__).resolve().parents[2] / "harness" / "diagnose" / "calibration.json").read_text())
+    verdicts = sorted(folder.glob("verdicts/**/verdict.json"))
+    assert len(verdicts) >= len(guard.CASES)
+    for path in verdicts:
+        v = json.loads(path.read_text())
+        ours = weights.posterior(weights.features(v), [table[k] for k in weights.PARAMETERS])
+        theirs = {weights.canonical(c["mechanisms"]): c["probability"] for c in v["posterior"]}
+        assert abs(sum(theirs.values()) - 1.0) < 1e-9 and ours.keys() == theirs.keys(), path
+        assert all(abs(ours[h] - theirs[h]) < 1e-6 for h in ours), (path, ours, theirs)
+        held, level = [theirs[weights.canonical(c["mechanisms"])] for c in v["credible_set"]], table["level"]
+        assert sum(held) >= level - 1e-9 and sum(held[:-1]) < level, path
 
 
 def test_the_cases_are_mixed():

@@ -1,5 +1,6 @@
 //! How often noise alone would look as bad: parametric bootstrap of the whole detection on the campaign itself.
 
+use super::heldout::held_out;
 use super::search::Search;
 use estimate::condition::Guess;
 use estimate::fitted::Fitted;
@@ -80,7 +81,9 @@ pub fn bootstrap(
         let data = Arc::new(null(base, 1 + i as u64));
         let structure = Structure::given(c, &data);
         let simulation = Fitted::base(&data, &structure, guess);
-        let d = Search::new(&Prepared { data, guess: *guess, structure }).decide(simulation);
+        let mut d = Search::new(&Prepared { data, guess: *guess, structure }).decide(simulation);
+        let before = held_out(&d.base);
+        d.settle(&before);
         out.nulls += 1;
         out.detected += usize::from(d.detected);
         out.as_bad += usize::from(d.false_alarm_probability <= observed);

@@ -1,6 +1,9 @@
 //! From fits to a decision: what is missing, what cannot be distinguished, what stays unexplained.
 
 use super::candidate::{Candidate, DETECT, PENALTY, WHITE};
+use super::evidence::Evidences;
+use super::heldout::Folds;
+use super::posterior::Posterior;
 use super::search::Search;
 use estimate::fitted::Fitted;
 use estimate::problem::Options;
@@ -24,6 +27,8 @@ pub struct Decision {
     pub chosen: Fitted,
     /// Single candidates, best form each, best first.
     pub singles: Vec<Fitted>,
+    /// Pairs that were tried, best first.
+    pub pairs: Vec<Fitted>,
     pub detected: bool,
     pub false_alarm_probability: f64,
     /// Names that fit as well as the chosen one, by term.
@@ -37,6 +42,11 @@ pub struct Decision {
     pub doubted: Option<Fitted>,
     /// Overdispersion of the base's and the chosen model's residual.
     pub overdispersion: (f64, f64),
+    /// What it was weighed by, and what came of it.
+    pub evidence: Evidences,
+    pub posterior: Posterior,
+    /// Predictions of levels not seen by names chosen without them; None where nothing is named.
+    pub folds: Option<Folds>,
 }
 
 impl Search {
@@ -71,6 +81,7 @@ impl Search {
             chosen: base.clone(),
             base,
             singles,
+            pairs: Vec::new(),
             detected: beyond_noise,
             false_alarm_probability: p,
             ties: Vec::new(),
@@ -79,6 +90,9 @@ impl Search {
             excess_scatter,
             doubted: None,
             overdispersion: (lambda, lambda),
+            evidence: Evidences::default(),
+            posterior: Posterior::default(),
+            folds: None,
         };
         let named: Vec<&Fitted> = singles.iter().filter(|c| c.is_named()).collect();
         let Some(best) = named.first().map(|c| (*c).clone()) else {
@@ -107,7 +121,7 @@ impl Search {
         if strength < 1.0 && stand_in_strength < 2.0 {
             return nothing(base, singles, lambda, probability(strength.max(stand_in_strength)));
         }
-        let mut chosen = self.with_second(&base, &first, &named, certain);
+        let (mut chosen, pairs) = self.with_second(&base, &first, &named, certain);
         let final_overdispersion = chosen.overdispersion();
         // does physics nobody has named do better than one name, and as well as two?
         let mut unexplained = false;
@@ -148,46 +162,22 @@ impl Search {
             unexplained = true;
             chosen = first;
         }
-        // names that do as well as the chosen ones
-        let ties = self.ties(&chosen, &singles, final_overdispersion);
         Decision {
             base,
             singles,
+            pairs,
             detected: true,
             false_alarm_probability: probability(strength.max(stand_in_strength)),
-            ties,
+            ties: Vec::new(),
             unexplained,
             beyond_noise,
             excess_scatter,
             doubted,
             overdispersion: (base_overdispersion, final_overdispersion),
+            evidence: Evidences::default(),
+            posterior: Posterior::default(),
+            folds: None,
             chosen,
         }
-    }
-
-    /// Names that do as well as each of the chosen ones, where the residual has the overdispersion `lambda`.
-    pub fn ties(&self, chosen: &Fitted, singles: &[Fitted], lambda: f64) -> Vec<Vec<&'static str>> {
-        chosen
-            .structure
-            .terms()
-            .iter()
-            .map(|t| {
-                let name = t.mechanism.name;
-                let mut v: Vec<&'static str> = Vec::new();
-                if chosen.structure.terms().len() == 1 {
-                    for s in singles.iter().filter(|s| s.is_named()) {
-                        if s.names()[0] != name && s.cost() - chosen.cost() < 6.0 * lambda.max(1.0) {
-                            v.push(s.names()[0]);
-                        }
-                    }
-                }
-                for y in t.mechanism.hints.collinear_with {
-                    if !v.contains(y) && self.candidates().iter().any(|c| c.name() == *y) {
-                        v.push(y);
-                    }
-                }
-                v
-            })
-            .collect()
     }
 }

@@ -5,10 +5,12 @@ use crate::bias::{biases, Bias};
 use crate::bootstrap::Bootstrap;
 use crate::decide::Decision;
 use crate::experiment::{ties, Tie};
+use crate::gates::{gates, little_measured};
 use crate::heldout::HeldOut;
 use crate::intervals::{intervals, Intervals};
 use crate::latent::{latent, Latent};
 use crate::map::{map, Cell};
+use crate::material::{effect, remainder, Effect, Remainder};
 use crate::rivals::{rivals, Rival};
 use crate::search::Search;
 use crate::sensors::Against;
@@ -25,6 +27,9 @@ pub struct Findings {
     pub map: Vec<Cell>,
     /// Candidates with their held-out scores, best first.
     pub rivals: Vec<Rival>,
+    /// What each name does to the figures a campaign is judged by, and what is left.
+    pub material: Vec<Effect>,
+    pub remainder: Remainder,
     /// How often noise alone would look as bad.
     pub alarm: Option<Alarm>,
     /// Bias of the base parameters by what was left out; empty where nothing was found.
@@ -40,6 +45,8 @@ pub struct Findings {
     pub bootstrap: Option<Bootstrap>,
     /// This campaign's sensor against others that read the same impacts.
     pub sensors: Vec<Against>,
+    /// Why what is named is not handed out in an FMU; these stand among the caveats, too.
+    pub gates: Vec<String>,
     /// What a reader has to know before believing the rest.
     pub caveats: Vec<String>,
 }
@@ -70,22 +77,50 @@ pub fn gather(
         f.intervals = intervals(&d.chosen, overdispersion);
         f.bias = biases(&d.base, &d.chosen, overdispersion);
         f.unclipped = unclipped(&d.chosen);
+        f.material = (0..d.chosen.structure.terms().len()).map(|i| effect(&d.chosen, i)).collect();
         if d.ties.iter().any(|t| !t.is_empty()) {
             stage("simulating experiments that part the ties");
             f.ties = ties(search, d);
         }
     }
+    f.remainder = remainder(&d.chosen, d.unexplained);
     // a stiffness that scatters between recordings is no force within one
     if d.unexplained && d.excess_scatter.is_none() {
         stage("finding the force it takes");
         f.latent = named_part(d).and_then(|r| latent(&r));
     }
-    if let Some(a) = after {
-        if a.nrmse > before.nrmse {
-            f.caveats.push("With the mechanisms named, levels not seen are predicted worse than without.".into());
-        }
+    f.gates = gates(d, before, after);
+    f.caveats.extend(disagreement(c, d));
+    if d.chosen.structure.terms().is_empty() {
+        f.caveats.extend(little_measured(d));
     }
+    f.caveats.extend(f.gates.iter().cloned());
     f
+}
+
+/// Which folds chose other names, in words; None where all agree.
+fn disagreement(c: &Campaign, d: &Decision) -> Option<String> {
+    let folds = d.folds.as_ref()?;
+    let own = d.chosen.names();
+    let other = |(out, names): &(Vec<usize>, Vec<&'static str>)| {
+        let first = &d.base.data.records[*out.first()?];
+        let without = match c.levels.get(first.level).filter(|_| c.levels.len() > 1) {
+            Some(level) => level.1.clone(),
+            None => first.file.clone(),
+        };
+        let named = if names.is_empty() { "nothing".into() } else { names.join(" and ") };
+        Some(format!("without {without}: {named}"))
+    };
+    let others: Vec<String> = folds.names.iter().filter(|(_, n)| *n != own).filter_map(other).collect();
+    (!others.is_empty()).then(|| {
+        format!(
+            "Not every part of the campaign gives the same names; {} of {} folds agree ({}). What is predicted of a level is \
+             predicted by the names found without it.",
+            folds.names.len() - others.len(),
+            folds.names.len(),
+            others.join("; ")
+        )
+    })
 }
 
 /// The chosen model without what merely stands in for the unknown.
@@ -132,15 +167,6 @@ fn caveats(c: &Campaign, d: &Decision) -> Vec<String> {
             "Only {quiet} samples lie outside contact: noise was learnt from neighbouring samples and may be larger \
              than assumed. Record some time before touch."
         ));
-    }
-    if c.levels.len() < 2 {
-        v.push(if data.records.len() > 1 {
-            "One level only: what grows with speed or depth cannot be distinguished from what does not, and held-out means \
-             without the recording itself."
-                .into()
-        } else {
-            "One recording only: held-out means fitted to its first half cycle.".into()
-        });
     }
     let channels = Channel::ALL.into_iter().filter(|c| data.has(*c)).count();
     if channels == 1 {

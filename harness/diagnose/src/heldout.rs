@@ -1,11 +1,16 @@
-//! Recordings predicted by parameters fitted without any recording of their own level.
+//! Recordings predicted by parameters fitted without any recording of their own level; and by names chosen without it.
 
+use crate::evidence::{weighed, Evidences};
+use crate::posterior::{Posterior, Table};
 use estimate::fitted::Fitted;
 use estimate::levels::nrmse;
-use estimate::problem::{Data, Nuisance, Options, Point, Problem};
+use estimate::problem::{Data, Nuisance, Options, Problem};
 use rayon::prelude::*;
+use record::Channel;
+use std::sync::Arc;
 
 /// Predictions of every recording, by channel, and their misfit (mean of rms over range).
+#[derive(Clone)]
 pub struct HeldOut {
     pub readings: Vec<[Vec<f64>; 3]>,
     pub nrmse: f64,
@@ -13,75 +18,140 @@ pub struct HeldOut {
     pub points: Vec<(Vec<f64>, Vec<f64>)>,
 }
 
-/// Predicts every recording with `candidate` refitted without its level.
-pub fn held_out(candidate: &Fitted) -> HeldOut {
-    let data = &*candidate.data;
+/// Predictions in which every fold chose its own names.
+pub struct Folds {
+    /// Indices of the recordings that each fold left out, and the names it chose.
+    pub names: Vec<(Vec<usize>, Vec<&'static str>)>,
+    /// Predictions by those.
+    pub readings: Vec<[Vec<f64>; 3]>,
+}
+
+impl Folds {
+    /// Puts the predictions of folds that chose other names than `chosen` in the place of those that `after` has by it.
+    pub fn put_in(&self, after: &mut HeldOut, chosen: &Fitted) {
+        for (out, names) in &self.names {
+            if *names != chosen.names() {
+                for r in out {
+                    after.readings[*r].clone_from(&self.readings[*r]);
+                }
+            }
+        }
+        after.nrmse = misfit(&chosen.data, &after.readings);
+    }
+
+    /// Share of the folds that chose these names, 0 to 1.
+    pub fn agreement(&self, names: &[&'static str]) -> f64 {
+        let sorted = |n: &[&'static str]| {
+            let mut v = n.to_vec();
+            v.sort_unstable();
+            v
+        };
+        let same = self.names.iter().filter(|(_, n)| sorted(n) == sorted(names)).count();
+        same as f64 / self.names.len().max(1) as f64
+    }
+}
+
+/// Recordings left out together: a level, or where there is one only, each recording by itself.
+fn groups(data: &Data) -> Vec<Vec<usize>> {
     let n = data.records.len();
     let mut levels: Vec<usize> = data.records.iter().map(|r| r.level).collect();
     levels.sort_unstable();
     levels.dedup();
-    // groups left out together
-    let groups: Vec<Vec<usize>> = if levels.len() > 1 {
+    if levels.len() > 1 {
         levels.iter().map(|l| (0..n).filter(|r| data.records[*r].level == *l).collect()).collect()
     } else {
         (0..n).map(|r| vec![r]).collect()
-    };
-    type Part = (usize, [Vec<f64>; 3], (Vec<f64>, Vec<f64>));
-    let parts: Vec<Vec<Part>> = groups
-        .par_iter()
-        .map(|out| {
-            let train: Data = if n > 1 {
-                data.subset(|r| !out.contains(&r))
-            } else {
-                // one recording: its first half cycle
-                let mut d = data.clone();
-                let (t, _) = candidate.predict(0);
-                for w in &mut d.records[0].weight {
-                    for (w, time) in w.iter_mut().zip(&data.records[0].setup.time) {
-                        if *time > t.deepest {
-                            *w = 0.0;
-                        }
-                    }
+    }
+}
+
+/// `candidate` fitted without the recordings `out`; of a single recording, to its first half cycle.
+fn without(candidate: &Fitted, out: &[usize]) -> Fitted {
+    let data = &*candidate.data;
+    let n = data.records.len();
+    let train: Data = if n > 1 {
+        data.subset(|r| !out.contains(&r))
+    } else {
+        let mut d = data.clone();
+        let (t, _) = candidate.predict(0);
+        for w in &mut d.records[0].weight {
+            for (w, time) in w.iter_mut().zip(&data.records[0].setup.time) {
+                if *time > t.deepest {
+                    *w = 0.0;
                 }
-                d
-            };
-            let problem = Problem::new(&train, candidate.structure.model());
-            let kept: Vec<usize> = if n > 1 { (0..n).filter(|r| !out.contains(r)).collect() } else { vec![0] };
-            let start = Point {
-                theta: candidate.fit.point.theta.clone(),
-                locals: kept.iter().map(|r| candidate.fit.point.locals[*r].clone()).collect(),
-                chi2: f64::INFINITY,
-            };
-            let start = problem.evaluate(start.theta, start.locals);
-            let fit = problem.fit(start, &Options { iterations: 20, ..Options::default() });
-            let full = candidate.problem();
-            out.iter()
-                .map(|r| {
-                    let mut local = data.local_start(*r);
-                    // where the full fit put the touch is a start, not knowledge carried over
-                    for (i, k) in full.nuisances().iter().enumerate() {
-                        if matches!(k, Nuisance::Start) {
-                            local[i] = candidate.fit.point.locals[*r][i];
-                        }
-                    }
-                    let local = full.fit_local(&fit.point.theta, *r, &local, &|k| {
-                        matches!(k, Nuisance::Start | Nuisance::Speed | Nuisance::Offset)
-                            || k == Nuisance::Zero(record::Channel::Penetration)
-                    });
-                    let (_, y) = full.predict(&fit.point.theta, *r, &local);
-                    (*r, y, (fit.point.theta.clone(), local))
-                })
-                .collect()
+            }
+        }
+        d
+    };
+    let kept = (0..n).filter(|r| n == 1 || !out.contains(r));
+    let locals = kept.map(|r| candidate.fit.point.locals[r].clone()).collect();
+    let start = Problem::new(&train, candidate.structure.model()).evaluate(candidate.fit.point.theta.clone(), locals);
+    let options = Options { iterations: 20, ..Options::default() };
+    Fitted::from(&Arc::new(train), candidate.structure.clone(), start, &options)
+}
+
+/// (recording, readings, its parameters) of the recordings `out`, predicted with `fitted`, which did not see them; `full`
+/// is the same structure with all recordings.
+type Predicted = (usize, [Vec<f64>; 3], (Vec<f64>, Vec<f64>));
+
+fn predicted(full: &Fitted, fitted: &Fitted, out: &[usize]) -> Vec<Predicted> {
+    let problem = full.problem();
+    let theta = &fitted.fit.point.theta;
+    out.iter()
+        .map(|r| {
+            let mut local = full.data.local_start(*r);
+            // where the full fit put the touch is a start, not knowledge carried over
+            for (i, k) in problem.nuisances().iter().enumerate() {
+                if matches!(k, Nuisance::Start) {
+                    local[i] = full.fit.point.locals[*r][i];
+                }
+            }
+            let local = problem.fit_local(theta, *r, &local, &|k| {
+                matches!(k, Nuisance::Start | Nuisance::Speed | Nuisance::Offset)
+                    || k == Nuisance::Zero(Channel::Penetration)
+            });
+            let (_, y) = problem.predict(theta, *r, &local);
+            (*r, y, (theta.clone(), local))
         })
-        .collect();
-    let mut readings: Vec<[Vec<f64>; 3]> = vec![Default::default(); n];
-    let mut points = vec![Default::default(); n];
+        .collect()
+}
+
+/// Predicts every recording with `candidate` refitted without its level.
+pub fn held_out(candidate: &Fitted) -> HeldOut {
+    let data = &*candidate.data;
+    let parts: Vec<Vec<Predicted>> =
+        groups(data).par_iter().map(|out| predicted(candidate, &without(candidate, out), out)).collect();
+    let mut readings: Vec<[Vec<f64>; 3]> = vec![Default::default(); data.records.len()];
+    let mut points = vec![Default::default(); data.records.len()];
     for (r, y, p) in parts.into_iter().flatten() {
         readings[r] = y;
         points[r] = p;
     }
     let nrmse = misfit(data, &readings);
     HeldOut { readings, nrmse, points }
+}
+
+/// Every recording predicted without its level by the likeliest of `candidates` (the simulation as given first), each
+/// fold weighing them on the recordings it has.
+pub fn folds(candidates: &[Fitted], table: &Table) -> Option<Folds> {
+    let data = candidates.first()?.data.clone();
+    let parts: Vec<(Vec<usize>, Vec<&'static str>, Vec<Predicted>)> = groups(&data)
+        .into_par_iter()
+        .filter_map(|out| {
+            let fits: Vec<Fitted> = candidates.iter().map(|c| without(c, &out)).collect();
+            let (at, structures): (Vec<usize>, Vec<_>) =
+                fits.iter().enumerate().filter_map(|(i, f)| Some((i, weighed(f)?))).unzip();
+            let levels = if data.records.len() > out.len() { 2 } else { 1 };
+            let posterior = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels }, table);
+            let likeliest = posterior.causes.iter().find_map(|c| c.structure).map_or(0, |i| at[i]);
+            let said = predicted(&candidates[likeliest], &fits[likeliest], &out);
+            Some((out, candidates[likeliest].names(), said))
+        })
+        .collect();
+    let mut readings: Vec<[Vec<f64>; 3]> = vec![Default::default(); data.records.len()];
+    for (r, y, _) in parts.iter().flat_map(|p| p.2.iter()) {
+        readings[*r].clone_from(y);
+    }
+    Some(Folds { names: parts.into_iter().map(|(out, names, _)| (out, names)).collect(), readings })
 }
 
 /// Mean over recordings and channels of rms(recording - prediction) / range(recording).

@@ -10,46 +10,11 @@ use super::figure::figure;
 use super::phases::{phases, PHASES};
 use estimate::fitted::Fitted;
 use estimate::problem::{Nuisance, Point, Problem};
-use law::{Memory, Parameters};
+pub use estimate::response::Place;
+use estimate::response::Response;
 use nalgebra::{DMatrix, DVector};
-use plant::simulate::Trace;
 use rayon::prelude::*;
 use record::{Channel, Kind};
-
-/// Where the unknown enters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
-    Contact,
-    Motion,
-    Reading(Channel),
-}
-
-impl Place {
-    /// The part of the system, as the verdict names it.
-    pub fn origin(self) -> &'static str {
-        match self {
-            Place::Contact => "contact",
-            Place::Motion => "motion",
-            Place::Reading(_) => "chain",
-        }
-    }
-    /// Unit of d.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Place::Reading(Channel::Acceleration) => "m/s^2",
-            Place::Reading(Channel::Penetration) => "m",
-            _ => "N",
-        }
-    }
-    /// What d is, in words.
-    pub fn words(self) -> String {
-        match self {
-            Place::Contact => "a force between body and stop, positive in compression".into(),
-            Place::Motion => "a force on the body besides the contact, positive into the stop".into(),
-            Place::Reading(c) => format!("an error of the {} reading", c.name()),
-        }
-    }
-}
 
 /// d(t) of one recording with the half width of its 95 % band.
 #[derive(Clone, Debug)]
@@ -144,59 +109,6 @@ pub fn latent(reference: &Fitted) -> Option<Latent> {
     Some(Latent { place, scores, records, brief, text, phase: most })
 }
 
-/// k(t), c(t) of the contact along a simulated path.
-fn tangents(law: &Parameters, trace: &Trace, time: &[f64]) -> Vec<(f64, f64)> {
-    let mut m = Memory::default();
-    (0..time.len())
-        .map(|i| {
-            let (x, v) = (trace.position[i], trace.velocity[i]);
-            if i > 0 {
-                let (x0, v0) = (trace.position[i - 1], trace.velocity[i - 1]);
-                m = law.advance(&m, x0, v0, x, v, time[i] - time[i - 1]);
-            }
-            law.derivatives(&m, x, v)
-        })
-        .collect()
-}
-
-/// Answers of (force, acceleration, penetration) to a drive, from (x, v) at the first sample.
-fn respond(
-    time: &[f64],
-    tangent: &[(f64, f64)],
-    mass: f64,
-    start: (f64, f64),
-    drive: &[f64],
-    place: Place,
-) -> [Vec<f64>; 3] {
-    let n = time.len();
-    let mut out = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
-    let (mut x, mut v) = start;
-    let (push, shown) = if place == Place::Contact { (-1.0, 1.0) } else { (1.0, 0.0) };
-    let acceleration = |i: usize, w: f64, x: f64, v: f64| {
-        let j = (i + 1).min(n - 1);
-        let k = tangent[i].0 * (1.0 - w) + tangent[j].0 * w;
-        let c = tangent[i].1 * (1.0 - w) + tangent[j].1 * w;
-        let d = drive[i] * (1.0 - w) + drive[j] * w;
-        (push * d - k * x - c * v) / mass
-    };
-    for i in 0..n {
-        out[0][i] = tangent[i].0 * x + tangent[i].1 * v + shown * drive[i];
-        out[1][i] = acceleration(i, 0.0, x, v);
-        out[2][i] = x;
-        if i + 1 < n {
-            // classical fourth-order step
-            let h = time[i + 1] - time[i];
-            let (a1, v1) = (acceleration(i, 0.0, x, v), v);
-            let (a2, v2) = (acceleration(i, 0.5, x + 0.5 * h * v1, v + 0.5 * h * a1), v + 0.5 * h * a1);
-            let (a3, v3) = (acceleration(i, 0.5, x + 0.5 * h * v2, v + 0.5 * h * a2), v + 0.5 * h * a2);
-            let (a4, v4) = (acceleration(i, 1.0, x + h * v3, v + h * a3), v + h * a3);
-            x += h / 6.0 * (v1 + 2.0 * v2 + 2.0 * v3 + v4);
-            v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
-        }
-    }
-    out
-}
-
 /// d(t) of one recording and what it gains.
 fn estimate(problem: &Problem<'_>, point: &Point, r: usize, place: Place) -> Option<(Record, f64)> {
     let data = problem.data;
@@ -209,7 +121,7 @@ fn estimate(problem: &Problem<'_>, point: &Point, r: usize, place: Place) -> Opt
     let (trace, residual) = problem.residual(point, r)?;
     let physics = problem.physics(&point.theta);
     let indentation = data.kind == Kind::Indentation;
-    let tangent = if indentation { vec![(0.0, 0.0); n] } else { tangents(&physics.law, &trace, time) };
+    let response = Response::new(&physics, &trace, time, data.kind);
     // knots where the place can act at all
     let touches: Vec<usize> = (0..n).filter(|i| trace.position[*i] > 0.0).collect();
     let (a, b) = match (place, touches.first(), touches.last()) {
@@ -236,15 +148,7 @@ fn estimate(problem: &Problem<'_>, point: &Point, r: usize, place: Place) -> Opt
     let mut columns: Vec<Vec<f64>> = (0..knots)
         .map(|k| {
             let d: Vec<f64> = (0..n).map(|i| scale * hat(k, i)).collect();
-            whole(match place {
-                Place::Reading(c) => {
-                    let mut y = nothing();
-                    y[c.index()] = d;
-                    y
-                }
-                _ if indentation => [d, vec![0.0; n], vec![0.0; n]],
-                _ => respond(time, &tangent, physics.mass, (0.0, 0.0), &d, place),
-            })
+            whole(response.to(&d, place))
         })
         .collect();
     let mut ridge: Vec<f64> = Vec::new();

@@ -60,11 +60,6 @@ pub enum Failure {
     Stopped,
 }
 
-/// Overdispersion of the residual from which the noise model is not trusted alone, and the share by which levels not seen
-/// then have to be predicted better: slow noise has no preferred sign, and a model that follows it predicts next to nothing.
-const NOISE_DOUBTED: f64 = 1.5;
-const LEAST_FALL: f64 = 0.005;
-
 /// Fall of chi^2 from which the speeds are taken to have been measured elsewhere than the base fit had it.
 const ELSEWHERE: f64 = 10.0;
 
@@ -146,25 +141,12 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     }
     stage("predicting levels not seen")?;
     let before = held_out(&decision.base);
-    let mut after = if decision.detected && !decision.chosen.structure.terms().is_empty() {
-        Some(held_out(&decision.chosen))
-    } else {
-        None
-    };
-    after = weigh_second(&search, &mut decision, &before, after);
-    // where the residual is more overdispersed than its model knows, only what predicts levels not seen better is believed
-    if let Some(a) = &after {
-        if c.levels.len() > 1
-            && decision.overdispersion.1 > NOISE_DOUBTED
-            && a.nrmse > (1.0 - LEAST_FALL) * before.nrmse
-        {
-            decision.detected = decision.beyond_noise;
-            decision.unexplained = decision.beyond_noise;
-            decision.chosen = decision.base.clone();
-            decision.ties.clear();
-            after = None;
-        }
+    if decision.detected && !decision.chosen.structure.terms().is_empty() {
+        let after = held_out(&decision.chosen);
+        weigh_second(&search, &mut decision, &before, after);
     }
+    stage("weighing the evidence")?;
+    let mut after = decision.settle(&before);
     stage("working out the answer")?;
     let mut findings = gather(c, &search, &decision, &before, after.as_ref(), settings.stage);
     findings.sensors = against(c, settings.others);
@@ -178,10 +160,12 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
         stage("writing")?;
         findings.bootstrap = Some(b);
     }
-    let law = decision.chosen.physics().law;
+    let relied_on = findings.gates.is_empty();
+    let law = if relied_on { decision.chosen.physics().law } else { decision.base.physics().law };
     let element = if settings.element {
         stage("running the recordings through the element")?;
-        packed(&prepared.data, &law, after.as_ref().map(|a| (&decision.chosen, a))).map_err(|e| format!("{e:#}"))
+        let through = after.as_ref().filter(|_| relied_on).map(|a| (&decision.chosen, a));
+        packed(&prepared.data, &law, through).map_err(|e| format!("{e:#}"))
     } else {
         Err("not asked for".into())
     };
@@ -189,6 +173,9 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     if let (Some(a), Some(t)) = (&mut after, element.as_ref().ok().and_then(|e| e.through.as_ref())) {
         a.readings.clone_from(&t.readings);
         a.nrmse = t.nrmse;
+    }
+    if let (Some(a), Some(f)) = (&mut after, &decision.folds) {
+        f.put_in(a, &decision.chosen);
     }
     if let Err(e) = &element {
         findings.caveats.push(format!("HysteresisContact.fmu is not written: {e}."));

@@ -57,12 +57,19 @@ struct Scale {
 }
 
 impl Search {
-    /// `first` alone, or with the second effect that the recordings carry. `named`: all single names, best first;
-    /// `certain`: the first shows in the readings without any fit, nothing else may take its place.
-    pub fn with_second(&self, base: &Fitted, first: &Fitted, named: &[&Fitted], certain: bool) -> Fitted {
+    /// `first` alone, or with the second effect that the recordings carry; and the pairs tried, best first. `named`: all
+    /// single names, best first; `certain`: the first shows in the readings without any fit, nothing else may take its
+    /// place.
+    pub fn with_second(
+        &self,
+        base: &Fitted,
+        first: &Fitted,
+        named: &[&Fitted],
+        certain: bool,
+    ) -> (Fitted, Vec<Fitted>) {
         let scale = Scale { total: first.gain(base).max(1.0), overdispersion: first.overdispersion() };
         if scale.overdispersion <= WHITE_ALONE && scale.total >= FAINT {
-            return first.clone();
+            return (first.clone(), Vec::new());
         }
         let near: Vec<&Fitted> = if certain {
             vec![first]
@@ -93,6 +100,7 @@ impl Search {
             pairs.iter().find(carries).map(|(p, _)| p.clone())
         };
         let believed = best_believed(&mut pairs);
+        let tried = pairs.iter().map(|(p, _)| p.clone()).collect();
         let pair = match (believed, pairs.first()) {
             (Some(p), _) if certain => Some(p),
             (Some(p), _) => Some(self.swapped(p, &mut found)),
@@ -106,18 +114,18 @@ impl Search {
             }
             _ => None,
         };
-        let Some(pair) = pair else { return first.clone() };
+        let Some(pair) = pair else { return (first.clone(), tried) };
         if certain {
-            return pair;
+            return (pair, tried);
         }
         // either may do without the other, from where the pair has led it
         for i in [0, pair.structure.terms().len() - 1] {
             match pair.without(i, &SLOW) {
-                Some(alone) if !self.believed(&pair, &alone, &scale) => return alone,
+                Some(alone) if !self.believed(&pair, &alone, &scale) => return (alone, tried),
                 _ => {}
             }
         }
-        pair
+        (pair, tried)
     }
 
     /// The first effect in the form of fewest parameters, where its best form has more: those may stand in for a second

@@ -1,12 +1,13 @@
 //! The verdict: what verdict.json holds, in the format verdict/1 and with keys beyond it.
 
-use crate::candidate::Candidate;
 use crate::decide::Decision;
 use crate::element::Packed;
+use crate::evidence::{self, Evidences};
 use crate::experiment;
 use crate::findings::Findings;
 use crate::heldout::HeldOut;
 use crate::map;
+use crate::material::{Effect, Remainder};
 use crate::phases::{phases, shares, PHASES};
 use crate::rivals::Rival;
 use crate::sensors::{Against, Mean, Reading};
@@ -58,6 +59,102 @@ pub struct Verdict {
     /// What became of the contact element.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub element: Option<Element>,
+    /// Probability of every cause weighed, the most probable first: of names, of none, or of "unknown".
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub posterior: Vec<Cause>,
+    /// The fewest of them that hold the cause with 95 %.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub credible_set: Vec<Names>,
+    /// What each name does to the figures a campaign is judged by.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub material: Option<BTreeMap<&'static str, Effect>>,
+    /// What is left that no mechanism named explains.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remainder: Option<Remainder>,
+    /// The evidence of every structure weighed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<Evidence>,
+}
+
+/// A set of names with its probability; none: nothing is missing.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cause {
+    pub mechanisms: Vec<&'static str>,
+    pub probability: f64,
+}
+
+/// A set of names.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Names {
+    pub mechanisms: Vec<&'static str>,
+}
+
+/// What the posterior is made of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Evidence {
+    /// Sizes of the discrepancy that all recordings share, and of what each may have of its own, share of force.
+    pub sizes: Vec<f64>,
+    pub own_sizes: Vec<f64>,
+    /// Levels of the campaign.
+    pub levels: usize,
+    pub structures: Vec<WeighedStructure>,
+    /// A cause outside the vocabulary, beside a structure.
+    pub unknown: Vec<WeighedUnknown>,
+}
+
+/// One structure's evidence.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WeighedStructure {
+    pub mechanisms: Vec<&'static str>,
+    pub forms: Vec<&'static str>,
+    pub named: bool,
+    pub parameters: usize,
+    pub chi2: f64,
+    /// ln of the evidence by size of the discrepancy, less what all structures have in common.
+    pub ln_evidence: Vec<Option<f64>>,
+    /// Overdispersion of the residual, and of what the likeliest discrepancy leaves of it.
+    pub overdispersion: f64,
+    pub overdispersion_left: Option<f64>,
+    pub at_bound: bool,
+    /// Misfit over range on levels not seen, where it was worked out.
+    pub heldout_nrmse: Option<f64>,
+}
+
+/// The evidence of a cause outside the vocabulary, beside a structure.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WeighedUnknown {
+    pub beside: Vec<&'static str>,
+    /// Where it enters.
+    pub place: String,
+    /// ln of the evidence by size of its own, first without a shared discrepancy, then with one.
+    pub ln_evidence: Vec<Option<f64>>,
+}
+
+fn evidence(e: &Evidences) -> Evidence {
+    let finite = |v: &[f64]| v.iter().map(|x| x.is_finite().then_some(*x)).collect();
+    let structure = |w: &evidence::Weighed| WeighedStructure {
+        mechanisms: w.names.clone(),
+        forms: w.forms.clone(),
+        named: w.named,
+        parameters: w.parameters,
+        chi2: w.chi2,
+        ln_evidence: finite(&w.ln),
+        overdispersion: w.overdispersion,
+        overdispersion_left: w.left.is_finite().then_some(w.left),
+        at_bound: w.at_bound,
+        heldout_nrmse: w.heldout,
+    };
+    Evidence {
+        sizes: evidence::SIZES.to_vec(),
+        own_sizes: evidence::OWN_SIZES.to_vec(),
+        levels: e.levels,
+        structures: e.structures.iter().map(structure).collect(),
+        unknown: e
+            .unknown
+            .iter()
+            .map(|u| WeighedUnknown { beside: u.beside.clone(), place: u.place.words(), ln_evidence: finite(&u.ln) })
+            .collect(),
+    }
 }
 
 /// A text alone.
@@ -179,6 +276,9 @@ pub struct FitQuality {
     pub after: Quality,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base_bias: Option<BaseBias>,
+    /// Share of the folds that chose the same names without the level they left out, 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub folds_agree: Option<f64>,
 }
 
 /// How well one fit does.
@@ -342,6 +442,7 @@ impl Verdict {
                 before: quality(before.nrmse, &d.base),
                 after: quality(after.map_or(before.nrmse, |a| a.nrmse), &d.chosen),
                 base_bias: Some(bias(d, f)),
+                folds_agree: d.folds.as_ref().map(|f| f.agreement(&d.chosen.names())),
             },
             candidates: Some(f.rivals.iter().map(candidate).collect()),
             map: Some(f.map.iter().map(|m| cell(c, m)).collect()),
@@ -355,7 +456,17 @@ impl Verdict {
                 unit: l.place.unit(),
                 places: l.scores.iter().map(|(p, g)| LatentPlace { what: p.words(), chi2_gain: *g }).collect(),
             }),
-            element: Some(element(d, packed)),
+            element: Some(element(d, f, packed)),
+            posterior: d
+                .posterior
+                .causes
+                .iter()
+                .map(|c| Cause { mechanisms: c.names.clone(), probability: c.probability })
+                .collect(),
+            credible_set: d.posterior.credible_set().iter().map(|c| Names { mechanisms: c.names.clone() }).collect(),
+            material: Some(d.chosen.names().into_iter().zip(f.material.iter().copied()).collect()),
+            remainder: Some(f.remainder.clone()),
+            evidence: Some(evidence(&d.evidence)),
         }
     }
 
@@ -376,7 +487,7 @@ impl Verdict {
             },
             missing: Vec::new(),
             unexplained: Unexplained { detected: false, text: String::new() },
-            fit: FitQuality { before: quality, after: quality, base_bias: None },
+            fit: FitQuality { before: quality, after: quality, base_bias: None, folds_agree: None },
             candidates: None,
             map: None,
             caveats: None,
@@ -385,6 +496,11 @@ impl Verdict {
             other_sensors: Vec::new(),
             latent_force: None,
             element: None,
+            posterior: Vec::new(),
+            credible_set: Vec::new(),
+            material: None,
+            remainder: None,
+            evidence: None,
         }
     }
 
@@ -503,13 +619,15 @@ fn other_sensor(a: &Against) -> OtherSensor {
     }
 }
 
-fn element(d: &Decision, packed: Option<&Packed>) -> Element {
+fn element(d: &Decision, f: &Findings, packed: Option<&Packed>) -> Element {
     let mut parts: Vec<Origin> = Vec::new();
     if d.detected {
         parts.extend(d.chosen.structure.terms().iter().filter(|t| t.mechanism.named).map(|t| t.mechanism.origin));
     }
     let right = !parts.contains(&Origin::Contact) && !d.unexplained;
-    let text = if d.unexplained {
+    let text = if !f.gates.is_empty() {
+        "the FMU holds the simulation as given, calibrated; what is named is not in it, for it is not to be relied on"
+    } else if d.unexplained {
         "the FMU holds what is known; the force that stays unexplained is not in it"
     } else if !d.detected {
         "the contact element is right: the FMU holds it calibrated to these recordings"
@@ -532,22 +650,12 @@ fn element(d: &Decision, packed: Option<&Packed>) -> Element {
     }
 }
 
-/// Share of belief among names: by cost where the search fitted rivals, evenly among those that never part.
+/// Probability that term `term`'s mechanism is missing; evenly shared with names that no recordings part from it.
 fn probability(d: &Decision, term: usize) -> f64 {
-    let others = d.ties.get(term).map_or(0, Vec::len);
-    if d.chosen.structure.terms().len() > 1 {
-        return 1.0 / (1.0 + others as f64);
-    }
-    let scale = 2.0 * d.overdispersion.1.max(1.0);
-    let name = d.chosen.names()[term];
-    let tied = d.ties.get(term).cloned().unwrap_or_default();
-    let rest: f64 = d
-        .singles
-        .iter()
-        .filter(|s| s.is_named() && s.names()[0] != name && !tied.contains(&s.names()[0]))
-        .map(|s| (-(s.cost() - d.chosen.cost()).max(0.0) / scale).exp())
-        .sum();
-    1.0 / (1.0 + others as f64 + rest)
+    let t = &d.chosen.structure.terms()[term];
+    let held = |n: &&&str| d.ties.get(term).is_some_and(|tie| tie.contains(n));
+    let alike = t.mechanism.hints.collinear_with.iter().filter(held).count();
+    d.posterior.of(t.name()) / (1 + alike) as f64
 }
 
 fn unexplained(d: &Decision, f: &Findings) -> String {

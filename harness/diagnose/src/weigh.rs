@@ -23,17 +23,11 @@ const HALVED: f64 = 0.5;
 /// Lets the levels not seen decide on a second name: one that predicts them worse than the first alone goes, one that
 /// was doubted for what stays unexplained beside it is believed where it predicts them far better, and better than the
 /// simulation as given does.
-pub(super) fn weigh_second(
-    search: &Search,
-    d: &mut Decision,
-    before: &HeldOut,
-    after: Option<HeldOut>,
-) -> Option<HeldOut> {
-    let after = after?;
+pub(super) fn weigh_second(search: &Search, d: &mut Decision, before: &HeldOut, after: HeldOut) {
     if let Some(pair) = d.doubted.take() {
         let with = held_out(&pair);
         if with.nrmse < BELIEVED * after.nrmse && with.nrmse < before.nrmse {
-            return Some(carried_on(search, d, pair, with, BELIEVED));
+            carried_on(search, d, pair, with, BELIEVED);
         }
     } else if d.chosen.structure.terms().len() > 1 {
         let first = d.chosen.names()[0];
@@ -42,20 +36,17 @@ pub(super) fn weigh_second(
             let tolerated = if d.chosen.calibrates() { CALIBRATED } else { 1.0 };
             if alone.nrmse * tolerated < after.nrmse {
                 d.chosen = single.clone();
-                d.ties.truncate(1);
-                return Some(alone);
+                return;
             }
         }
         if d.overdispersion.1 > FAR_FROM_NOISE && after.nrmse > HALVED * before.nrmse {
-            return Some(carried_on(search, d, d.chosen.clone(), after, THIRD));
+            carried_on(search, d, d.chosen.clone(), after, THIRD);
         }
     }
-    Some(after)
 }
 
-/// Further names beside `chosen`, as long as each brings the misfit of levels not seen below `ratio` of what it was;
-/// decides on what comes of it.
-fn carried_on(search: &Search, d: &mut Decision, mut chosen: Fitted, mut best: HeldOut, ratio: f64) -> HeldOut {
+/// Further names beside `chosen`, as long as each brings the misfit of levels not seen below `ratio` of what it was.
+fn carried_on(search: &Search, d: &mut Decision, mut chosen: Fitted, mut best: HeldOut, ratio: f64) {
     while chosen.structure.terms().len() < MOST_NAMES {
         let next = search
             .further(&chosen, FURTHER)
@@ -67,7 +58,5 @@ fn carried_on(search: &Search, d: &mut Decision, mut chosen: Fitted, mut best: H
             _ => break,
         }
     }
-    d.ties = search.ties(&chosen, &d.singles, d.overdispersion.1);
     d.chosen = chosen;
-    best
 }

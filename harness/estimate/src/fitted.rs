@@ -13,7 +13,7 @@ const CONVERGED: usize = 200;
 /// Samples of a batch, over which overdispersion is judged.
 const BATCH: usize = 24;
 /// Most that the mean of a single batch counts for the overdispersion: no outlier shall decide alone.
-const MOST: f64 = 30.0;
+pub(crate) const MOST: f64 = 30.0;
 
 /// A structure with its fit.
 #[derive(Clone)]
@@ -91,6 +91,13 @@ impl Fitted {
         self.structure.terms().iter().all(|t| t.mechanism.named)
     }
 
+    /// Names of the parameters of the mechanisms added that rest at a bound.
+    pub fn at_bounds(&self) -> Vec<String> {
+        let all = self.structure.model().parameters.iter().zip(&self.fit.point.theta);
+        let added = all.skip(self.structure.first_term());
+        added.filter(|(p, x)| **x <= p.lower || **x >= p.upper).map(|(p, _)| p.name.clone()).collect()
+    }
+
     /// The physics it stands for.
     pub fn physics(&self) -> Physics {
         self.problem().physics(&self.fit.point.theta)
@@ -116,23 +123,8 @@ impl Fitted {
     /// hold what the model leaves.
     pub fn overdispersion_up_to(&self, most: f64) -> f64 {
         let Some(left) = self.residuals() else { return 1.0 };
-        let over = |batch: usize| {
-            let (mut sum, mut n) = (0.0, 0.0);
-            for (record, (_, residual)) in self.data.records.iter().zip(&left) {
-                for ch in residual.chunks(record.setup.time.len()) {
-                    for w in ch.chunks_exact(batch) {
-                        sum += batch_square(w, most);
-                        n += 1.0;
-                    }
-                }
-            }
-            if n < 10.0 {
-                1.0
-            } else {
-                sum / n
-            }
-        };
-        over(BATCH).max(over(3 * BATCH))
+        let records = self.data.records.iter().zip(&left);
+        overdispersion_of(records.map(|(r, (_, residual))| (r.setup.time.len(), &residual[..])), most)
     }
 
     /// By channel, for flight and for contact: sum over batches of what [`Fitted::overdispersion`] is the mean of, and
@@ -182,6 +174,27 @@ impl Fitted {
     pub fn on(&self, data: Arc<Data>) -> Fitted {
         Fitted { data, structure: self.structure.clone(), fit: self.fit.clone() }
     }
+}
+
+/// Overdispersion of whitened residuals, each recording's with its samples a channel; single batches count up to `most`.
+pub(crate) fn overdispersion_of<'a>(residuals: impl Iterator<Item = (usize, &'a [f64])> + Clone, most: f64) -> f64 {
+    let over = |batch: usize| {
+        let (mut sum, mut n) = (0.0, 0.0);
+        for (samples, residual) in residuals.clone() {
+            for ch in residual.chunks(samples) {
+                for w in ch.chunks_exact(batch) {
+                    sum += batch_square(w, most);
+                    n += 1.0;
+                }
+            }
+        }
+        if n < 10.0 {
+            1.0
+        } else {
+            sum / n
+        }
+    };
+    over(BATCH).max(over(3 * BATCH))
 }
 
 /// Squared mean of a batch of whitened residuals over that expected of white noise, `most` at most.

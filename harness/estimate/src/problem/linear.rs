@@ -196,6 +196,17 @@ impl Problem<'_> {
         Some((Block { residual, columns, bare, local: None, cross: DMatrix::zeros(0, 0) }, a, b))
     }
 
+    /// Residual, sensitivities (globals, then nuisances), normal matrix and gradient of recording `r` at a point, priors of
+    /// the recording included. None where the simulation fails.
+    pub(crate) fn normal_equations(
+        &self,
+        point: &Point,
+        r: usize,
+    ) -> Option<((Vec<f64>, Vec<Vec<f64>>), DMatrix<f64>, DVector<f64>)> {
+        let (block, a, b) = self.block(point, r, &vec![true; self.model.parameters.len()])?;
+        Some(((block.residual, block.columns), a, b))
+    }
+
     /// Linearises at a point.
     pub fn linearise(&self, point: &Point) -> Option<Linear> {
         let ps = &self.model.parameters;

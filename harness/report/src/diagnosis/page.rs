@@ -1,6 +1,8 @@
 //! report.html: what a test engineer reads in a minute, the sentence on top.
 
-use super::words::{advice, bias, parameters, sensors, sentence, share, through};
+use super::words::{
+    advice, bias, material, parameters, probability, sensors, sentence, share, sigmas, through, unseen,
+};
 use chart::{Chart, Heat, Page, Style};
 use diagnose::figure::figure;
 use diagnose::phases::PHASES;
@@ -18,6 +20,7 @@ pub fn html(c: &Campaign, o: &Outcome) -> String {
             page = page.paragraph(&a);
         }
         page = facts(page, c, o);
+        page = causes(page, o);
         page = first_sight(page, c, o);
         page = heat(page, c, o);
         for m in &v.missing {
@@ -79,6 +82,46 @@ fn facts(page: Page, c: &Campaign, o: &Outcome) -> Page {
     )
 }
 
+/// What may be the cause, how probable each is, and what it does.
+fn causes(page: Page, o: &Outcome) -> Page {
+    /// Probability from which a cause is listed.
+    const LISTED: f64 = 0.005;
+    let v = &o.verdict;
+    let rows: Vec<Vec<String>> = v
+        .posterior
+        .iter()
+        .filter(|c| c.probability >= LISTED)
+        .map(|c| {
+            let what = match c.mechanisms[..] {
+                [] => "nothing is missing".to_string(),
+                ["unknown"] => "a cause that no mechanism known explains".into(),
+                _ => c.mechanisms.join(" and "),
+            };
+            let held = v.credible_set.iter().any(|s| s.mechanisms == c.mechanisms);
+            vec![what, probability(c.probability), if held { "yes" } else { "" }.into()]
+        })
+        .collect();
+    if rows.is_empty() {
+        return page;
+    }
+    let mut page = page
+        .section("How sure this is")
+        .table(&["cause", "probability", "among those that hold the cause with 95 %"], &rows);
+    let does: Vec<Vec<String>> =
+        v.material.iter().flatten().map(|(name, e)| vec![name.to_string(), material(e)]).collect();
+    if !does.is_empty() {
+        page = page.table(&["mechanism", "what it changes, mean of the recordings"], &does);
+    }
+    match &v.remainder {
+        Some(r) if v.mismatch.detected => page.paragraph(&format!(
+            "Left over: {}; peaks read and simulated differ by {:.2} %.",
+            r.text,
+            100.0 * r.peak_force
+        )),
+        _ => page,
+    }
+}
+
 /// Measured, before and after of one channel on one axis; empty where it was not recorded.
 fn overlay(c: &Campaign, o: &Outcome, i: usize, ch: Channel, size: (u32, u32)) -> String {
     let r = &c.recordings[i];
@@ -131,7 +174,7 @@ fn telling(c: &Campaign, o: &Outcome) -> usize {
 fn first_sight(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
     let i = telling(c, o);
     let what = if o.after.is_some() { "Before and after" } else { "Measured and simulated" };
-    page = page.section(&format!("{what}: {}, predicted from the other levels alone", c.recordings[i].file));
+    page = page.section(&format!("{what}: {}, predicted as one of {}", c.recordings[i].file, unseen(o)));
     let channels: Vec<Channel> =
         Channel::ALL.into_iter().filter(|ch| c.recordings[i].channels[ch.index()].is_some()).collect();
     for ch in &channels {
@@ -315,18 +358,12 @@ fn bias_table(page: Page, o: &Outcome) -> Page {
         .bias
         .iter()
         .map(|b| {
-            vec![
-                b.name.to_string(),
-                figure(b.before, &b.unit),
-                figure(b.after, &b.unit),
-                share(b),
-                format!("{:+.1}", b.sigmas),
-            ]
+            vec![b.name.to_string(), figure(b.before, &b.unit), figure(b.after, &b.unit), share(b), sigmas(b.sigmas)]
         })
         .collect();
     page.section("How far the calibration had been biased")
         .paragraph(&said)
-        .table(&["parameter", "without it", "with it", "off by", "off by [sigma]"], &rows)
+        .table(&["parameter", "without it", "with it", "off by", "off by, over its error"], &rows)
 }
 
 fn element(page: Page, o: &Outcome) -> Page {

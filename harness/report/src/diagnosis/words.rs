@@ -3,6 +3,7 @@
 use diagnose::bias::Bias;
 use diagnose::element::Packed;
 use diagnose::figure::figure;
+use diagnose::material::Effect;
 use diagnose::run::Outcome;
 use diagnose::sensors::{Against, Reading};
 use diagnose::verdict::{Missing, Unclipped};
@@ -18,18 +19,19 @@ pub fn sentence(o: &Outcome) -> String {
     }
     let gain = match (&o.before, &o.after) {
         (b, Some(a)) => format!(
-            " On levels the fit did not see the misfit goes from {:.2} % to {:.2} % of range.",
+            " On {} the misfit goes from {:.2} % to {:.2} % of range.",
+            unseen(o),
             100.0 * b.nrmse,
             100.0 * a.nrmse
         ),
         _ => String::new(),
     };
     let name = |m: &Missing| {
-        let (name, others) = (m.mechanism, m.also_possible.join(", "));
-        match m.tie.as_ref().map(|t| t.p_right) {
-            _ if others.is_empty() => name.to_string(),
-            Some(p) if p > SURE => format!("{name} (held open: {others}, at P(right) = {p:.2})"),
-            _ => format!("{name} (collinear with {others} in these recordings)"),
+        let sure = format!("{} (probability {})", m.mechanism, probability(m.probability));
+        if m.also_possible.is_empty() {
+            sure
+        } else {
+            format!("{sure}, or {} instead", m.also_possible.join(" or "))
         }
     };
     let names: Vec<String> = v.missing.iter().map(name).collect();
@@ -39,14 +41,64 @@ pub fn sentence(o: &Outcome) -> String {
         None if unexplained => format!(": {}", v.unexplained.text),
         None => String::new(),
     };
+    let of =
+        |mechanisms: &[&str]| v.posterior.iter().find(|c| c.mechanisms == mechanisms).map_or(0.0, |c| c.probability);
     if !v.mismatch.detected {
-        "Nothing is missing beyond noise, tolerances and repeat scatter.".into()
+        format!(
+            "Nothing is missing beyond noise, tolerances and repeat scatter (probability {}).",
+            probability(of(&[]))
+        )
     } else if names.is_empty() {
-        format!("Something is missing that no mechanism known explains{takes}.{gain}")
+        let sure = of(&["unknown"]);
+        let how = if sure > 0.0 { format!(" (probability {})", probability(sure)) } else { String::new() };
+        format!("Something is missing that no mechanism known explains{how}{takes}.{gain}")
     } else {
         let more = if unexplained { format!(" Beyond that a misfit stays unexplained{takes}.") } else { String::new() };
         format!("The simulation leaves out {}.{gain}{more}", names.join(" and "))
     }
+}
+
+/// A probability in words: no verdict is certain.
+pub fn probability(p: f64) -> String {
+    if p > 0.995 {
+        "above 0.99".into()
+    } else if p < 0.005 {
+        "below 0.01".into()
+    } else {
+        format!("{p:.2}")
+    }
+}
+
+/// What held-out predictions were made of: levels where there are several, else recordings, else the rest of the one.
+pub fn unseen(o: &Outcome) -> &'static str {
+    let levels = o.data.records.iter().map(|r| r.level).max().map_or(0, |l| l + 1);
+    match (levels, o.data.records.len()) {
+        (0 | 1, 0 | 1) => "the rest of the recording, which the fit of its first half cycle did not see,",
+        (0 | 1, _) => "recordings the fit did not see",
+        _ => "levels the fit did not see",
+    }
+}
+
+/// A number of standard deviations: beyond ten no error model is right.
+pub fn sigmas(s: f64) -> String {
+    if s.abs() > 10.0 {
+        "far beyond its error".into()
+    } else {
+        format!("{s:+.1} sigma")
+    }
+}
+
+/// What a mechanism does to the figures a campaign is judged by, in words; empty where none was worked out.
+pub fn material(e: &Effect) -> String {
+    let all = [
+        ("peak force", e.peak_force),
+        ("restitution", e.restitution),
+        ("contact time", e.contact_time),
+        ("depth", e.depth),
+    ];
+    let said: Vec<String> =
+        all.iter().filter_map(|(what, q)| q.map(|q| format!("{what} {:+.2} %", 100.0 * q))).collect();
+    said.join(", ")
 }
 
 /// Parameters of a mechanism, one text each: name, value, interval.
@@ -75,7 +127,7 @@ pub fn bias(o: &Outcome) -> Vec<String> {
         .bias
         .iter()
         .filter(|b| b.sigmas.abs() > 2.0)
-        .map(|b| format!("{} {} ({:.0} sigma)", b.name, share(b), b.sigmas.abs()))
+        .map(|b| format!("{} {} ({})", b.name, share(b), sigmas(b.sigmas)))
         .collect()
 }
 
@@ -152,9 +204,16 @@ pub fn summary(o: &Outcome) -> String {
         let list: Vec<String> = parameters(m).into_iter().map(|(n, v, ci)| format!("{n} {v} (95 %: {ci})")).collect();
         s += &format!("  {}, {}: {}\n", m.mechanism, m.form, list.join(", "));
         s += &format!("    sits in {}, acts most in {}, shows most in {}. {}\n", w.origin, w.phase, w.channel, m.cure);
+        let does = v.material.as_ref().and_then(|all| all.get(m.mechanism)).map_or(String::new(), material);
+        if !does.is_empty() {
+            s += &format!("    it changes {does}\n");
+        }
         if let Some(t) = &m.tie {
             s += &format!("    P(right) = {:.2} against {}\n", t.p_right, m.also_possible.join(", "));
         }
+    }
+    if let Some(r) = v.remainder.as_ref().filter(|_| v.mismatch.detected) {
+        s += &format!("  left over: {}\n", r.text);
     }
     for a in advice(o).iter().skip(v.missing.len()) {
         s += &format!("  {a}\n");

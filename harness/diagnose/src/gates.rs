@@ -1,0 +1,53 @@
+//! What keeps a finding from being handed out in an FMU: each reason in plain words.
+
+use super::candidate::WHITE;
+use super::decide::Decision;
+use super::heldout::HeldOut;
+use super::material::remainder;
+
+/// Reasons why what `d` names is not to be relied on; empty where there is none, or nothing was named.
+pub fn gates(d: &Decision, before: &HeldOut, after: Option<&HeldOut>) -> Vec<String> {
+    let mut v = Vec::new();
+    if d.chosen.structure.terms().is_empty() {
+        return v;
+    }
+    let bounds = d.chosen.at_bounds();
+    if !bounds.is_empty() {
+        v.push(format!("{} rests at a bound: its value is the bound's, not the recordings'.", bounds.join(", ")));
+    }
+    if after.is_some_and(|a| a.nrmse > before.nrmse) {
+        let what = if d.evidence.levels > 1 { "levels" } else { "recordings" };
+        v.push(format!("With the mechanisms named, {what} not seen are predicted worse than without."));
+    }
+    v.extend(little_measured(d));
+    if d.overdispersion.1 > WHITE {
+        let (left, was) = (remainder(&d.chosen, false).share_of_range, remainder(&d.base, false).share_of_range);
+        if left > was - left {
+            v.push(format!(
+                "The fit stays far from the recordings: of a slow misfit of {:.2} % of range it leaves {:.2} %.",
+                100.0 * was,
+                100.0 * left
+            ));
+        }
+    }
+    v
+}
+
+/// What one recording alone, or one level alone, cannot tell; None where there is more.
+pub fn little_measured(d: &Decision) -> Option<String> {
+    if d.base.data.records.len() < 2 {
+        Some(
+            "One recording only: nothing tells what holds for every impact from what belongs to this one; held-out means \
+             fitted to its first half cycle."
+                .into(),
+        )
+    } else if d.evidence.levels < 2 {
+        Some(
+            "One level only: what grows with speed or depth cannot be distinguished from what does not, and held-out means \
+             without the recording itself."
+                .into(),
+        )
+    } else {
+        None
+    }
+}

@@ -1,0 +1,300 @@
+//! The posterior over sets of names, over nothing and over unknown, from the evidence of what was weighed.
+//!
+//! Evidence counts fully while differences are small and by its logarithm where they are large: no likelihood is right to
+//! hundreds of nats. How small, how large, and how much more a name needs than nothing is what `calibration.json` holds;
+//! `tests/calibrate` writes it from campaigns of the laboratory whose cause is known.
+
+use crate::evidence::{Evidences, SIZES};
+use mechanisms::named;
+use serde::Deserialize;
+
+/// The word for a cause that no vocabulary holds.
+pub const UNKNOWN: &str = "unknown";
+/// Size of a discrepancy from which on it is no small print, share of force.
+const LARGE: f64 = 0.03;
+
+/// What turns evidence into probabilities.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// ln of what differences of ln evidence are divided by.
+    pub temperature: f64,
+    /// Power of the least overdispersion left, on that.
+    pub overdispersion: f64,
+    /// ln of the difference from which on evidence counts by its logarithm.
+    pub tail: f64,
+    /// ln prior of one mechanism, of several, and of an unknown cause, over that of nothing.
+    pub single: f64,
+    pub pair: f64,
+    pub unknown: f64,
+    /// ln weight of a stand-in, of what each recording has of its own, of a large discrepancy, among the unknown.
+    pub stand_in: f64,
+    pub own: f64,
+    pub large: f64,
+    /// ln weight of the discrepancy's sizes, a step, and of none at all.
+    pub size: f64,
+    pub none: f64,
+    /// ln weight of a structure with a parameter at a bound, of one that predicts levels not seen worse than the simulation
+    /// as given, and of any name where there is one level only.
+    pub bound: f64,
+    pub worse: f64,
+    pub one_level: f64,
+    /// Probability that a set has to add up to, to hold the cause with 95 %.
+    pub level: f64,
+}
+
+impl Table {
+    /// The table that `tests/calibrate` wrote.
+    ///
+    /// # Panics
+    /// Never: the file is part of the build, and a test reads it.
+    pub fn calibrated() -> Table {
+        serde_json::from_str(include_str!("../calibration.json")).expect("the calibration is a table")
+    }
+}
+
+/// A set of names with its probability; no names: nothing is missing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cause {
+    pub names: Vec<&'static str>,
+    pub probability: f64,
+    /// Index of the structure of these names that is likeliest, among those weighed; None of an unknown cause.
+    pub structure: Option<usize>,
+}
+
+impl Cause {
+    /// Whether it is a cause that no vocabulary holds.
+    pub fn is_unknown(&self) -> bool {
+        self.names == [UNKNOWN]
+    }
+}
+
+/// Probabilities of every cause weighed, the most probable first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Posterior {
+    pub causes: Vec<Cause>,
+    /// How many of them, from the first on, hold the cause with 95 %.
+    pub credible: usize,
+}
+
+/// ln(sum of exp).
+fn ln_sum(v: &[f64]) -> f64 {
+    let top = v.iter().cloned().fold(f64::NEG_INFINITY, f64::max);
+    if top.is_finite() {
+        top + v.iter().map(|x| (x - top).exp()).sum::<f64>().ln()
+    } else {
+        top
+    }
+}
+
+/// What stands for all names that no recordings part from these: sorted, of collinear names the first.
+fn canonical(names: &[&'static str]) -> Vec<&'static str> {
+    let first = |name: &&'static str| {
+        let twins = named(name).map_or(&[][..], |m| m.hints.collinear_with);
+        twins.iter().copied().chain([*name]).min().unwrap_or(name)
+    };
+    let mut v: Vec<&'static str> = names.iter().map(first).collect();
+    v.sort_unstable();
+    v.dedup();
+    v
+}
+
+/// What a cause gathers: of every structure (index) its weighted ln evidence.
+#[derive(Default)]
+struct Gathered {
+    ln: Vec<f64>,
+    best: Option<(f64, usize)>,
+}
+
+impl Gathered {
+    fn add(&mut self, ln: f64, structure: Option<usize>) {
+        self.ln.push(ln);
+        if let Some(i) = structure {
+            if self.best.is_none_or(|b| ln > b.0) {
+                self.best = Some((ln, i));
+            }
+        }
+    }
+}
+
+impl Posterior {
+    /// Of what was weighed, by `table`.
+    pub fn new(e: &Evidences, table: &Table) -> Posterior {
+        let mut causes: Vec<(Vec<&'static str>, Gathered)> = Vec::new();
+        let mut add = |names: Vec<&'static str>, ln: f64, structure: Option<usize>| {
+            let i = causes.iter().position(|c| c.0 == names).unwrap_or_else(|| {
+                causes.push((names, Gathered::default()));
+                causes.len() - 1
+            });
+            causes[i].1.add(ln, structure);
+        };
+        let size_weight = |i: usize| if i == 0 { table.none } else { table.size * (i - 1) as f64 };
+        let mut left = f64::INFINITY;
+        for (at, w) in e.structures.iter().enumerate() {
+            if w.left.is_finite() {
+                left = left.min(w.left);
+            }
+            for (i, ln) in w.ln.iter().enumerate().filter(|(_, ln)| ln.is_finite()) {
+                let ln = ln + size_weight(i);
+                if !w.named {
+                    add(vec![UNKNOWN], ln + table.stand_in, None);
+                } else if SIZES[i] >= LARGE {
+                    add(vec![UNKNOWN], ln + table.large, None);
+                } else {
+                    add(canonical(&w.names), ln, Some(at));
+                }
+            }
+        }
+        for ln in e.unknown.iter().flat_map(|u| &u.ln).filter(|ln| ln.is_finite()) {
+            add(vec![UNKNOWN], ln + table.own, None);
+        }
+        let left = if left.is_finite() { left.max(1.0) } else { 1.0 };
+        let mass: Vec<f64> = causes.iter().map(|c| ln_sum(&c.1.ln)).collect();
+        let top = mass.iter().cloned().fold(f64::NEG_INFINITY, f64::max);
+        let (tail, temperature) = (table.tail.exp(), table.temperature.exp() * left.powf(table.overdispersion));
+        let prior = |names: &[&str]| match names {
+            [] => 0.0,
+            [UNKNOWN] => table.unknown,
+            [_] => table.single,
+            _ => table.pair,
+        };
+        let doubt = |gathered: &Gathered| {
+            gathered.best.map_or(0.0, |(_, i)| {
+                let given = e.structures[i].names.is_empty();
+                let of = |is: bool, weight: f64| if is && !given { weight } else { 0.0 };
+                of(e.structures[i].at_bound, table.bound)
+                    + of(e.is_worse(i), table.worse)
+                    + of(e.levels < 2, table.one_level)
+            })
+        };
+        let score: Vec<f64> = causes
+            .iter()
+            .zip(&mass)
+            .map(|(c, m)| prior(&c.0) + doubt(&c.1) - tail * ((top - m) / (tail * temperature)).ln_1p())
+            .collect();
+        let whole = ln_sum(&score);
+        let mut causes: Vec<Cause> = causes
+            .into_iter()
+            .zip(&score)
+            .map(|((names, gathered), s)| {
+                let structure = gathered.best.map(|b| b.1);
+                // names as the structure has them: of collinear ones the one that was fitted
+                let names = structure.map_or(names, |i| e.structures[i].names.clone());
+                Cause { names, probability: (s - whole).exp(), structure }
+            })
+            .collect();
+        causes.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        let mut sum = 0.0;
+        let credible = causes
+            .iter()
+            .position(|c| {
+                sum += c.probability;
+                sum >= table.level
+            })
+            .map_or(causes.len(), |i| i + 1);
+        Posterior { causes, credible }
+    }
+
+    /// Probability that nothing is missing.
+    pub fn nothing(&self) -> f64 {
+        self.causes.iter().filter(|c| c.names.is_empty()).map(|c| c.probability).sum()
+    }
+
+    /// Probability that the cause is in no vocabulary.
+    pub fn unknown(&self) -> f64 {
+        self.causes.iter().filter(|c| c.is_unknown()).map(|c| c.probability).sum()
+    }
+
+    /// Probability that `name` is among what is missing.
+    pub fn of(&self, name: &str) -> f64 {
+        self.causes.iter().filter(|c| c.names.contains(&name)).map(|c| c.probability).sum()
+    }
+
+    /// The most probable set of names that is neither empty nor unknown.
+    pub fn best_named(&self) -> Option<&Cause> {
+        self.causes.iter().find(|c| !c.names.is_empty() && !c.is_unknown())
+    }
+
+    /// The causes that hold the true one with 95 %.
+    pub fn credible_set(&self) -> &[Cause] {
+        &self.causes[..self.credible]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Weighed;
+
+    fn weighed(names: &[&'static str], named: bool, ln: f64) -> Weighed {
+        Weighed {
+            names: names.to_vec(),
+            forms: names.iter().map(|_| "").collect(),
+            named,
+            parameters: names.len(),
+            chi2: 0.0,
+            ln: vec![ln; SIZES.len()],
+            overdispersion: 1.0,
+            left: 1.0,
+            at_bound: false,
+            heldout: None,
+        }
+    }
+
+    fn plain() -> Table {
+        Table {
+            temperature: 0.0,
+            overdispersion: 1.0,
+            tail: 20.0,
+            single: 0.0,
+            pair: 0.0,
+            unknown: 0.0,
+            stand_in: 0.0,
+            own: 0.0,
+            large: f64::NEG_INFINITY,
+            size: 0.0,
+            none: 0.0,
+            bound: -1.0,
+            worse: -1.0,
+            one_level: -0.5,
+            level: 0.95,
+        }
+    }
+
+    #[test]
+    fn with_a_long_tail_and_a_temperature_of_one_it_is_bayes_rule() {
+        let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 3.0)];
+        let p = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3 }, &plain());
+        let want = 3f64.exp() / (1.0 + 3f64.exp());
+        assert!((p.of("gravity") - want).abs() < 1e-6, "{p:?}");
+        assert!((p.nothing() + p.of("gravity") - 1.0).abs() < 1e-12);
+        assert_eq!(p.credible_set().len(), 1);
+    }
+
+    #[test]
+    fn a_short_tail_lets_no_difference_settle_everything() {
+        let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 3000.0)];
+        let p =
+            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3 }, &Table { tail: 0.0, ..plain() });
+        assert!((p.nothing() - 1.0 / 3002.0).abs() < 1e-6, "{p:?}");
+    }
+
+    #[test]
+    fn collinear_names_are_one_cause_and_stand_ins_are_unknown() {
+        let structures = vec![
+            weighed(&["lowpass_lag"], true, 2.0),
+            weighed(&["channel_skew"], true, 1.0),
+            weighed(&["latent_force"], false, 1.0),
+        ];
+        let p = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3 }, &plain());
+        assert_eq!(p.causes.len(), 2, "{p:?}");
+        assert_eq!(p.best_named().unwrap().names, ["lowpass_lag"]);
+        assert!(p.unknown() > 0.0 && p.causes.iter().any(Cause::is_unknown));
+    }
+
+    #[test]
+    fn the_calibration_can_be_read() {
+        let t = Table::calibrated();
+        assert!((0.5..1.0).contains(&t.level) && t.temperature.is_finite());
+    }
+}

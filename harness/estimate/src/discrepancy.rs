@@ -1,0 +1,234 @@
+//! What a real rig has besides its laws: forces and errors of the instruments that are small and smooth, in numbers that
+//! nobody knows (discrepancy: Kennedy and O'Hagan 2001), as columns of readings through the linearised rig.
+//!
+//! The columns of one campaign share their amplitudes over its recordings: a law that is off is off in all of them. An
+//! amplitude of 1 is as large as the contact force, or as the largest reading of a channel.
+
+use crate::fitted::Fitted;
+use crate::problem::Data;
+use crate::response::{Place, Response};
+use law::Parameters as Law;
+use plant::simulate::{law_of, Trace};
+use rayon::prelude::*;
+use record::{largest, Channel, Kind};
+use std::f64::consts::PI;
+
+/// Waves over the depth of a force that is conservative, and of one that opposes the motion.
+const CONSERVATIVE: usize = 8;
+const OPPOSED: usize = 4;
+/// How small each kind is beside the waves of a conservative force.
+const LOSS: f64 = 0.3;
+const RATE: f64 = 0.3;
+const BODY: f64 = 0.3;
+const BENT: f64 = 0.4;
+const RINGING: f64 = 0.4;
+/// Speed over the largest below which a loss of sign v is smooth.
+const SMOOTH: f64 = 0.02;
+/// Natural frequencies of small modes of the structure, in cycles a contact, and their damping ratio.
+const MODES: [f64; 6] = [3.0, 3.9, 5.0, 6.3, 7.9, 10.0];
+const MODE_DAMPING: f64 = 0.03;
+/// Most of a sampling rate that such a mode may have.
+const RESOLVED: f64 = 0.2;
+
+/// Columns of a campaign: by recording, then by column, the whitened change of its readings by an amplitude of 1.
+pub type Columns = Vec<Vec<Vec<f64>>>;
+
+/// One recording's path, as the columns need it.
+struct Path<'a> {
+    fitted: &'a Fitted,
+    record: usize,
+    trace: Trace,
+    physics: mechanisms::physics::Physics,
+}
+
+impl<'a> Path<'a> {
+    /// Of every recording of `fitted`; None where one cannot be simulated.
+    fn all(fitted: &'a Fitted) -> Option<Vec<Path<'a>>> {
+        let problem = fitted.problem();
+        (0..fitted.data.records.len())
+            .into_par_iter()
+            .map(|record| {
+                let (trace, _) = fitted.predict(record);
+                let mut physics = problem.physics(&fitted.fit.point.theta);
+                let local = problem.local(&fitted.fit.point.locals[record]);
+                let own: Law = law_of(&physics, &fitted.data.records[record].setup, &local);
+                physics.law = own;
+                trace.ok.then_some(Path { fitted, record, trace, physics })
+            })
+            .collect()
+    }
+
+    fn time(&self) -> &[f64] {
+        &self.fitted.data.records[self.record].setup.time
+    }
+
+    fn response(&self) -> Response<'_> {
+        Response::new(&self.physics, &self.trace, self.time(), self.fitted.data.kind)
+    }
+
+    /// Readings weighted and whitened, channel after channel.
+    fn whitened(&self, y: &[Vec<f64>; 3]) -> Vec<f64> {
+        let data: &Data = &self.fitted.data;
+        data.compared(self.record).flat_map(|c| data.whitened(self.record, c, &y[c.index()])).collect()
+    }
+}
+
+/// The columns that the recordings of `fitted` share; None where one cannot be simulated.
+pub fn shared(fitted: &Fitted) -> Option<Columns> {
+    let paths = Path::all(fitted)?;
+    let most = |of: &dyn Fn(&Trace) -> f64| paths.iter().map(|p| of(&p.trace)).fold(0.0, f64::max).max(1e-300);
+    let depth = most(&|t| t.position.iter().cloned().fold(0.0, f64::max));
+    let speed = most(&|t| {
+        let touching = t.velocity.iter().zip(&t.position).filter(|(_, x)| **x > 0.0);
+        touching.map(|(v, _)| v.abs()).fold(0.0, f64::max)
+    });
+    let data = &fitted.data;
+    let mut top = [1e-300f64; 3];
+    for r in &data.records {
+        for (t, y) in top.iter_mut().zip(&r.y) {
+            *t = t.max(y.as_ref().map_or(0.0, |y| largest(y)));
+        }
+    }
+    Some(paths.par_iter().map(|p| p.shared(depth, speed, top)).collect())
+}
+
+impl Path<'_> {
+    fn shared(&self, depth: f64, speed: f64, top: [f64; 3]) -> Vec<Vec<f64>> {
+        let data: &Data = &self.fitted.data;
+        let n = self.time().len();
+        let t = &self.trace;
+        let response = self.response();
+        let moving = data.kind != Kind::Indentation;
+        let mut out = Vec::new();
+        let wave = |j: usize, i: usize| (j as f64 * PI * t.position[i].max(0.0) / depth).cos();
+        let mut force = |place: Place, size: f64, of: &dyn Fn(usize) -> f64| {
+            let drive: Vec<f64> = (0..n).map(|i| size * t.force[i] * of(i)).collect();
+            out.push(self.whitened(&response.to(&drive, place)));
+        };
+        for j in 1..=CONSERVATIVE {
+            force(Place::Contact, 1.0, &|i| wave(j, i));
+        }
+        let relative = |i: usize| t.velocity[i] / speed;
+        for j in 0..OPPOSED {
+            force(Place::Contact, LOSS, &|i| wave(j, i) * relative(i) / relative(i).hypot(SMOOTH));
+        }
+        force(Place::Contact, RATE, &relative);
+        force(Place::Contact, RATE, &|i| relative(i) * relative(i).abs());
+        if moving {
+            for j in 0..2 {
+                force(Place::Motion, BODY, &|i| wave(j, i));
+            }
+        }
+        let channels: Vec<Channel> = data.compared(self.record).collect();
+        let (_, y) = self.fitted.predict(self.record);
+        // a column of a channel that this recording lacks is zero in it
+        let lacking = || vec![0.0; channels.len() * n];
+        for c in Channel::ALL.into_iter().filter(|c| data.has(*c) && (moving || *c != Channel::Penetration)) {
+            let of = &y[c.index()];
+            for power in [2, 3] {
+                if !channels.contains(&c) {
+                    out.push(lacking());
+                    continue;
+                }
+                let bent: Vec<f64> = of
+                    .iter()
+                    .map(|y| BENT * y.abs() * (y / top[c.index()]).abs().powi(power - 2) * y / top[c.index()])
+                    .collect();
+                out.push(self.whitened(&response.to(&bent, Place::Reading(c))));
+            }
+            if !moving || c == Channel::Penetration {
+                continue;
+            }
+            for cycles in MODES {
+                let frequency = cycles / data.scales.duration;
+                if frequency > RESOLVED / data.scales.dt {
+                    continue;
+                }
+                if !channels.contains(&c) {
+                    out.push(lacking());
+                    continue;
+                }
+                let rings: Vec<f64> =
+                    ringing(&t.force, self.time(), frequency).iter().map(|z| RINGING * z / self.unit(c)).collect();
+                out.push(self.whitened(&response.to(&rings, Place::Reading(c))));
+            }
+        }
+        out
+    }
+
+    /// Force that the reading 1 of a channel stands for.
+    fn unit(&self, c: Channel) -> f64 {
+        if c == Channel::Acceleration {
+            self.physics.mass
+        } else {
+            1.0
+        }
+    }
+}
+
+/// What a mode of that natural frequency, Hz, rings with while `force` acts on it, less what it follows at rest.
+fn ringing(force: &[f64], time: &[f64], frequency: f64) -> Vec<f64> {
+    let w = 2.0 * PI * frequency;
+    let (mut z, mut u) = (0.0f64, 0.0f64);
+    let mut out = vec![0.0; force.len()];
+    for i in 1..force.len() {
+        let h = time[i] - time[i - 1];
+        // steps short enough for the explicit rule
+        let steps = (w * h / 0.2).ceil().max(1.0) as usize;
+        let h = h / steps as f64;
+        for k in 0..steps {
+            let share = (k as f64 + 0.5) / steps as f64;
+            let f = force[i - 1] + share * (force[i] - force[i - 1]);
+            u += h * (w * w * (f - z) - 2.0 * MODE_DAMPING * w * u);
+            z += h * u;
+        }
+        out[i] = z - force[i];
+    }
+    out
+}
+
+/// Knots over which a recording's own unknown is spread.
+const KNOTS: usize = 16;
+
+/// Columns of what each recording may have of its own at `place`: piecewise linear in time, 1 where the contact force
+/// has its campaign's peak (or the channel its largest reading). None where a recording cannot be simulated.
+pub fn own(fitted: &Fitted, place: Place) -> Option<Columns> {
+    let paths = Path::all(fitted)?;
+    let data = &fitted.data;
+    let scale = match place {
+        Place::Reading(c) => data.range[c.index()],
+        _ => data.scales.peak,
+    };
+    Some(paths.par_iter().map(|p| p.own(place, scale)).collect())
+}
+
+impl Path<'_> {
+    fn own(&self, place: Place, scale: f64) -> Vec<Vec<f64>> {
+        let data: &Data = &self.fitted.data;
+        let n = self.time().len();
+        let absent = match place {
+            Place::Reading(c) => !data.compared(self.record).any(|d| d == c),
+            _ => false,
+        };
+        let touches: Vec<usize> = (0..n).filter(|i| self.trace.position[*i] > 0.0).collect();
+        let (a, b) = match (place, touches.first(), touches.last()) {
+            (Place::Contact, Some(a), Some(b)) => (a.saturating_sub(2), (b + 2).min(n - 1)),
+            _ => (0, n - 1),
+        };
+        let spacing = ((b - a) as f64 / (KNOTS - 1) as f64).max(1.0);
+        let response = self.response();
+        (0..KNOTS)
+            .map(|k| {
+                let drive: Vec<f64> = (0..n)
+                    .map(|i| {
+                        if absent || i < a || i > b {
+                            return 0.0;
+                        }
+                        scale * (1.0 - ((i - a) as f64 / spacing - k as f64).abs()).max(0.0)
+                    })
+                    .collect();
+                self.whitened(&response.to(&drive, place))
+            })
+            .collect()
+    }
+}

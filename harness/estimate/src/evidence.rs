@@ -1,0 +1,222 @@
+//! The evidence of a fitted structure: the probability of the recordings under it, its parameters integrated out, with a
+//! discrepancy of unknown shape in the likelihood (Kennedy and O'Hagan 2001; Laplace's approximation: MacKay 1992,
+//! Kass and Raftery 1995, eq. 5).
+//!
+//! residual = J d(theta) + B c + E e + noise; B: columns that all recordings share, c normal with the discrepancy's size;
+//! E: columns of each recording alone, e normal with a size of their own. What has no prior counts as even between its
+//! bounds.
+
+use crate::discrepancy::Columns;
+use crate::fitted::{overdispersion_of, Fitted, MOST};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use plant::kernels::{add_scaled, dot};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Normal equations of one recording: globals, shared columns, nuisances, own columns.
+struct Part {
+    a: DMatrix<f64>,
+    b: DVector<f64>,
+    residual: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+}
+
+/// A fit with its normal equations, discrepancy included.
+pub struct Evidence<'a> {
+    fitted: &'a Fitted,
+    parts: Vec<Part>,
+    globals: usize,
+    shared: usize,
+    locals: usize,
+    own: usize,
+    /// Globals that rest at a bound.
+    held: Vec<bool>,
+}
+
+/// The reduced system at given sizes.
+struct Solved {
+    /// Indices of globals and shared columns, and of nuisances and own columns, in a part.
+    kept: Vec<usize>,
+    eliminated: Vec<usize>,
+    /// (C^-1 A, C^-1 b) of each recording's eliminated part.
+    inner: Vec<(DMatrix<f64>, DVector<f64>)>,
+    step: DVector<f64>,
+    gradient: DVector<f64>,
+    /// b' A^-1 b, and ln det A of what is active.
+    fall: f64,
+    ln_det: f64,
+}
+
+impl<'a> Evidence<'a> {
+    /// Of a fit, with `shared` columns and each recording's `own`. None where the simulation fails.
+    pub fn new(fitted: &'a Fitted, shared: &Columns, own: Option<&Columns>) -> Option<Evidence<'a>> {
+        let problem = fitted.problem();
+        let point = fitted.point();
+        let globals = problem.model.parameters.len();
+        let locals = problem.nuisances().len();
+        let parts: Option<Vec<Part>> = (0..fitted.data.records.len())
+            .into_par_iter()
+            .map(|r| {
+                let (block, a, b) = problem.normal_equations(point, r)?;
+                let own = own.map_or(&[][..], |o| &o[r]);
+                Some(part(block, (&a, &b), globals, &shared[r], own))
+            })
+            .collect();
+        let at_bound = |(p, x): (&crate::problem::Parameter, &f64)| *x <= p.lower || *x >= p.upper;
+        Some(Evidence {
+            fitted,
+            parts: parts?,
+            globals,
+            shared: shared.first().map_or(0, Vec::len),
+            locals,
+            own: own.and_then(|o| o.first()).map_or(0, Vec::len),
+            held: problem.model.parameters.iter().zip(&point.theta).map(at_bound).collect(),
+        })
+    }
+
+    fn solve(&self, size: f64, own_size: f64) -> Option<Solved> {
+        let (g, m, l) = (self.globals, self.shared, self.locals);
+        let kept: Vec<usize> = if size > 0.0 { (0..g + m).collect() } else { (0..g).collect() };
+        let end = if own_size > 0.0 { g + m + l + self.own } else { g + m + l };
+        let eliminated: Vec<usize> = (g + m..end).collect();
+        let n = kept.len();
+        let (mut s, mut q) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
+        let (mut fall, mut ln_det) = (0.0, 0.0);
+        let mut inner = Vec::with_capacity(self.parts.len());
+        for p in &self.parts {
+            let mut c =
+                DMatrix::from_fn(eliminated.len(), eliminated.len(), |i, j| p.a[(eliminated[i], eliminated[j])]);
+            for i in 0..eliminated.len() {
+                c[(i, i)] += 1e-12 * (1.0 + c[(i, i)]);
+                if i >= l {
+                    c[(i, i)] += own_size.powi(-2);
+                }
+            }
+            let cross = DMatrix::from_fn(eliminated.len(), n, |i, j| p.a[(eliminated[i], kept[j])]);
+            let b = DVector::from_fn(eliminated.len(), |i, _| p.b[eliminated[i]]);
+            let ch = c.cholesky()?;
+            let (x, y) = (ch.solve(&cross), ch.solve(&b));
+            s += DMatrix::from_fn(n, n, |i, j| p.a[(kept[i], kept[j])]) - cross.transpose() * &x;
+            q += DVector::from_fn(n, |i, _| p.b[kept[i]]) - cross.transpose() * &y;
+            fall += b.dot(&y);
+            ln_det += ln_det_of(&ch);
+            inner.push((x, y));
+        }
+        let parameters = &self.fitted.structure.model().parameters;
+        let theta = &self.fitted.point().theta;
+        for (j, p) in parameters.iter().enumerate() {
+            if let Some((mean, sd)) = p.prior {
+                s[(j, j)] += sd.powi(-2);
+                q[j] += (mean - theta[j]) / (sd * sd);
+            }
+        }
+        for j in g..n {
+            s[(j, j)] += size.powi(-2);
+        }
+        let gradient = q.clone();
+        for j in (0..g).filter(|j| self.held[*j]) {
+            s.row_mut(j).fill(0.0);
+            s.column_mut(j).fill(0.0);
+            s[(j, j)] = 1.0;
+            q[j] = 0.0;
+        }
+        for j in 0..n {
+            s[(j, j)] *= 1.0 + 1e-10;
+        }
+        let ch = s.cholesky()?;
+        let step = ch.solve(&q);
+        fall += q.dot(&step);
+        ln_det += ln_det_of(&ch);
+        Some(Solved { kept, eliminated, inner, step, gradient, fall, ln_det })
+    }
+
+    /// ln of the evidence, less what all structures of one campaign have in common, with a discrepancy of that size (share
+    /// of force and of the largest readings, 1) and with what each recording has of its own of that size; 0: none.
+    ///
+    /// None where the normal matrix is singular.
+    pub fn ln(&self, size: f64, own_size: f64) -> Option<f64> {
+        let solved = self.solve(size, own_size)?;
+        let mut ln = -0.5 * self.fitted.chi2() + 0.5 * solved.fall - 0.5 * solved.ln_det;
+        for (j, p) in self.fitted.structure.model().parameters.iter().enumerate() {
+            let width = p.upper - p.lower;
+            ln += match (p.prior, self.held[j]) {
+                (Some((_, sd)), _) => -sd.ln(),
+                (None, false) => 0.5 * TAU.ln() - width.ln(),
+                // falls off from the bound as its gradient says
+                (None, true) => -(width * solved.gradient[j].abs()).max(1.0).ln(),
+            };
+        }
+        if size > 0.0 {
+            ln -= self.shared as f64 * size.ln();
+        }
+        if own_size > 0.0 {
+            ln -= (self.own * self.parts.len()) as f64 * own_size.ln();
+        }
+        ln.is_finite().then_some(ln)
+    }
+
+    /// Overdispersion of what is left once parameters, discrepancy and nuisances have moved to where they are likeliest.
+    pub fn overdispersion(&self, size: f64, own_size: f64) -> Option<f64> {
+        let solved = self.solve(size, own_size)?;
+        let left: Vec<(usize, Vec<f64>)> = self
+            .parts
+            .iter()
+            .zip(&solved.inner)
+            .enumerate()
+            .map(|(r, (p, (x, y)))| {
+                let mut e = p.residual.clone();
+                for (at, by) in solved.kept.iter().zip(solved.step.iter()) {
+                    add_scaled(&mut e, -by, &p.columns[*at]);
+                }
+                let inner = y - x * &solved.step;
+                for (at, by) in solved.eliminated.iter().zip(inner.iter()) {
+                    add_scaled(&mut e, -by, &p.columns[*at]);
+                }
+                (self.fitted.data.records[r].setup.time.len(), e)
+            })
+            .collect();
+        Some(overdispersion_of(left.iter().map(|(n, e)| (*n, &e[..])), MOST))
+    }
+}
+
+fn ln_det_of(ch: &Cholesky<f64, Dyn>) -> f64 {
+    2.0 * ch.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()
+}
+
+/// A recording's normal equations `(a, b)`, widened by columns that all share and by its own.
+fn part(
+    (residual, columns): (Vec<f64>, Vec<Vec<f64>>),
+    (a, b): (&DMatrix<f64>, &DVector<f64>),
+    globals: usize,
+    shared: &[Vec<f64>],
+    own: &[Vec<f64>],
+) -> Part {
+    let mut all: Vec<Vec<f64>> = Vec::with_capacity(columns.len() + shared.len() + own.len());
+    // where the old ones stand among the new
+    let mut from: Vec<Option<usize>> = Vec::new();
+    for (j, c) in columns.into_iter().enumerate() {
+        if j == globals {
+            all.extend(shared.iter().cloned());
+            from.extend(shared.iter().map(|_| None));
+        }
+        all.push(c);
+        from.push(Some(j));
+    }
+    all.extend(own.iter().cloned());
+    from.extend(own.iter().map(|_| None));
+    let n = all.len();
+    let mut wide = DMatrix::zeros(n, n);
+    let mut right = DVector::zeros(n);
+    for i in 0..n {
+        right[i] = from[i].map_or_else(|| dot(&all[i], &residual), |k| b[k]);
+        for j in 0..=i {
+            let v = match (from[i], from[j]) {
+                (Some(p), Some(q)) => a[(p, q)],
+                _ => dot(&all[i], &all[j]),
+            };
+            wide[(i, j)] = v;
+            wide[(j, i)] = v;
+        }
+    }
+    Part { a: wide, b: right, residual, columns: all }
+}

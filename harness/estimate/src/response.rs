@@ -1,0 +1,148 @@
+//! The rig linearised about a simulated path: what a small force, or a small error of a reading, does to the readings.
+
+use law::Memory;
+use mechanisms::physics::Physics;
+use plant::chain::readings;
+use plant::simulate::Trace;
+use record::{Channel, Kind};
+
+/// Where something small and unknown enters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A force between body and stop, N, positive in compression.
+    Contact,
+    /// A force on the body besides the contact, N, positive into the stop.
+    Motion,
+    /// An error of one reading, in its SI unit.
+    Reading(Channel),
+}
+
+impl Place {
+    /// The part of the system it belongs to, as the verdict names it.
+    pub fn origin(self) -> &'static str {
+        match self {
+            Place::Contact => "contact",
+            Place::Motion => "motion",
+            Place::Reading(_) => "chain",
+        }
+    }
+
+    /// Unit of what enters there.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Place::Reading(c) => c.unit(),
+            _ => "N",
+        }
+    }
+
+    /// What enters there, in words.
+    pub fn words(self) -> String {
+        match self {
+            Place::Contact => "a force between body and stop, positive in compression".into(),
+            Place::Motion => "a force on the body besides the contact, positive into the stop".into(),
+            Place::Reading(c) => format!("an error of the {} reading", c.name()),
+        }
+    }
+}
+
+/// One recording's rig, linearised: the contact as a spring k(t) and a damper c(t) along the path.
+pub struct Response<'a> {
+    physics: &'a Physics,
+    trace: &'a Trace,
+    time: &'a [f64],
+    /// k N/m and c N s/m, sample by sample; empty where the path is imposed.
+    tangents: Vec<(f64, f64)>,
+}
+
+impl<'a> Response<'a> {
+    /// About `trace`, which `physics` has given at the sample times `time`, s.
+    pub fn new(physics: &'a Physics, trace: &'a Trace, time: &'a [f64], kind: Kind) -> Response<'a> {
+        let tangents = if kind == Kind::Indentation { Vec::new() } else { tangents(physics, trace, time) };
+        Response { physics, trace, time, tangents }
+    }
+
+    /// Change of the readings (force N, acceleration m/s^2, penetration m) by `drive`, one value a sample, that enters at
+    /// `place`; through the measuring chain, save for what enters behind it.
+    pub fn to(&self, drive: &[f64], place: Place) -> [Vec<f64>; 3] {
+        let n = self.time.len();
+        if let Place::Reading(c) = place {
+            let mut out = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+            out[c.index()].copy_from_slice(drive);
+            return out;
+        }
+        let bare = if self.tangents.is_empty() {
+            let shown = if place == Place::Contact { drive.to_vec() } else { vec![0.0; n] };
+            [shown, vec![0.0; n], vec![0.0; n]]
+        } else {
+            self.motion(drive, place)
+        };
+        self.through_chain(bare)
+    }
+
+    /// What the chain makes of a small change of what it measures.
+    fn through_chain(&self, change: [Vec<f64>; 3]) -> [Vec<f64>; 3] {
+        let [force, acceleration, position] = change;
+        let add = |a: &[f64], b: Vec<f64>| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + b).collect() };
+        let moved = Trace {
+            force: add(&self.trace.force, force),
+            acceleration: add(&self.trace.acceleration, acceleration),
+            position: add(&self.trace.position, position),
+            ..self.trace.clone()
+        };
+        let mut out = readings(self.physics, &moved, self.time);
+        for (y, y0) in out.iter_mut().zip(readings(self.physics, self.trace, self.time)) {
+            for (a, b) in y.iter_mut().zip(y0) {
+                *a -= b;
+            }
+        }
+        out
+    }
+
+    /// (force, acceleration, position) by a drive, from rest relative to the path.
+    fn motion(&self, drive: &[f64], place: Place) -> [Vec<f64>; 3] {
+        let (time, tangent, mass) = (self.time, &self.tangents, self.physics.mass);
+        let n = time.len();
+        let mut out = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+        let (mut x, mut v) = (0.0, 0.0);
+        let (push, shown) = if place == Place::Contact { (-1.0, 1.0) } else { (1.0, 0.0) };
+        let acceleration = |i: usize, w: f64, x: f64, v: f64| {
+            let j = (i + 1).min(n - 1);
+            let k = tangent[i].0 * (1.0 - w) + tangent[j].0 * w;
+            let c = tangent[i].1 * (1.0 - w) + tangent[j].1 * w;
+            let d = drive[i] * (1.0 - w) + drive[j] * w;
+            (push * d - k * x - c * v) / mass
+        };
+        for i in 0..n {
+            out[0][i] = tangent[i].0 * x + tangent[i].1 * v + shown * drive[i];
+            out[1][i] = acceleration(i, 0.0, x, v);
+            out[2][i] = x;
+            if i + 1 < n {
+                // classical fourth-order step
+                let h = time[i + 1] - time[i];
+                let (a1, v1) = (acceleration(i, 0.0, x, v), v);
+                let (a2, v2) = (acceleration(i, 0.5, x + 0.5 * h * v1, v + 0.5 * h * a1), v + 0.5 * h * a1);
+                let (a3, v3) = (acceleration(i, 0.5, x + 0.5 * h * v2, v + 0.5 * h * a2), v + 0.5 * h * a2);
+                let (a4, v4) = (acceleration(i, 1.0, x + h * v3, v + h * a3), v + h * a3);
+                x += h / 6.0 * (v1 + 2.0 * v2 + 2.0 * v3 + v4);
+                v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+            }
+        }
+        out
+    }
+}
+
+/// k(t), c(t) of the contact along a simulated path.
+fn tangents(physics: &Physics, trace: &Trace, time: &[f64]) -> Vec<(f64, f64)> {
+    let law = &physics.law;
+    let mut m = Memory::default();
+    (0..time.len())
+        .map(|i| {
+            let (x, v) = (trace.position[i], trace.velocity[i]);
+            if i > 0 {
+                let (x0, v0) = (trace.position[i - 1], trace.velocity[i - 1]);
+                m = law.advance(&m, x0, v0, x, v, time[i] - time[i - 1]);
+            }
+            law.derivatives(&m, x, v)
+        })
+        .collect()
+}

@@ -1,0 +1,171 @@
+"""How sure: fits the table that turns evidence into probabilities, on campaigns of the laboratory. Run by tests/calibrate.
+
+A verdict holds ln evidence of every structure weighed, by size of the discrepancy; the laboratory knows the cause. The table
+is what makes the posterior of `of_verdict` say the cause with the least log loss; harness/diagnose/src/posterior.rs reads it and
+works the same posterior out.
+"""
+import json
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.special import logsumexp
+
+from .limits import TIES
+
+NOTHING, UNKNOWN = frozenset(), frozenset({"unknown"})
+LEAST = 1e-3                 # what a cause counts that was not weighed at all
+
+# name: (start, how far it may go from there at one unit of penalty)
+PARAMETERS = {
+    "temperature": (np.log(3.0), 1.0),         # ln; of the evidence
+    "overdispersion": (1.0, 0.5),              # power of the least overdispersion left, on the temperature
+    "tail": (np.log(4.0), 1.0),                # ln; from where on evidence counts by its logarithm
+    "single": (-2.0, 1.0),                     # ln prior of one mechanism, of two, of a cause that nobody has named, over that of none
+    "pair": (-4.0, 1.0),
+    "unknown": (-2.0, 1.0),
+    "stand_in": (0.0, 3.0),                    # ln weight of a stand-in, of what each recording has of its own, of a large discrepancy
+    "own": (0.0, 3.0),
+    "large": (0.0, 3.0),
+    "size": (0.0, 0.5),                        # ln weight of a discrepancy by step of its size
+    "none": (0.0, 1.0),                        # ln weight of no discrepancy at all
+    "bound": (-1.0, 1.0),                      # ln weight of a structure with a parameter at a bound, of one that predicts levels not seen
+    "worse": (-1.0, 1.0),                      # worse than the simulation as given, of any name where there is one level only
+    "one_level": (-0.5, 0.5),
+}
+START = np.array([v[0] for v in PARAMETERS.values()])
+WIDTH = np.array([v[1] for v in PARAMETERS.values()])
+LARGE = 0.03                 # sizes from here on are no small print
+
+
+def canonical(names):
+    """Names with one of a pair nobody can part read as the first of them."""
+    names = set(names)
+    for tie in TIES:
+        if names & tie:
+            names = (names - tie) | {min(tie)}
+    return frozenset(names)
+
+
+def features(verdict):
+    """(least overdispersion left, levels, {set: [(kind, size index, ln evidence, at a bound, predicts worse)]}), None where nothing was weighed."""
+    e = verdict.get("evidence")
+    if not e:
+        return None
+    out = {}
+    left = [s["overdispersion_left"] for s in e["structures"] if s["overdispersion_left"] is not None]
+    given = verdict["fit"]["before"]["heldout_nrmse"]
+    for s in e["structures"]:
+        names, held = canonical(s["mechanisms"]), s.get("heldout_nrmse")
+        doubts = bool(names) and s["at_bound"], bool(names) and held is not None and held > given
+        for i, (size, ln) in enumerate(zip(e["sizes"], s["ln_evidence"])):
+            if ln is None:
+                continue
+            if not s["named"]:
+                out.setdefault(UNKNOWN, []).append(("stand_in", i, ln, False, False))
+            elif size >= LARGE:
+                out.setdefault(UNKNOWN, []).append(("large", i, ln, False, False))
+            else:
+                out.setdefault(names, []).append(("", i, ln, *doubts))
+    for u in e["unknown"]:
+        out.setdefault(UNKNOWN, []).extend(("own", None, ln, False, False) for ln in u["ln_evidence"] if ln is not None)
+    return max(1.0, min(left, default=1.0)), e.get("levels", 3), out
+
+
+def posterior(feature, theta):
+    """{set: probability}."""
+    t = dict(zip(PARAMETERS, theta))
+    left, levels, sets = feature
+    weight = lambda kind, i: t.get(kind, 0.0) + (0.0 if i is None else t["none"] if i == 0 else t["size"] * (i - 1))
+    top, tail = -np.inf, np.exp(t["tail"])
+    mass, doubt = {}, {}
+    for h, of in sets.items():
+        ln = np.array([x[2] + weight(x[0], x[1]) for x in of])
+        mass[h], best = logsumexp(ln), of[int(ln.argmax())]
+        doubt[h] = t["bound"] * best[3] + t["worse"] * best[4] + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN))
+        top = max(top, mass[h])
+    temperature = np.exp(t["temperature"]) * left ** t["overdispersion"]
+    prior = lambda h: 0.0 if h == NOTHING else t["unknown"] if h == UNKNOWN else t["single"] if len(h) == 1 else t["pair"]
+    score = {h: prior(h) + doubt[h] - tail * np.log1p((top - m) / (tail * temperature)) for h, m in mass.items()}
+    whole = logsumexp(list(score.values()))
+    return {h: float(np.exp(s - whole)) for h, s in score.items()}
+
+
+def cause(truth):
+    """What the posterior should hold: the names, none, or unknown."""
+    names = truth["missing"]
+    return UNKNOWN if any(n.startswith("unknown:") for n in names) else canonical(names)
+
+
+class Stacked:
+    """All cases' evidence in flat arrays, so that one loss costs a few array operations."""
+
+    def __init__(self, cases):
+        rows, hyps, ends = [], [], []
+        for k, (feature, want, weight) in enumerate(cases):
+            left, levels, sets = feature
+            for h, of in sets.items():
+                ends.append(len(rows))
+                rows += [(ln, KINDS.index(kind), -1 if i is None else i, bound, worse) for kind, i, ln, bound, worse in of]
+                prior = "" if h == NOTHING else "unknown" if h == UNKNOWN else "single" if len(h) == 1 else "pair"
+                hyps.append((k, left, levels < 2 and h not in (NOTHING, UNKNOWN), PRIORS.index(prior), h == want))
+        self.ln, self.kind, self.size, self.bound, self.worse = np.array(rows, float).T
+        self.kind = self.kind.astype(int)
+        self.case, self.left, self.one, self.prior, self.want = np.array(hyps, float).T
+        self.case, self.prior, self.want = self.case.astype(int), self.prior.astype(int), self.want.astype(bool)
+        self.starts, self.n = np.array(ends), len(cases)
+        self.weight = np.array([w for _, _, w in cases])
+
+    def loss(self, theta):
+        """Mean log loss, each case with its weight, and the penalty that keeps the table near its start."""
+        t = dict(zip(PARAMETERS, theta))
+        own = np.array([t.get(k, 0.0) for k in KINDS])[self.kind]
+        ln = self.ln + own + np.where(self.size < 0, 0.0, np.where(self.size == 0, t["none"], t["size"] * (self.size - 1)))
+        mass = np.logaddexp.reduceat(ln, self.starts)
+        best = np.array([a + int(np.argmax(ln[a:b])) for a, b in zip(self.starts, [*self.starts[1:], len(ln)])])
+        doubt = t["bound"] * self.bound[best] + t["worse"] * self.worse[best] + t["one_level"] * self.one
+        top = np.full(self.n, -np.inf)
+        np.maximum.at(top, self.case, mass)
+        tail, temperature = np.exp(t["tail"]), np.exp(t["temperature"]) * self.left ** t["overdispersion"]
+        score = np.array([t.get(k, 0.0) for k in PRIORS])[self.prior] + doubt - tail * np.log1p((top[self.case] - mass) / (tail * temperature))
+        most = np.full(self.n, -np.inf)
+        np.maximum.at(most, self.case, score)
+        e = np.exp(score - most[self.case])
+        whole, right = np.zeros(self.n), np.zeros(self.n)
+        np.add.at(whole, self.case, e)
+        np.add.at(right, self.case, np.where(self.want, e, 0.0))
+        return float(-(self.weight * np.log(np.maximum(right / whole, LEAST))).sum() / self.weight.sum() + 0.5 * np.sum(((theta - START) / WIDTH) ** 2) / self.n)
+
+
+KINDS = ("", "stand_in", "own", "large")
+PRIORS = ("", "single", "pair", "unknown")
+
+
+def fit(cases):
+    """The table's parameters of the least loss."""
+    stacked = Stacked(cases)
+    return minimize(stacked.loss, START, method="Powell", options=dict(maxiter=30, xtol=1e-2, ftol=1e-5)).x
+
+
+def level(cases, theta, share=0.95):
+    """Probability that a set has to add up to for as large a share of them to hold the cause (split conformal: Vovk; Angelopoulos and Bates 2021)."""
+    need = []
+    for feature, want, _ in cases:
+        p = sorted(posterior(feature, theta).items(), key=lambda kv: -kv[1])
+        at = [h for h, _ in p]
+        need.append(sum(v for _, v in p[:at.index(want)]) if want in at else 1.0)
+    n = len(need)
+    k = min(n, int(np.ceil(share * (n + 1))))
+    return float(np.clip(np.sort(need)[k - 1], 0.5, 0.999))
+
+
+def read(truths, verdicts):
+    """[(case, feature, cause, group)] of every case whose verdict was weighed; many small effects have no one cause."""
+    out = []
+    for path in sorted(truths.glob("*.json")):
+        truth, v = json.loads(path.read_text()), verdicts / path.stem / "verdict.json"
+        if truth.get("set") == "many" or not v.exists():
+            continue
+        f = features(json.loads(v.read_text()))
+        if f is not None:
+            out.append((path.stem, f, cause(truth), truth.get("set") or "mix"))
+    return out
