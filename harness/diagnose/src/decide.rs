@@ -47,6 +47,8 @@ pub struct Decision {
     pub posterior: Posterior,
     /// Predictions of levels not seen by names chosen without them; None where nothing is named.
     pub folds: Option<Folds>,
+    /// Names that recordings give which end so many contact times after the touch.
+    pub windows: Vec<(f64, Vec<&'static str>)>,
 }
 
 impl Search {
@@ -93,6 +95,7 @@ impl Search {
             evidence: Evidences::default(),
             posterior: Posterior::default(),
             folds: None,
+            windows: Vec::new(),
         };
         let named: Vec<&Fitted> = singles.iter().filter(|c| c.is_named()).collect();
         let Some(best) = named.first().map(|c| (*c).clone()) else {
@@ -177,6 +180,7 @@ impl Search {
             evidence: Evidences::default(),
             posterior: Posterior::default(),
             folds: None,
+            windows: Vec::new(),
             chosen,
         }
     }

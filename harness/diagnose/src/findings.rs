@@ -91,6 +91,7 @@ pub fn gather(
     }
     f.gates = gates(d, before, after);
     f.caveats.extend(disagreement(c, d));
+    f.caveats.extend(cut_short(d));
     if d.chosen.structure.terms().is_empty() {
         f.caveats.extend(little_measured(d));
     }
@@ -121,6 +122,16 @@ fn disagreement(c: &Campaign, d: &Decision) -> Option<String> {
             others.join("; ")
         )
     })
+}
+
+/// Which shorter windows give other names, in words; None where all agree.
+fn cut_short(d: &Decision) -> Option<String> {
+    let own = d.chosen.names();
+    let named = |n: &[&str]| if n.is_empty() { "nothing".into() } else { n.join(" and ") };
+    let of = |(end, n): &(f64, Vec<&'static str>)| format!("cut {end} contact times after the touch: {}", named(n));
+    let others: Vec<String> = d.windows.iter().filter(|(_, n)| *n != own).map(of).collect();
+    let text = format!("Shorter recordings would give other names ({}).", others.join("; "));
+    (!others.is_empty()).then_some(text)
 }
 
 /// The chosen model without what merely stands in for the unknown.

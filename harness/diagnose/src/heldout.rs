@@ -6,7 +6,7 @@ use estimate::fitted::Fitted;
 use estimate::levels::nrmse;
 use estimate::problem::{Data, Nuisance, Options, Problem};
 use rayon::prelude::*;
-use record::Channel;
+use record::{Channel, Kind};
 use std::sync::Arc;
 
 /// Predictions of every recording, by channel, and their misfit (mean of rms over range).
@@ -136,15 +136,11 @@ pub fn folds(candidates: &[Fitted], table: &Table) -> Option<Folds> {
     let data = candidates.first()?.data.clone();
     let parts: Vec<(Vec<usize>, Vec<&'static str>, Vec<Predicted>)> = groups(&data)
         .into_par_iter()
-        .filter_map(|out| {
+        .map(|out| {
             let fits: Vec<Fitted> = candidates.iter().map(|c| without(c, &out)).collect();
-            let (at, structures): (Vec<usize>, Vec<_>) =
-                fits.iter().enumerate().filter_map(|(i, f)| Some((i, weighed(f)?))).unzip();
-            let levels = if data.records.len() > out.len() { 2 } else { 1 };
-            let posterior = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels }, table);
-            let likeliest = posterior.causes.iter().find_map(|c| c.structure).map_or(0, |i| at[i]);
+            let likeliest = likeliest(&fits, table);
             let said = predicted(&candidates[likeliest], &fits[likeliest], &out);
-            Some((out, candidates[likeliest].names(), said))
+            (out, candidates[likeliest].names(), said)
         })
         .collect();
     let mut readings: Vec<[Vec<f64>; 3]> = vec![Default::default(); data.records.len()];
@@ -152,6 +148,56 @@ pub fn folds(candidates: &[Fitted], table: &Table) -> Option<Folds> {
         readings[*r].clone_from(y);
     }
     Some(Folds { names: parts.into_iter().map(|(out, names, _)| (out, names)).collect(), readings })
+}
+
+/// Index of the likeliest of `fits`, the simulation as given first, by their evidence.
+fn likeliest(fits: &[Fitted], table: &Table) -> usize {
+    let (at, structures): (Vec<usize>, Vec<_>) =
+        fits.iter().enumerate().filter_map(|(i, f)| Some((i, weighed(f)?))).unzip();
+    let posterior = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 2 }, table);
+    posterior.causes.iter().find_map(|c| c.structure).map_or(0, |i| at[i])
+}
+
+/// Ends of a window after the touch, in contact times.
+const ENDS: [f64; 3] = [1.0, 2.0, 4.0];
+
+/// Names that recordings cut so many contact times after the touch give, by the likeliest of `candidates` (the
+/// simulation as given first); only ends that cut some recording.
+pub fn windows(candidates: &[Fitted], table: &Table) -> Vec<(f64, Vec<&'static str>)> {
+    let Some(given) = candidates.first() else { return Vec::new() };
+    let data = &given.data;
+    if data.kind == Kind::Indentation {
+        return Vec::new();
+    }
+    let spans: Vec<(f64, f64)> =
+        (0..data.records.len()).map(|r| given.predict(r).0).map(|t| (t.touch, t.leave)).collect();
+    ENDS.into_par_iter()
+        .filter_map(|end| {
+            let mut cut = (**data).clone();
+            let mut any = false;
+            for (rec, (touch, leave)) in cut.records.iter_mut().zip(&spans) {
+                let last = touch + end * (leave - touch);
+                for (i, _) in rec.setup.time.iter().enumerate().filter(|(_, t)| **t > last) {
+                    rec.weight.iter_mut().for_each(|w| w[i] = 0.0);
+                    any = true;
+                }
+            }
+            if !any {
+                return None;
+            }
+            let cut = Arc::new(cut);
+            let options = Options { iterations: 20, ..Options::default() };
+            let fits: Vec<Fitted> = candidates
+                .iter()
+                .map(|c| {
+                    let problem = Problem::new(&cut, c.structure.model());
+                    let start = problem.evaluate(c.fit.point.theta.clone(), c.fit.point.locals.clone());
+                    Fitted::from(&cut, c.structure.clone(), start, &options)
+                })
+                .collect();
+            Some((end, candidates[likeliest(&fits, table)].names()))
+        })
+        .collect()
 }
 
 /// Mean over recordings and channels of rms(recording - prediction) / range(recording).

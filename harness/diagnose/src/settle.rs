@@ -3,7 +3,7 @@
 use super::candidate::Candidate;
 use super::decide::Decision;
 use super::evidence::weigh;
-use super::heldout::{folds, held_out, HeldOut};
+use super::heldout::{folds, held_out, windows, HeldOut};
 use super::posterior::{Posterior, Table};
 use estimate::fitted::Fitted;
 
@@ -41,6 +41,7 @@ impl Decision {
             let near = posterior.causes.iter().filter(|c| !c.names.is_empty()).filter_map(|c| c.structure);
             choices.extend(near.take(CHOICES).map(|i| fits[i].clone()));
             self.folds = folds(&choices, &table);
+            self.windows = windows(&choices[..choices.len().min(CHOICES)], &table);
         }
         // what differs between recordings of one level is seen by no force within one
         self.excess_scatter = chosen.excess_scatter_left(self.base.excess_scatter());

@@ -279,6 +279,17 @@ pub struct FitQuality {
     /// Share of the folds that chose the same names without the level they left out, 0 to 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub folds_agree: Option<f64>,
+    /// Names that recordings give which are cut so many contact times after the touch.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub windows: Vec<Window>,
+}
+
+/// Names that recordings of a certain length give.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Window {
+    /// End after the touch, in contact times, 1.
+    pub contact_times: f64,
+    pub mechanisms: Vec<&'static str>,
 }
 
 /// How well one fit does.
@@ -443,6 +454,11 @@ impl Verdict {
                 after: quality(after.map_or(before.nrmse, |a| a.nrmse), &d.chosen),
                 base_bias: Some(bias(d, f)),
                 folds_agree: d.folds.as_ref().map(|f| f.agreement(&d.chosen.names())),
+                windows: d
+                    .windows
+                    .iter()
+                    .map(|(end, names)| Window { contact_times: *end, mechanisms: names.clone() })
+                    .collect(),
             },
             candidates: Some(f.rivals.iter().map(candidate).collect()),
             map: Some(f.map.iter().map(|m| cell(c, m)).collect()),
@@ -487,7 +503,13 @@ impl Verdict {
             },
             missing: Vec::new(),
             unexplained: Unexplained { detected: false, text: String::new() },
-            fit: FitQuality { before: quality, after: quality, base_bias: None, folds_agree: None },
+            fit: FitQuality {
+                before: quality,
+                after: quality,
+                base_bias: None,
+                folds_agree: None,
+                windows: Vec::new(),
+            },
             candidates: None,
             map: None,
             caveats: None,
