@@ -5,6 +5,7 @@ pub mod condition;
 pub mod course;
 pub mod descent;
 pub mod fitted;
+mod impact;
 pub mod levels;
 pub mod paper;
 pub mod prepare;
@@ -14,6 +15,7 @@ pub mod scan;
 pub mod simplex;
 pub mod starts;
 pub mod structure;
+pub mod usable;
 pub mod vertices;
 mod watch;
 
