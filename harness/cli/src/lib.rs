@@ -1,4 +1,5 @@
 //! What the `touchdown` command does beyond its crates: benchmarks, studies, progress.
 pub mod bench;
+pub mod campaign;
 pub mod progress;
 pub mod study;

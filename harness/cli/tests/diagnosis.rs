@@ -2,12 +2,18 @@
 
 use diagnose::run::{diagnose, diagnose_with, Outcome, Settings};
 use plant::recipe::{write_campaign, Recipe};
+use record::Campaign;
 use report::diagnosis::summary;
+use std::path::Path;
+
+fn load(dir: &Path) -> Campaign {
+    record::load(dir, &mechanisms::terms()).unwrap()
+}
 
 fn outcome(recipe: &Recipe) -> Outcome {
     let dir = tempfile::tempdir().unwrap();
     write_campaign(dir.path(), recipe).unwrap();
-    diagnose(&record::load(dir.path()).unwrap()).unwrap()
+    diagnose(&load(dir.path())).unwrap()
 }
 
 fn names(o: &Outcome) -> Vec<&str> {
@@ -37,7 +43,7 @@ fn only(recipe: &Recipe, channel: &str) -> Outcome {
         };
         std::fs::write(&path, text.lines().map(cut).collect::<String>()).unwrap();
     }
-    diagnose(&record::load(dir.path()).unwrap()).unwrap()
+    diagnose(&load(dir.path())).unwrap()
 }
 
 #[test]
@@ -69,7 +75,7 @@ fn gravity_left_out_is_found_wherever_the_speeds_were_measured() {
         let head = dir.path().join("campaign.toml");
         let text = std::fs::read_to_string(&head).unwrap();
         std::fs::write(&head, text.replace("\"gravity\", ", "")).unwrap();
-        let o = diagnose(&record::load(dir.path()).unwrap()).unwrap();
+        let o = diagnose(&load(dir.path())).unwrap();
         assert_eq!(names(&o), ["gravity"], "at touch: {speed_at_touch}");
         let p = &o.verdict.missing[0].parameters["gravity"];
         assert!(p.ci95[0] < 9.81 && 9.81 < p.ci95[1], "at touch: {speed_at_touch}: {p:?}");
@@ -106,7 +112,7 @@ fn a_low_pass_filter_in_the_chain_leaves_the_element_right() {
     let quiet = Recipe { noise: [0.1, 0.2, 2e-7], ..Recipe::default() };
     let [slow, quick] = [("slow", r), ("quick", quiet)].map(|(name, recipe)| {
         write_campaign(&dir.path().join(name), &recipe).unwrap();
-        record::load(&dir.path().join(name)).unwrap()
+        load(&dir.path().join(name))
     });
     let o = diagnose_with(&slow, &Settings { others: &[quick], ..Settings::default() }).unwrap();
     let n = names(&o);
@@ -160,7 +166,7 @@ fn the_force_it_takes_is_found_where_it_acts() {
     r.physics.ripple.length = 1.2e-4;
     let dir = tempfile::tempdir().unwrap();
     write_campaign(dir.path(), &r).unwrap();
-    let c = record::load(dir.path()).unwrap();
+    let c = load(dir.path());
     let Prepared { data, guess, structure } = Prepared::new(&c).unwrap();
     let l = latent(&Fitted::base(&data, &structure, &guess)).unwrap();
     assert_eq!(l.place, Place::Contact, "{:?}", l.scores);

@@ -194,16 +194,14 @@ fn bad_input_names_file_line_and_cure_and_leaves_nothing() {
         (|d| std::fs::remove_file(d.join("campaign.toml")).unwrap(), &["campaign.toml", "recordings/1"]),
         (
             |d| {
-                let f = d.join("r05.csv");
-                let text = std::fs::read_to_string(&f).unwrap();
-                let flat: Vec<String> = text
-                    .lines()
-                    .enumerate()
-                    .map(|(i, l)| if i == 0 { l.into() } else { format!("{},0,0,0", l.split(',').next().unwrap()) })
-                    .collect();
-                std::fs::write(f, flat.join("\n")).unwrap();
+                for f in (1..=10).map(|i| d.join(format!("r{i:02}.csv"))) {
+                    let text = std::fs::read_to_string(&f).unwrap();
+                    let nothing = |l: &str| format!("{},0,0,0", l.split(',').next().unwrap());
+                    let rows = text.lines().enumerate().map(|(i, l)| if i == 0 { l.into() } else { nothing(l) });
+                    std::fs::write(f, rows.collect::<Vec<String>>().join("\n")).unwrap();
+                }
             },
-            &["r05.csv", "no impact"],
+            &["r01.csv: no impact", "7 more", "check the signs"],
         ),
     ];
     for (spoil, says) in cases {

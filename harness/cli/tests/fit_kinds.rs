@@ -209,9 +209,8 @@ fn one_channel_is_enough_for_a_drop_test() {
 #[test]
 fn bad_recordings_are_refused_with_file_line_and_cure() {
     type Spoil = fn(&mut Vec<String>);
-    let cases: [(Spoil, &[&str]); 5] = [
-        (|l| drop(l.drain(200..260)), &["r02.csv:201", "gap", "cut the recording"]),
-        (|l| l.swap(50, 51), &["r02.csv:52", "time does not increase", "sort the rows"]),
+    let cases: [(Spoil, &[&str]); 4] = [
+        (|l| l.swap(50, 51), &["r02.csv:52", "time goes back here", "sort the rows"]),
         (|l| l.truncate(4), &["r02.csv", "3 samples are too few", "at least"]),
         (|l| l[90] = l[90].replace(',', ",inf"), &["r02.csv:91", "not a finite number", "remove the rows"]),
         (
@@ -235,6 +234,28 @@ fn bad_recordings_are_refused_with_file_line_and_cure() {
             assert!(!out.exists(), "something was written");
         }
     }
+}
+
+#[test]
+fn a_pause_and_a_recording_of_nothing_are_noted_and_the_rest_is_fitted() {
+    let dir = tempfile::tempdir().unwrap();
+    let (campaign, out) = (dir.path().join("c"), dir.path().join("out"));
+    let recipe = Recipe::default();
+    write_campaign(&campaign, &recipe).unwrap();
+    let edit = |file: &str, change: &dyn Fn(&mut Vec<String>)| {
+        let text = std::fs::read_to_string(campaign.join(file)).unwrap();
+        let mut lines: Vec<String> = text.lines().map(str::to_string).collect();
+        change(&mut lines);
+        std::fs::write(campaign.join(file), lines.join("\n") + "\n").unwrap();
+    };
+    edit("r02.csv", &|l| drop(l.drain(600..650)));
+    edit("r10.csv", &|l| {
+        l.iter_mut().skip(1).for_each(|s| *s = format!("{},0,0,0", s.split(',').next().unwrap()));
+    });
+    let o = fit(&campaign, &out, "lm");
+    let err = String::from_utf8_lossy(&o.stderr).into_owned();
+    assert!(err.contains("r02.csv: a pause of") && err.contains("r10.csv: no impact is to be seen in it"), "{err}");
+    assert_truth(&answer(&o, &out), &recipe.physics, [0.05, 0.02, 0.1]);
 }
 
 #[test]

@@ -5,6 +5,7 @@ use crate::bias::{biases, Bias};
 use crate::bootstrap::Bootstrap;
 use crate::decide::Decision;
 use crate::experiment::{ties, Tie};
+use crate::figure::figure;
 use crate::gates::{gates, little_measured};
 use crate::heldout::HeldOut;
 use crate::intervals::{intervals, Intervals};
@@ -16,7 +17,7 @@ use crate::search::Search;
 use crate::sensors::Against;
 use crate::unclipped::{unclipped, Unclipped};
 use estimate::fitted::Fitted;
-use estimate::problem::{Options, Problem};
+use estimate::problem::{Data, Options, Problem};
 use estimate::structure::{Structure, Term};
 use record::{Campaign, Channel};
 
@@ -183,18 +184,35 @@ fn caveats(c: &Campaign, d: &Decision) -> Vec<String> {
     if channels == 1 {
         v.push("One channel only: errors of the chain, of the motion and of the contact look alike in it.".into());
     }
-    let spikes: usize = data
-        .records
-        .iter()
-        .flat_map(|r| r.weight.iter().zip(&r.y).filter(|(_, y)| y.is_some()))
-        .map(|(w, _)| w.iter().filter(|w| **w == 0.0).count())
-        .sum();
-    if spikes > 0 {
-        v.push(format!("{spikes} samples that stand alone far outside the noise were left out as spikes."));
-    }
+    v.extend(spikes(data));
     if !d.chosen.fit.converged {
         v.push("The fit with the mechanisms named was still improving when it was stopped.".into());
     }
     v.extend(c.warnings.iter().cloned());
     v
+}
+
+/// Spikes listed one by one.
+const LISTED: usize = 8;
+
+/// The samples left out as spikes, with file, time and channel.
+fn spikes(data: &Data) -> Option<String> {
+    let mut found = Vec::new();
+    for r in &data.records {
+        for c in Channel::ALL.into_iter().filter(|c| r.y[c.index()].is_some()) {
+            let left_out = r.weight[c.index()].iter().zip(&r.setup.time).filter(|(w, _)| **w == 0.0);
+            found.extend(left_out.map(|(_, t)| format!("{} at {} ({})", r.file, figure(*t, "s"), c.name())));
+        }
+    }
+    let more = found.len().saturating_sub(LISTED);
+    let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let (samples, stand, were) =
+        if found.len() == 1 { ("sample", "stands", "was") } else { ("samples", "stand", "were") };
+    (!found.is_empty()).then(|| {
+        format!(
+            "{} {samples} that {stand} alone far outside the noise {were} left out as spikes: {}{rest}.",
+            found.len(),
+            found[..found.len().min(LISTED)].join(", ")
+        )
+    })
 }

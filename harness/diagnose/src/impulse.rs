@@ -110,7 +110,7 @@ mod tests {
         (recipe.physics.clipping.level, recipe.physics.clipping.channel) = (limit, Channel::Acceleration);
         let dir = tempfile::tempdir().unwrap();
         write_campaign(dir.path(), &recipe).unwrap();
-        let mut c = load(dir.path()).unwrap();
+        let mut c = load(dir.path(), &mechanisms::terms()).unwrap();
         c.recordings.iter_mut().for_each(|r| (r.channels[0], r.channels[2]) = (None, None));
         c
     }

@@ -294,6 +294,7 @@ mod tests {
                 time: (0..y.len()).map(|k| k as f64 * dt).collect(),
                 channels: [None, Some(y), None],
                 columns: Vec::new(),
+                rows: Vec::new(),
             }
         });
         Campaign {

@@ -1,10 +1,11 @@
 //! From a campaign to conditioned data: scales, noise, first guesses. Nothing is fitted yet.
 
+use crate::impact::{impact, pulse, push_of, Impact, Pulse};
 use crate::problem::{Data, Record, Scales};
 use mechanisms::load_history::LoadHistory;
 use plant::noise::Noise;
 use plant::simulate::Setup;
-use record::{self, Campaign, Channel, Kind, Recording};
+use record::{self, Campaign, Channel, Kind};
 
 /// Why a campaign cannot be judged.
 #[derive(Debug, thiserror::Error)]
@@ -26,7 +27,7 @@ pub fn median(mut v: Vec<f64>) -> f64 {
 
 /// Magnitudes of the differences of third order, which see noise alone where the signal is smooth; their variance is
 /// 20 times that of white noise. At least four samples.
-fn thirds(y: &[f64]) -> Vec<f64> {
+pub(crate) fn thirds(y: &[f64]) -> Vec<f64> {
     y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect()
 }
 
@@ -81,56 +82,6 @@ pub fn smooth(y: &[f64], sigma: f64) -> (Vec<f64>, Vec<f64>) {
     (s, d)
 }
 
-struct Pulse {
-    /// Index of first crossing, last sample of the first pulse, and the peak.
-    first: usize,
-    last: usize,
-    peak: f64,
-}
-
-/// The first pulse of a signal that pushes, above `share` of its peak.
-fn pulse(y: &[f64], share: f64) -> Option<Pulse> {
-    let peak = y.iter().cloned().fold(f64::MIN, f64::max);
-    if peak.is_nan() || peak <= 0.0 {
-        return None;
-    }
-    let level = share * peak;
-    let n = y.len();
-    // three in a row, so that a spike is no touch
-    let first = (0..n.saturating_sub(2)).find(|i| y[*i] > level && y[i + 1] > level && y[i + 2] > level)?;
-    let mut last = first;
-    let mut below = 0;
-    for (i, v) in y.iter().enumerate().skip(first) {
-        if *v > level {
-            last = i;
-            below = 0;
-        } else {
-            below += 1;
-            if below > 4 {
-                break;
-            }
-        }
-    }
-    Some(Pulse { first, last, peak })
-}
-
-/// What pushes on the body in a recording: force, or mass times acceleration, or at least the way.
-fn push_of(r: &Recording, mass: f64) -> Result<Vec<f64>, Invalid> {
-    let rest = |y: &[f64]| median(y[..(y.len() / 20).max(4)].to_vec());
-    Ok(match (&r.channels[0], &r.channels[1], &r.channels[2]) {
-        (Some(f), _, _) => {
-            let zero = rest(f);
-            f.iter().map(|v| v - zero).collect()
-        }
-        (_, Some(a), _) => {
-            let zero = rest(a).clamp(-2.0, 2.0);
-            a.iter().map(|v| mass * (zero - v)).collect()
-        }
-        (_, _, Some(x)) => x.clone(),
-        _ => return Err(Invalid(format!("{} holds no channel to judge", r.file))),
-    })
-}
-
 /// A campaign's recordings with their scales and noise, and a first guess of the law.
 #[derive(Clone)]
 pub struct Conditioned {
@@ -156,22 +107,12 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
                 range[k] = range[k].max(record::range(y));
             }
         }
-        let push = push_of(r, mass)?;
-        let pu = pulse(&push, 0.04).ok_or_else(|| Invalid(format!("{}: no impact is to be seen in it", r.file)))?;
-        let before = &push[..pu.first.max(8).min(push.len())];
-        let noise = if r.channels[0].is_some() || r.channels[1].is_some() {
-            median(before.iter().map(|v| v.abs()).collect())
-        } else {
-            // a penetration is far below zero before touch: differences of third order see its noise alone
-            median(thirds(before)) / 20f64.sqrt()
-        };
-        if pu.peak < 8.0 * noise && pu.first > 8 {
-            return Err(Invalid(format!("{}: its peak does not stand out of the noise", r.file)));
-        }
+        let Impact { push, pulse: pu } =
+            impact(c.kind, r, mass).map_err(|why| Invalid(format!("{}: {why}", r.file)))?;
         // a pull is contact as well where nothing but contact makes force
         let touching: Vec<f64> =
             if c.kind == Kind::Indentation { push.iter().map(|v| v.abs()).collect() } else { push };
-        quiet.push(quiet_stretches(&touching, 0.04 * pu.peak, &pu));
+        quiet.push(quiet_stretches(&touching, pu.level, &pu));
         lasts.push((pu.first, pu.last));
         peaks.push(if r.channels[0].is_some() || r.channels[1].is_some() { pu.peak } else { f64::NAN });
         let n = r.time.len();
@@ -197,7 +138,7 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
             speed: if c.kind == Kind::DropTest { r.impact_speed.or(r.start_speed) } else { None },
             at_first: r.impact_speed.is_none() && r.start_speed.is_some(),
             start: match c.kind {
-                Kind::ContactorOpening => r.time[0],
+                Kind::ContactorOpening => r.begins(),
                 _ => r.time[pu.first],
             },
         });
@@ -342,7 +283,7 @@ pub fn renewed_noise(c: &Campaign, data: &Data, left: &[[Option<Vec<f64>>; 3]]) 
         .iter()
         .map(|r| {
             let push = push_of(r, mass).unwrap_or_default();
-            pulse(&push, 0.04).map_or_else(Vec::new, |pu| quiet_stretches(&push, 0.04 * pu.peak, &pu))
+            pulse(&push).map_or_else(Vec::new, |pu| quiet_stretches(&push, pu.level, &pu))
         })
         .collect();
     let mut noise = noise_of(c.kind, left, &quiet, &data.range);

@@ -185,7 +185,7 @@ mod tests {
     fn a_touch_moved_by_samples_comes_back_and_the_rest_is_probed_uphill() {
         let dir = tempfile::tempdir().unwrap();
         write_campaign(dir.path(), &Recipe::default()).unwrap();
-        let campaign = record::load(dir.path()).unwrap();
+        let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
         let case = Case::new(Prepared::new(&campaign).unwrap());
         let data = &case.data;
         let problem = case.problem();

@@ -7,6 +7,7 @@ pub mod descent;
 pub mod discrepancy;
 pub mod evidence;
 pub mod fitted;
+mod impact;
 pub mod levels;
 pub mod paper;
 pub mod prepare;
@@ -17,6 +18,7 @@ pub mod scan;
 pub mod simplex;
 pub mod starts;
 pub mod structure;
+pub mod usable;
 pub mod vertices;
 mod watch;
 

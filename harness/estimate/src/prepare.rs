@@ -129,28 +129,68 @@ fn remainders(base: &Fitted) -> Vec<[Option<Vec<f64>>; 3]> {
         .collect()
 }
 
+/// Samples on either side of a touch that a touch simulated a little off moves.
+const ONSET: usize = 3;
+
 /// Samples that stand alone far outside the noise: (recording, channel, sample).
 fn spikes(base: &Fitted) -> Vec<(usize, usize, usize)> {
     let data = &base.data;
     let mut out = Vec::new();
     for (r, rec) in data.records.iter().enumerate() {
-        let (_, y) = base.predict(r);
+        let (t, y) = base.predict(r);
+        let touching: Vec<bool> = t.position.iter().map(|x| *x > 0.0).collect();
         for c in data.compared(r) {
             let i = c.index();
             let Some(read) = &rec.y[i] else { continue };
             let e: Vec<f64> = read.iter().zip(&y[i]).zip(&rec.weight[i]).map(|((a, b), w)| (a - b) * w).collect();
             let s = data.noise[i].marginal();
-            for k in 0..e.len() {
-                let mut near: Vec<f64> =
-                    (k.saturating_sub(4)..(k + 5).min(e.len())).filter(|j| j.abs_diff(k) > 1).map(|j| e[j]).collect();
-                near.sort_by(f64::total_cmp);
-                let middle = near[near.len() / 2];
-                let spread = near[near.len() - 1] - near[0];
-                if (e[k] - middle).abs() > 5.0 * s && (e[k] - middle).abs() > 1.5 * spread {
-                    out.push((r, i, k));
-                }
-            }
+            out.extend((0..e.len()).filter(|k| is_spike(*k, &e, read, &touching, s)).map(|k| (r, i, k)));
         }
     }
     out
+}
+
+/// Whether sample `k` stands alone: the residual `e` by 5 `sigma` outside its neighbours'. Where touch begins or ends, a
+/// force that jumps leaves such a residual if it jumps a sample early or late in the simulation: there the reading itself
+/// has to stick out of those around it, which no jump does.
+fn is_spike(k: usize, e: &[f64], read: &[f64], touching: &[bool], sigma: f64) -> bool {
+    let around = |half: usize| k.saturating_sub(half)..(k + half + 1).min(e.len());
+    let mut near: Vec<f64> = around(4).filter(|j| j.abs_diff(k) > 1).map(|j| e[j]).collect();
+    near.sort_by(f64::total_cmp);
+    let middle = near[near.len() / 2];
+    let spread = near[near.len() - 1] - near[0];
+    let off = (e[k] - middle).abs();
+    if off <= 5.0 * sigma || off <= 1.5 * spread {
+        return false;
+    }
+    let onset = around(ONSET).any(|j| touching[j] != touching[k]);
+    let others = || around(4).filter(|j| *j != k).map(|j| read[j]);
+    let (low, high) = others().fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
+    !onset || read[k] < low - 5.0 * sigma || read[k] > high + 5.0 * sigma
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spike_stands_alone_and_a_jump_simulated_a_sample_late_is_none() {
+        // a viscous damper: the force jumps as it touches
+        let step = |from: usize| -> Vec<f64> {
+            (0..40).map(|i| if i < from { 0.0 } else { 50.0 + 2.0 * (i - from) as f64 }).collect()
+        };
+        let (mut read, simulated) = (step(20), step(21));
+        let touching: Vec<bool> = simulated.iter().map(|f| *f > 0.0).collect();
+        let spikes = |read: &[f64], touching: &[bool]| -> Vec<usize> {
+            let e: Vec<f64> = read.iter().zip(&simulated).map(|(a, b)| a - b).collect();
+            (0..e.len()).filter(|k| is_spike(*k, &e, read, touching, 1.0)).collect()
+        };
+        assert_eq!(spikes(&read, &touching), []);
+        // the residual alone would have it so
+        assert_eq!(spikes(&read, &[false; 40]), [20]);
+        read[8] = 30.0;
+        read[19] = -20.0;
+        read[30] += 12.0;
+        assert_eq!(spikes(&read, &touching), [8, 19, 30]);
+    }
 }

@@ -96,7 +96,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let recipe = Recipe::default();
         write_campaign(dir.path(), &recipe).unwrap();
-        let mut data = condition(&record::load(dir.path()).unwrap()).unwrap().data;
+        let mut data = condition(&record::load(dir.path(), &mechanisms::terms()).unwrap()).unwrap().data;
         let law = recipe.physics.law;
         let x = data.scales.x_ref;
         let (k, p, mu) = scan(&data, true).unwrap();

@@ -96,3 +96,8 @@ const fn all() -> [Mechanism; CONTACT.len() + BESIDE.len()] {
 pub fn named(name: &str) -> Option<&'static Mechanism> {
     ALL.iter().find(|m| m.name == name)
 }
+
+/// Names of the mechanisms that a simulation may list as its terms: all that have a name in the vocabulary.
+pub fn terms() -> Vec<&'static str> {
+    ALL.iter().filter(|m| m.named).map(|m| m.name).collect()
+}

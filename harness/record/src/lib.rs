@@ -1,7 +1,14 @@
 //! Campaigns in the format `recordings/1`: read, checked, converted to SI.
 
+mod error;
+mod keys;
 mod load;
-pub use load::{load, RecordError};
+mod samples;
+mod units;
+pub mod words;
+
+pub use error::{RecordError, RecordErrors};
+pub use load::load;
 use std::path::PathBuf;
 
 /// Gravity, m/s^2, as the format has it; that of every simulation.
@@ -17,7 +24,7 @@ pub enum Kind {
 
 impl Kind {
     pub const ALL: [Kind; 3] = [Kind::DropTest, Kind::ContactorOpening, Kind::Indentation];
-    /// As campaign.toml has it.
+    /// As campaign.toml has it; a `_` for the `-` does as well.
     pub fn name(self) -> &'static str {
         match self {
             Kind::DropTest => "drop-test",
@@ -65,6 +72,15 @@ pub struct Column {
     pub to_si: f64,
 }
 
+/// A row of a recording's file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// s
+    pub time: f64,
+    /// The sample it became; rows of one time share it. None: left out.
+    pub sample: Option<usize>,
+}
+
 /// One recording, SI.
 #[derive(Clone, Debug)]
 pub struct Recording {
@@ -84,6 +100,29 @@ pub struct Recording {
     pub channels: [Option<Vec<f64>>; 3],
     /// The file's columns in order, to write predictions in the same units.
     pub columns: Vec<Column>,
+    /// The file's rows in order, to write a prediction a row.
+    pub rows: Vec<Row>,
+}
+
+impl Recording {
+    /// When the file begins, s: its first row, left out or not.
+    pub fn begins(&self) -> f64 {
+        self.rows.first().map_or(self.time[0], |r| r.time)
+    }
+
+    /// The sample that a row became; of a row left out the nearest in time.
+    pub fn sample_of(&self, row: &Row) -> usize {
+        row.sample.unwrap_or_else(|| {
+            let next = self.time.partition_point(|t| *t < row.time).min(self.time.len() - 1);
+            let last = next.saturating_sub(1);
+            let nearer = (row.time - self.time[last]).abs() < (self.time[next] - row.time).abs();
+            if nearer {
+                last
+            } else {
+                next
+            }
+        })
+    }
 }
 
 /// The simulation as the user has it.
@@ -111,8 +150,21 @@ pub struct Campaign {
     /// Value and text of each level, ascending.
     pub levels: Vec<(f64, String)>,
     pub recordings: Vec<Recording>,
-    /// What a reader should know about the folder that is no error: files it holds and does not list.
+    /// What a reader should know that is no error: files not listed, rows merged, pieces and recordings left out.
     pub warnings: Vec<String>,
+}
+
+impl Campaign {
+    /// Keeps the recordings for which `keep` holds, and the levels that are left.
+    pub fn retain(&mut self, mut keep: impl FnMut(&Recording) -> bool) {
+        self.recordings.retain(|r| keep(r));
+        let used: Vec<usize> =
+            (0..self.levels.len()).filter(|l| self.recordings.iter().any(|r| r.level == *l)).collect();
+        self.levels = used.iter().map(|l| self.levels[*l].clone()).collect();
+        for r in &mut self.recordings {
+            r.level = used.partition_point(|l| *l < r.level);
+        }
+    }
 }
 
 /// Largest reading less the least, in the readings' unit; below zero where there are none.

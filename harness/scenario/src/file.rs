@@ -9,12 +9,28 @@ use std::path::Path;
 
 /// What moves, and what drives it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(try_from = "String")]
 pub enum Kind {
     /// A body falls on the stop.
     DropTest,
     /// A bar is driven by its return spring, against a holding force that fades, on the stop.
     ContactorOpening,
+}
+
+impl TryFrom<String> for Kind {
+    type Error = String;
+
+    /// The kind of that name, spelt with `_` or `-`.
+    fn try_from(name: String) -> Result<Kind, String> {
+        match name.replace('-', "_").as_str() {
+            "drop_test" => Ok(Kind::DropTest),
+            "contactor_opening" => Ok(Kind::ContactorOpening),
+            _ => {
+                let instead = record::words::instead(&name, &["drop_test", "contactor_opening"]);
+                Err(format!("kind {name:?} is not known; {instead}"))
+            }
+        }
+    }
 }
 
 /// How many bodies a drop test has.
@@ -395,5 +411,23 @@ impl std::str::FromStr for Scenario {
             Err((Some(n), what)) => bail!("line {n}: {what}"),
             Err((None, what)) => bail!("{what}"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_kind_is_spelt_with_either_hyphen_and_a_slip_finds_its_word() {
+        let text = |kind: &str| {
+            format!("kind = \"{kind}\"\nmass = 1.0\nimpact_speed = 1.0\n[contact]\nstiffness = 7e6\nexponent = 1.0\n")
+        };
+        for kind in ["drop_test", "drop-test"] {
+            assert_eq!(Scenario::parse(&text(kind)).unwrap().kind, Kind::DropTest);
+        }
+        let (line, what) = Scenario::parse(&text("droptest")).unwrap_err();
+        assert_eq!(line, Some(1));
+        assert!(what.starts_with("kind \"droptest\" is not known; did you mean \"drop_test\"?"), "{what}");
     }
 }

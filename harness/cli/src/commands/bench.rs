@@ -48,7 +48,7 @@ fn campaigns(given: Option<&Path>, folder: &Path) -> Result<[PathBuf; 2]> {
 }
 
 fn diagnoses(campaign: &Path, folder: &Path, rows: &mut Vec<Row>, progress: &Progress) -> Result<()> {
-    let size = record::load(campaign)?;
+    let size = touchdown::campaign::load(campaign)?;
     let samples: usize = size.recordings.iter().map(|r| r.time.len()).sum();
     let mut taken = Vec::new();
     for _ in 0..DIAGNOSES {
@@ -156,7 +156,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let rounds = a.rounds as usize;
     let folder = tempfile::tempdir().context("no temporary folder; see TMPDIR")?;
     let [to_fit, to_diagnose] = campaigns(a.campaign.as_deref(), folder.path())?;
-    let campaign = record::load(&to_fit)?;
+    let campaign = touchdown::campaign::load(&to_fit)?;
     let ours = bench::our_fmu(folder.path())?;
     let fmu = Fmu::open(&ours)?;
     let parts = DIAGNOSES + 5 * bench::LAWS.len() + pow::COMMON.len() + pow::OTHERS.len();

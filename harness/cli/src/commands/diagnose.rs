@@ -2,8 +2,9 @@
 
 use anyhow::{anyhow, Context, Result};
 use diagnose::run::{self as diagnosis, Failure, Settings};
+use record::Campaign;
 use report::diagnosis as answer;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use touchdown::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
 
@@ -24,6 +25,22 @@ pub struct Arguments {
     bootstrap: usize,
 }
 
+/// The campaign in `dir`, to be answered below `out` beside the answers of `others`.
+fn taken_in(dir: &Path, out: &Path, others: &[Campaign]) -> Result<Campaign> {
+    let c = touchdown::campaign::load(dir)?;
+    if let Some(other) = others.iter().find(|o| o.folder == c.folder) {
+        return Err(anyhow!(
+            "{}: {} is called {} as well, and their answers would overwrite each other; rename one folder",
+            dir.display(),
+            other.dir.display(),
+            c.folder
+        ));
+    }
+    let answer = out.join(&c.folder);
+    answer::check_folder(&answer).with_context(|| format!("{}: cannot be written", answer.display()))?;
+    Ok(c)
+}
+
 pub fn run(a: &Arguments) -> Result<ExitCode> {
     if let Some(n) = a.jobs {
         if n == 0 {
@@ -31,19 +48,20 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         }
         rayon::ThreadPoolBuilder::new().num_threads(n).build_global().ok();
     }
-    // all input is read before any answer is written
-    let mut campaigns = Vec::new();
+    // all input is read before any answer is written; a bad campaign does not stop the others
+    let mut campaigns: Vec<Campaign> = Vec::new();
+    let mut failed = false;
     for dir in &a.campaigns {
-        let c = record::load(dir)?;
-        if campaigns.iter().any(|b: &record::Campaign| b.folder == c.folder) {
-            return Err(anyhow!(
-                "two campaigns are called {}; their answers would overwrite each other: rename one folder",
-                c.folder
-            ));
+        match taken_in(dir, &a.out, &campaigns) {
+            Ok(c) => campaigns.push(c),
+            Err(e) => {
+                failed = true;
+                format!("{e:#}").lines().for_each(|l| eprintln!("touchdown: {l}"));
+            }
         }
-        let dir = a.out.join(&c.folder);
-        answer::check_folder(&dir).with_context(|| format!("{}: cannot be written", dir.display()))?;
-        campaigns.push(c);
+    }
+    if campaigns.is_empty() {
+        return Ok(ExitCode::from(2));
     }
     for c in &campaigns {
         for w in &c.warnings {
@@ -53,8 +71,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     catch_interrupts();
     let count = campaigns.len();
     let progress = Progress::new("diagnose", count as u64);
-    let mut failed = false;
-    for (i, c) in campaigns.iter().enumerate() {
+    let mut written = 0;
+    for c in &campaigns {
         let stage = |text: &str| progress.stage(&format!("{}: {text}", c.folder));
         let settings = Settings {
             bootstrap: a.bootstrap,
@@ -67,12 +85,13 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
             Ok(o) => {
                 let dir = a.out.join(&c.folder);
                 answer::write(c, &o, &dir).with_context(|| format!("{}: cannot be written", dir.display()))?;
+                written += 1;
                 progress.aside(|| print!("{}", answer::summary(&o)));
             }
             Err(Failure::Stopped) => {
                 drop(progress);
                 eprintln!(
-                    "touchdown: stopped; the answers of {i} of {count} campaigns are whole in {}",
+                    "touchdown: stopped; the answers of {written} of {count} campaigns are whole in {}",
                     a.out.display()
                 );
                 return Ok(ExitCode::from(INTERRUPTED_CODE));
@@ -85,7 +104,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         progress.add(1);
     }
     drop(progress);
-    if !failed {
+    if written > 0 {
         println!("answers, each with a report.html: {}", a.out.display());
     }
     Ok(if failed { ExitCode::from(2) } else { ExitCode::SUCCESS })

@@ -39,7 +39,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     if !(a.seconds > 0.0 && a.seconds < 1e9) {
         return Err(anyhow!("--seconds {} is no time to work in; give more than 0", a.seconds));
     }
-    let campaign = record::load(&a.campaign)?;
+    let campaign = touchdown::campaign::load(&a.campaign)?;
     if a.out.exists() && !a.out.is_dir() {
         return Err(anyhow!("{}: a file is in the way; give another --out", a.out.display()));
     }

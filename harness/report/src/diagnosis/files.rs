@@ -6,14 +6,16 @@ use diagnose::run::Outcome;
 use record::{Campaign, Channel, Recording};
 use std::path::Path;
 
-/// A recording's prediction in the file's own columns and units.
+/// A recording's prediction in the file's own columns and units, a row for each of the file's; one that was left out
+/// holds the prediction for the sample nearest in time.
 fn csv(r: &Recording, y: &[Vec<f64>; 3]) -> String {
     let head: Vec<String> = r.columns.iter().map(|c| format!("{} [{}]", c.name, c.unit)).collect();
     let mut s = head.join(",") + "\n";
     let column = |name: &str| Channel::ALL.into_iter().find(|c| c.name() == name);
-    for i in 0..r.time.len() {
+    for row in &r.rows {
+        let i = r.sample_of(row);
         for (k, c) in r.columns.iter().enumerate() {
-            let v = column(&c.name).map_or(r.time[i], |ch| y[ch.index()][i]);
+            let v = column(&c.name).map_or(row.time, |ch| y[ch.index()][i]);
             if k > 0 {
                 s.push(',');
             }
@@ -45,7 +47,8 @@ fn latent(o: &Outcome, dir: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
-/// without_clipping/<recording>.csv: the clipped channel as its chain would have read it without a limit.
+/// without_clipping/<recording>.csv: the clipped channel as its chain would have read it without a limit, a row for each
+/// of the file's.
 fn unclipped(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
     let Some((channel, list)) = &o.findings.unclipped else { return Ok(()) };
     for u in list {
@@ -53,8 +56,8 @@ fn unclipped(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
         let column = |name: &str| r.columns.iter().find(|c| c.name == name);
         let (Some(t), Some(y)) = (column("time"), column(channel.name())) else { continue };
         let mut s = format!("time [{}],{} [{}]\n", t.unit, y.name, y.unit);
-        for (a, b) in r.time.iter().zip(&u.curve) {
-            s += &format!("{:e},{:e}\n", a / t.to_si, b / y.to_si);
+        for row in &r.rows {
+            s += &format!("{:e},{:e}\n", row.time / t.to_si, u.curve[r.sample_of(row)] / y.to_si);
         }
         output::write(&dir.join(&u.file), s.as_bytes())?;
     }

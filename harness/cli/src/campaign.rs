@@ -1,0 +1,14 @@
+//! A campaign taken in, for every command alike.
+
+use anyhow::{Context, Result};
+use record::Campaign;
+use std::path::Path;
+
+/// Reads the campaign in `dir` and leaves out the recordings without an impact.
+///
+/// # Errors
+/// Everything wrong with it, a line each; or that no recording is left.
+pub fn load(dir: &Path) -> Result<Campaign> {
+    let c = record::load(dir, &mechanisms::terms())?;
+    estimate::usable::usable(c).with_context(|| dir.display().to_string())
+}

@@ -1,0 +1,263 @@
+//! The keys of campaign.toml: which there are, what their values have to be, and where they stand.
+
+use crate::{words, RecordError};
+use std::collections::BTreeMap;
+use std::path::Path;
+use toml::de::{DeTable, DeValue};
+use toml::Spanned;
+
+/// What a value has to be.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Rule {
+    /// A number above zero.
+    Above,
+    /// A number from zero on.
+    FromZero,
+    /// Any finite number.
+    Number,
+    Text,
+    /// A list of texts.
+    Texts,
+    /// A number or a text.
+    Label,
+}
+
+/// A key, what its value has to be, and its unit.
+struct Key(&'static str, Rule, &'static str);
+
+const CAMPAIGN: &[Key] = &[Key("name", Rule::Text, ""), Key("kind", Rule::Text, ""), Key("material", Rule::Text, "")];
+
+const RIG: &[Key] = &[
+    Key("moving_mass", Rule::Above, "kg"),
+    Key("travel", Rule::Above, "m"),
+    Key("return_spring_rate", Rule::FromZero, "N/m"),
+];
+
+const SIMULATION: &[Key] = &[
+    Key("terms", Rule::Texts, ""),
+    Key("k", Rule::Above, "N/m^p"),
+    Key("p", Rule::Above, ""),
+    Key("mu_d", Rule::FromZero, "N s/m^(p+1)"),
+];
+
+const RECORDING: &[Key] = &[
+    Key("file", Rule::Text, ""),
+    Key("order", Rule::Number, ""),
+    Key("level", Rule::Label, ""),
+    Key("drop_height", Rule::FromZero, "m"),
+    Key("impact_speed", Rule::FromZero, "m/s"),
+    Key("impact_speed_std", Rule::FromZero, "m/s"),
+    Key("start_speed", Rule::FromZero, "m/s"),
+    Key("start_speed_std", Rule::FromZero, "m/s"),
+    Key("spring_preload", Rule::FromZero, "N"),
+];
+
+const FORMAT: &[Key] = &[Key("format", Rule::Text, "")];
+
+/// The tables: name, where their keys stand, and the keys. What stands above all tables comes first.
+const TABLES: [(&str, &str, &[Key]); 5] = [
+    ("", "at the top of the file", FORMAT),
+    ("campaign", "under [campaign]", CAMPAIGN),
+    ("rig", "under [rig]", RIG),
+    ("simulation", "under [simulation]", SIMULATION),
+    ("recording", "under [[recording]]", RECORDING),
+];
+
+/// A value as it was read.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    Number(f64),
+    Text(String),
+    /// Texts, each with its line.
+    Texts(Vec<(String, usize)>),
+}
+
+/// The known entries of one table.
+#[derive(Default)]
+pub struct Entries {
+    /// Line of the table's head; 0 where there is no such table.
+    pub line: usize,
+    /// By key: its line, and its value unless that is a wrong one.
+    values: BTreeMap<&'static str, (usize, Option<Value>)>,
+}
+
+impl Entries {
+    /// Whether the key stands there, be its value right or wrong.
+    pub fn given(&self, key: &str) -> bool {
+        self.values.contains_key(key)
+    }
+    /// Line of a key; that of the table's head where the key is absent.
+    pub fn line_of(&self, key: &str) -> usize {
+        self.values.get(key).map_or(self.line, |v| v.0)
+    }
+    pub fn value(&self, key: &str) -> Option<&Value> {
+        self.values.get(key)?.1.as_ref()
+    }
+    pub fn number(&self, key: &str) -> Option<f64> {
+        match self.value(key)? {
+            Value::Number(x) => Some(*x),
+            _ => None,
+        }
+    }
+    pub fn text(&self, key: &str) -> Option<&str> {
+        match self.value(key)? {
+            Value::Text(s) => Some(s),
+            _ => None,
+        }
+    }
+    pub fn texts(&self, key: &str) -> &[(String, usize)] {
+        match self.value(key) {
+            Some(Value::Texts(v)) => v,
+            _ => &[],
+        }
+    }
+}
+
+/// campaign.toml, its keys checked.
+#[derive(Default)]
+pub struct Document {
+    pub top: Entries,
+    pub campaign: Entries,
+    pub rig: Entries,
+    pub simulation: Entries,
+    pub recordings: Vec<Entries>,
+}
+
+/// Reads `text` of the file `path`: what is right of it, and everything wrong with its keys and values.
+///
+/// # Errors
+/// Everything wrong with its syntax: what is left of a file that is no TOML says little.
+pub fn read(path: &Path, text: &str) -> Result<(Document, Vec<RecordError>), Vec<RecordError>> {
+    let mut r = Reader { path, text, errors: Vec::new() };
+    let (root, faults) = DeTable::parse_recoverable(text);
+    if !faults.is_empty() {
+        for e in faults {
+            let line = e.span().map_or(0, |s| r.line(s.start));
+            r.error(line, e.message().trim(), "correct this line, so that the file is TOML");
+        }
+        return Err(r.errors);
+    }
+    let mut d = Document { top: r.entries("", root.get_ref(), 0), ..Document::default() };
+    for (key, value) in root.get_ref() {
+        let head = r.line(key.span().start);
+        match (key.get_ref().as_ref(), value.get_ref()) {
+            ("campaign", DeValue::Table(t)) => d.campaign = r.entries("campaign", t, head),
+            ("rig", DeValue::Table(t)) => d.rig = r.entries("rig", t, head),
+            ("simulation", DeValue::Table(t)) => d.simulation = r.entries("simulation", t, head),
+            (name @ ("campaign" | "rig" | "simulation"), _) => {
+                r.error(head, format!("{name} is no table"), format!("write it as a table [{name}]"));
+            }
+            ("recording", DeValue::Array(list)) if list.iter().all(|v| v.get_ref().is_table()) => {
+                for v in list {
+                    let line = r.line(v.span().start);
+                    if let DeValue::Table(t) = v.get_ref() {
+                        let entries = r.entries("recording", t, line);
+                        d.recordings.push(entries);
+                    }
+                }
+            }
+            ("recording", _) => {
+                r.error(head, "recording is no list of tables", "write [[recording]] above every recording");
+            }
+            _ => {}
+        }
+    }
+    Ok((d, r.errors))
+}
+
+struct Reader<'a> {
+    path: &'a Path,
+    text: &'a str,
+    errors: Vec<RecordError>,
+}
+
+impl Reader<'_> {
+    fn line(&self, at: usize) -> usize {
+        self.text.as_bytes()[..at.min(self.text.len())].iter().filter(|b| **b == b'\n').count() + 1
+    }
+
+    fn error(&mut self, line: usize, what: impl Into<String>, cure: impl Into<String>) {
+        self.errors.push(RecordError::new(self.path, line, what, cure));
+    }
+
+    /// The known entries of the table `name`, whose head is at `line`; the others are errors.
+    fn entries(&mut self, name: &'static str, table: &DeTable<'_>, line: usize) -> Entries {
+        let keys = TABLES.iter().find(|t| t.0 == name).map_or(FORMAT, |t| t.2);
+        let mut entries = Entries { line, ..Entries::default() };
+        for (key, value) in table {
+            let (word, at) = (key.get_ref().as_ref(), self.line(key.span().start));
+            match keys.iter().find(|k| k.0 == word) {
+                Some(k) => {
+                    let value = self.value(k, value);
+                    entries.values.insert(k.0, (at, value));
+                }
+                None if name.is_empty() && TABLES.iter().any(|t| t.0 == word) => {}
+                None => self.unknown(name, word, at),
+            }
+        }
+        entries
+    }
+
+    /// A key that its table does not know: it stands in the wrong table, or is misspelt.
+    fn unknown(&mut self, table: &str, word: &str, line: usize) {
+        let own = TABLES.iter().find(|t| t.0 == table).unwrap_or(&TABLES[0]);
+        let cure = match TABLES.iter().find(|t| t.2.iter().any(|k| k.0 == word)) {
+            Some(home) => format!("it belongs {}", home.1),
+            None => {
+                let tables = TABLES.iter().map(|t| t.0).filter(|t| table.is_empty() && !t.is_empty());
+                words::instead(word, &own.2.iter().map(|k| k.0).chain(tables).collect::<Vec<_>>())
+            }
+        };
+        self.error(line, format!("key {word:?} is not known {}", own.1), cure);
+    }
+
+    /// The value of `key`, or None and an error.
+    fn value(&mut self, key: &Key, value: &Spanned<DeValue<'_>>) -> Option<Value> {
+        let Key(name, rule, unit) = *key;
+        let line = self.line(value.span().start);
+        let inside = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
+        let cure = match rule {
+            Rule::Above => format!("give {name} as a number above 0{inside}"),
+            Rule::FromZero => format!("give {name} as a number from 0 on{inside}"),
+            Rule::Number => format!("give {name} as a number{inside}"),
+            Rule::Text => format!("write {name} = \"...\""),
+            Rule::Texts => format!("write {name} = [\"...\", \"...\"]"),
+            Rule::Label => format!("give {name} as a number or a text"),
+        };
+        let number = match value.get_ref() {
+            DeValue::Float(f) => f.as_str().parse::<f64>().ok(),
+            DeValue::Integer(i) => i128::from_str_radix(i.as_str(), i.radix()).ok().map(|i| i as f64),
+            _ => None,
+        };
+        match (rule, value.get_ref(), number) {
+            (Rule::Text | Rule::Label, DeValue::String(s), _) => return Some(Value::Text(s.to_string())),
+            (Rule::Texts, DeValue::Array(list), _) => {
+                let mut texts = Vec::new();
+                for v in list {
+                    let at = self.line(v.span().start);
+                    match v.get_ref().as_str() {
+                        Some(s) => texts.push((s.to_string(), at)),
+                        None => self.error(at, format!("{name} holds what is no text"), cure.clone()),
+                    }
+                }
+                return Some(Value::Texts(texts));
+            }
+            (Rule::Text | Rule::Texts, ..) => {}
+            (_, _, Some(x)) => {
+                let right = match rule {
+                    Rule::Above => x > 0.0,
+                    Rule::FromZero => x >= 0.0,
+                    _ => true,
+                };
+                if right && x.is_finite() {
+                    return Some(Value::Number(x));
+                }
+                self.error(line, format!("{name} = {x} is out of range"), cure);
+                return None;
+            }
+            _ => {}
+        }
+        self.error(line, format!("{name} is of the wrong type"), cure);
+        None
+    }
+}

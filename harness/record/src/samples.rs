@@ -1,0 +1,428 @@
+//! One recording's CSV: its columns, its rows, and the samples they become.
+
+use crate::{units, words, Channel, Column, Kind, RecordError, Row};
+use std::path::Path;
+
+/// Fewest samples a recording may have.
+const FEWEST: usize = 16;
+/// Median steps beyond which a step is a pause.
+const PAUSE: f64 = 5.0;
+/// Samples in a row that have to read as much: a spike is no impact.
+const IN_A_ROW: usize = 3;
+
+/// What a file holds, SI.
+#[derive(Debug)]
+pub struct Samples {
+    /// s, strictly increasing
+    pub time: Vec<f64>,
+    /// Indexed by `Channel::index`.
+    pub channels: [Option<Vec<f64>>; 3],
+    pub columns: Vec<Column>,
+    /// Every row of the file.
+    pub rows: Vec<Row>,
+    /// What was merged or left out, each naming the file.
+    pub notes: Vec<String>,
+}
+
+/// Reads the file `name` in `dir`, a recording of `kind` where that is known. Rows of one time become one sample; of a
+/// recording with pauses the piece that holds the impact is kept.
+///
+/// # Errors
+/// Everything wrong with the file.
+pub fn read(dir: &Path, name: &str, kind: Option<Kind>) -> Result<Samples, Vec<RecordError>> {
+    let path = dir.join(name);
+    let error = |line: usize, what: String, cure: &str| RecordError::new(&path, line, what, cure);
+    let table = Table::read(&path, kind)?;
+    let mut notes = Vec::new();
+    let (mut data, mut rows) = table.merged(name, &mut notes);
+    let too_few = |n: usize, of: &str| {
+        let line = table.lines.last().copied().unwrap_or(1);
+        let cure = format!("record at least {FEWEST} samples");
+        vec![error(line, format!("{n} samples {of}are too few to judge anything"), &cure)]
+    };
+    let n = data[table.clock].len();
+    if n < FEWEST {
+        return Err(too_few(n, ""));
+    }
+    let pieces = pieces(&data[table.clock]);
+    if pieces.len() > 1 {
+        let kept = kept_piece(&table, &data, &pieces, kind);
+        let (from, to) = pieces[kept];
+        if to - from < FEWEST {
+            return Err(too_few(to - from, "between its pauses "));
+        }
+        let time = &data[table.clock];
+        let pause = |i: usize, side: &str| {
+            let (before, after) = (time[i - 1], time[i]);
+            format!(
+                "{name}: a pause of {} s after {} s: what lies {side} it was left out.",
+                short(after - before),
+                short(before)
+            )
+        };
+        if from > 0 {
+            notes.push(pause(from, "before"));
+        }
+        if to < n {
+            notes.push(pause(to, "after"));
+        }
+        for y in &mut data {
+            *y = y[from..to].to_vec();
+        }
+        for r in &mut rows {
+            r.sample = r.sample.filter(|s| (from..to).contains(s)).map(|s| s - from);
+        }
+    }
+    let mut channels: [Option<Vec<f64>>; 3] = [None, None, None];
+    for c in Channel::ALL {
+        if let Some(i) = table.column(c) {
+            channels[c.index()] = Some(std::mem::take(&mut data[i]));
+        }
+    }
+    Ok(Samples { time: std::mem::take(&mut data[table.clock]), channels, columns: table.columns, rows, notes })
+}
+
+/// A number in seven digits at most.
+pub fn short(v: f64) -> String {
+    (v as f32).to_string()
+}
+
+/// Stretches without a pause: first sample, and the one behind the last.
+fn pieces(time: &[f64]) -> Vec<(usize, usize)> {
+    let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let longest = PAUSE * steps[steps.len() / 2];
+    let mut starts = vec![0];
+    starts.extend((1..time.len()).filter(|i| time[*i] - time[*i - 1] > longest));
+    let ends = starts.iter().skip(1).copied().chain([time.len()]);
+    starts.iter().copied().zip(ends).collect()
+}
+
+/// The piece that holds the impact: where force, or acceleration, lies farthest from its median; the deepest
+/// penetration of an indentation, or where nothing else is recorded.
+fn kept_piece(table: &Table, data: &[Vec<f64>], pieces: &[(usize, usize)], kind: Option<Kind>) -> usize {
+    let [force, acceleration, penetration] = Channel::ALL.map(|c| table.column(c));
+    let forced = force.or(acceleration).filter(|_| kind != Some(Kind::Indentation));
+    let Some(read) = forced.or(penetration).or(force) else { return 0 };
+    let mut sorted = data[read].clone();
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted[sorted.len() / 2];
+    let away = |v: &f64| if forced.is_some() { (v - median).abs() } else { v - median };
+    let most = |(from, to): (usize, usize)| {
+        let least_of = |w: &[f64]| w.iter().map(away).fold(f64::INFINITY, f64::min);
+        data[read][from..to].windows(IN_A_ROW).map(least_of).fold(f64::NEG_INFINITY, f64::max)
+    };
+    (0..pieces.len()).fold(0, |best, i| if most(pieces[i]) > most(pieces[best]) { i } else { best })
+}
+
+/// A file as it stands: columns in SI, rows in the order of the file.
+struct Table {
+    columns: Vec<Column>,
+    /// Index of the column time.
+    clock: usize,
+    /// A column each.
+    data: Vec<Vec<f64>>,
+    /// The line each row stands on: blank lines are skipped, not counted away.
+    lines: Vec<usize>,
+}
+
+impl Table {
+    fn read(path: &Path, kind: Option<Kind>) -> Result<Table, Vec<RecordError>> {
+        let error = |line: usize, what: String, cure: &str| RecordError::new(path, line, what, cure);
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(|e| {
+            vec![error(
+                0,
+                format!("cannot be read ({e})"),
+                "put the recording beside campaign.toml, or take it out of the list",
+            )]
+        })?;
+        let head = match reader.headers() {
+            Ok(h) => h.clone(),
+            Err(e) => return Err(vec![error(1, e.to_string(), "write a header of columns \"name [unit]\"")]),
+        };
+        let (columns, mut errors) = header(path, &head, kind);
+        let mut data: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
+        let mut lines: Vec<usize> = Vec::new();
+        let mut faults = Faults::default();
+        let mut rows = 0;
+        for row in reader.records() {
+            rows += 1;
+            let row = match row {
+                Ok(r) => r,
+                Err(e) => {
+                    let line = e.position().map_or(0, |p| p.line() as usize);
+                    let (what, cure) = match e.kind() {
+                        csv::ErrorKind::UnequalLengths { .. } => {
+                            ("this row has another number of cells than the header", "complete or remove it")
+                        }
+                        csv::ErrorKind::Utf8 { .. } => ("this row is no UTF-8 text", "write it as plain numbers"),
+                        _ => ("this row cannot be read", "copy the file again"),
+                    };
+                    faults.add("", line, || what.to_string(), cure);
+                    if e.is_io_error() {
+                        break;
+                    }
+                    continue;
+                }
+            };
+            let line = row.position().map_or(0, |p| p.line() as usize);
+            let cells: Vec<Option<f64>> = row.iter().map(|c| c.parse().ok().filter(|v: &f64| v.is_finite())).collect();
+            for (c, (cell, v)) in columns.iter().zip(row.iter().zip(&cells)) {
+                if v.is_none() {
+                    let what = || format!("{} holds {cell:?}, not a finite number", c.name);
+                    faults.add(&c.name, line, what, "remove the rows of the gap, or cut the recording there");
+                }
+            }
+            if let Some(v) = cells.into_iter().collect::<Option<Vec<f64>>>() {
+                data.iter_mut().zip(&columns).zip(v).for_each(|((y, c), v)| y.push(v * c.to_si));
+                lines.push(line);
+            }
+        }
+        let clock = columns.iter().position(|c| c.name == "time");
+        if let Some(t) = clock.map(|c| &data[c]) {
+            for i in (1..t.len()).filter(|i| t[*i] < t[*i - 1]) {
+                let what = || format!("time goes back here, from {} s to {} s", t[i - 1], t[i]);
+                faults.add("order", lines[i], what, "sort the rows by time, and keep one recording a file");
+            }
+        }
+        errors.extend(faults.0.into_iter().map(|f| f.error(path)));
+        if rows < FEWEST {
+            let cure = format!("record at least {FEWEST} samples");
+            let line = lines.last().copied().unwrap_or(1);
+            errors.push(error(line, format!("{rows} samples are too few to judge anything"), &cure));
+        }
+        errors.sort_by_key(|e| e.line);
+        match clock {
+            Some(clock) if errors.is_empty() => Ok(Table { columns, clock, data, lines }),
+            _ => Err(errors),
+        }
+    }
+
+    fn column(&self, c: Channel) -> Option<usize> {
+        self.columns.iter().position(|k| k.name == c.name())
+    }
+
+    /// The columns with rows of one time merged into the mean of their readings, and what became of every row.
+    fn merged(&self, name: &str, notes: &mut Vec<String>) -> (Vec<Vec<f64>>, Vec<Row>) {
+        let time = &self.data[self.clock];
+        let mut rows: Vec<Row> = Vec::with_capacity(time.len());
+        // by sample: rows that it was made of
+        let mut counts: Vec<f64> = Vec::new();
+        let mut again = Vec::new();
+        for (i, t) in time.iter().enumerate() {
+            if i > 0 && *t == time[i - 1] {
+                again.push(i);
+                counts[rows[i - 1].sample.unwrap_or(0)] += 1.0;
+            } else {
+                counts.push(1.0);
+            }
+            rows.push(Row { time: *t, sample: Some(counts.len() - 1) });
+        }
+        let Some(first) = again.first() else { return (self.data.clone(), rows) };
+        notes.push(format!(
+            "{name}: rows of one time were merged into one sample, the mean of their readings: {} in all, the first at {} s \
+             (line {}).",
+            again.len(),
+            short(time[*first]),
+            self.lines[*first]
+        ));
+        let mean = |y: &Vec<f64>| {
+            let mut sums = vec![0.0; counts.len()];
+            for (v, r) in y.iter().zip(&rows) {
+                sums[r.sample.unwrap_or(0)] += v;
+            }
+            sums.iter().zip(&counts).map(|(s, n)| s / n).collect()
+        };
+        let mut data: Vec<Vec<f64>> = self.data.iter().map(mean).collect();
+        // a mean of equal times may miss them by a rounding
+        data[self.clock] = time.clone();
+        data[self.clock].dedup();
+        (data, rows)
+    }
+}
+
+/// The columns of a header, one each, and what is wrong with them.
+fn header(path: &Path, head: &csv::StringRecord, kind: Option<Kind>) -> (Vec<Column>, Vec<RecordError>) {
+    let mut errors = Vec::new();
+    let mut error = |what: String, cure: String| errors.push(RecordError::new(path, 1, what, cure));
+    let mut columns: Vec<Column> = Vec::new();
+    for h in head {
+        let (name, unit) = match h.split_once('[') {
+            Some((n, u)) => (n.trim(), u.strip_suffix(']').map(str::trim)),
+            None => (h, None),
+        };
+        let known = units::COLUMNS.contains(&name);
+        if !known {
+            error(format!("column {name:?} is not known"), words::instead(name, &units::COLUMNS));
+        }
+        if columns.iter().any(|c| c.name == name) {
+            error(format!("column {name:?} stands twice"), "keep one of them".into());
+        }
+        let factor = unit.and_then(|u| units::factor(name, u));
+        match unit {
+            None => error(format!("column {h:?} has no unit"), "write it as \"name [unit]\"".into()),
+            Some(u) if known && factor.is_none() => {
+                error(format!("unit {u:?} does not measure {name}"), units::instead(name, u));
+            }
+            _ => {}
+        }
+        columns.push(Column { name: name.into(), unit: unit.unwrap_or_default().into(), to_si: factor.unwrap_or(1.0) });
+    }
+    let has = |name: &str| columns.iter().any(|c| c.name == name);
+    if !has("time") {
+        error("there is no column time".into(), "add time [s]".into());
+    }
+    if kind == Some(Kind::Indentation) {
+        for c in [Channel::Force, Channel::Penetration].iter().filter(|c| !has(c.name())) {
+            let cure = "record both force and penetration";
+            error(format!("an indentation needs the channel {}", c.name()), cure.into());
+        }
+    } else if !Channel::ALL.iter().any(|c| has(c.name())) {
+        let cure = "record force [N], acceleration [m/s^2] or penetration [m]";
+        error("there is no channel besides time".into(), cure.into());
+    }
+    (columns, errors)
+}
+
+/// One thing wrong with rows, told where it stands first.
+struct Fault {
+    /// What tells it from others: with the cure, one fault.
+    of: String,
+    line: usize,
+    what: String,
+    cure: &'static str,
+    more: usize,
+}
+
+impl Fault {
+    fn error(self, path: &Path) -> RecordError {
+        let more = match self.more {
+            0 => String::new(),
+            1 => ", and so does 1 row more".into(),
+            n => format!(", and so do {n} rows more"),
+        };
+        RecordError::new(path, self.line, self.what + &more, self.cure)
+    }
+}
+
+/// What is wrong with rows.
+#[derive(Default)]
+struct Faults(Vec<Fault>);
+
+impl Faults {
+    fn add(&mut self, of: &str, line: usize, what: impl Fn() -> String, cure: &'static str) {
+        match self.0.iter_mut().find(|f| f.of == of && f.cure == cure) {
+            Some(f) => f.more += 1,
+            None => self.0.push(Fault { of: of.into(), line, what: what(), cure, more: 0 }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_text(text: &str, kind: Kind) -> Result<Samples, Vec<RecordError>> {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("r.csv"), text).unwrap();
+        read(dir.path(), "r.csv", Some(kind))
+    }
+
+    /// Rows of (s, N).
+    fn force(rows: &[(f64, f64)]) -> String {
+        let rows: Vec<String> = rows.iter().map(|(t, f)| format!("{t},{f}\n")).collect();
+        format!("time [s],force [N]\n{}", rows.concat())
+    }
+
+    #[test]
+    fn rows_of_one_time_become_their_mean() {
+        let mut rows: Vec<(f64, f64)> = (0..20).map(|i| (0.1 * f64::from(i), f64::from(i))).collect();
+        rows.insert(6, (rows[5].0, 8.0));
+        rows.insert(12, (rows[11].0, 10.0));
+        let s = read_text(&force(&rows), Kind::DropTest).unwrap();
+        let f = s.channels[0].as_ref().unwrap();
+        assert_eq!((s.time.len(), f.len(), s.rows.len()), (20, 20, 22));
+        assert_eq!((f[4], f[5], f[6], f[10]), (4.0, 6.5, 6.0, 10.0));
+        assert_eq!((s.rows[5].sample, s.rows[6].sample, s.rows[7].sample), (Some(5), Some(5), Some(6)));
+        assert!(s.time.windows(2).all(|w| w[1] > w[0]));
+        assert_eq!(s.notes.len(), 1);
+        assert!(
+            s.notes[0].ends_with("the mean of their readings: 2 in all, the first at 0.5 s (line 8)."),
+            "{:?}",
+            s.notes
+        );
+    }
+
+    #[test]
+    fn of_a_recording_with_pauses_the_piece_with_the_impact_is_kept() {
+        // quiet, then the impact after a pause, then quiet again; a spike in the first piece
+        let time = |i: i32| f64::from(i) + if i >= 20 { 100.0 } else { 0.0 } + if i >= 60 { 50.0 } else { 0.0 };
+        let pulse = |i: i32| if (30..40).contains(&i) { 20.0 } else { 0.1 * f64::from(i % 3) };
+        let rows: Vec<(f64, f64)> = (0..90).map(|i| (time(i), if i == 7 { 99.0 } else { pulse(i) })).collect();
+        let s = read_text(&force(&rows), Kind::DropTest).unwrap();
+        assert_eq!((s.time[0], s.time.len(), s.rows.len()), (120.0, 40, 90));
+        assert_eq!((s.rows[19].sample, s.rows[20].sample, s.rows[60].sample), (None, Some(0), None));
+        assert_eq!(
+            s.notes,
+            [
+                "r.csv: a pause of 101 s after 19 s: what lies before it was left out.",
+                "r.csv: a pause of 51 s after 159 s: what lies after it was left out."
+            ]
+        );
+    }
+
+    #[test]
+    fn of_an_indentation_the_deepest_piece_is_kept() {
+        let text = |deep: f64| {
+            let rows: Vec<String> = (0..60)
+                .map(|i| {
+                    let t = f64::from(i) + if i >= 30 { 100.0 } else { 0.0 };
+                    let x = f64::from(i % 30) * if i >= 30 { deep } else { 1.0 };
+                    format!("{t},{},{x}\n", if i < 30 { -500.0 } else { x })
+                })
+                .collect();
+            format!("time [s],force [N],penetration [nm]\n{}", rows.concat())
+        };
+        assert_eq!(read_text(&text(2.0), Kind::Indentation).unwrap().time[0], 130.0);
+        assert_eq!(read_text(&text(0.5), Kind::Indentation).unwrap().time[0], 0.0);
+    }
+
+    #[test]
+    fn a_piece_too_short_is_an_error() {
+        let rows: Vec<(f64, f64)> = (0..40)
+            .map(|i| (f64::from(i) + if i >= 30 { 100.0 } else { 0.0 }, if i > 34 { 9.0 } else { 0.0 }))
+            .collect();
+        let e = read_text(&force(&rows), Kind::DropTest).unwrap_err();
+        assert_eq!(e[0].what, "10 samples between its pauses are too few to judge anything");
+    }
+
+    #[test]
+    fn everything_wrong_with_a_file_is_told_at_once() {
+        let mut text = String::from("time [s],Force [KN],penetration [mN],force\n");
+        for i in 0..20 {
+            text += &match i {
+                3 | 4 => format!("{i},NaN,0,0\n"),
+                5 => "2,1,0,0\n".to_string(),
+                9 => "9,1\n".to_string(),
+                _ => format!("{i},1,0,0\n"),
+            };
+        }
+        let e = read_text(&text, Kind::Indentation).unwrap_err();
+        let said: Vec<(usize, &str, &str)> = e.iter().map(|e| (e.line, e.what.as_str(), e.cure.as_str())).collect();
+        let told = |line: usize, what: &str, cure: &str| {
+            assert!(
+                said.iter().any(|s| s.0 == line && s.1.contains(what) && s.2.contains(cure)),
+                "{line} {what} {cure}: {said:#?}"
+            );
+        };
+        told(1, "column \"Force\" is not known", "did you mean \"force\"?");
+        told(1, "unit \"mN\" does not measure penetration", "it measures force");
+        told(1, "column \"force\" has no unit", "name [unit]");
+        told(5, "Force holds \"NaN\", not a finite number, and so does 1 row more", "remove the rows");
+        told(11, "another number of cells", "complete or remove it");
+        assert_eq!(e.len(), 5, "{said:#?}");
+        let back: Vec<(f64, f64)> = (0..20).map(|i| (f64::from(if i == 5 { 2 } else { i }), 0.0)).collect();
+        let e = read_text(&force(&back), Kind::DropTest).unwrap_err();
+        assert_eq!((e.len(), e[0].line, e[0].what.as_str()), (1, 7, "time goes back here, from 4 s to 2 s"));
+    }
+}

@@ -1,0 +1,65 @@
+//! The known word nearest to one that is not known.
+
+/// Likeness, from 0 to 1, from which a word is near: at least half of its letters stand in place.
+const NEAR: f64 = 0.5;
+/// Letters from which a word that is a part of another is near to it.
+const PART: usize = 4;
+
+/// Likeness of two words, 0 to 1, by the edits that turn one into the other (Damerau 1964); case and the kind of hyphen
+/// do not count.
+fn likeness(a: &str, b: &str) -> f64 {
+    let plain = |w: &str| w.to_lowercase().replace(['-', ' '], "_");
+    let (a, b) = (plain(a), plain(b));
+    let alike = strsim::normalized_damerau_levenshtein(&a, &b);
+    let part = a.len().min(b.len()) >= PART && (a.contains(&b) || b.contains(&a));
+    if part {
+        NEAR + (1.0 - NEAR) * alike
+    } else {
+        alike
+    }
+}
+
+/// The one of `known` nearest to `word`, where one is near.
+pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    // of equally near ones the first
+    let mut best: Option<(f64, &str)> = None;
+    for k in known {
+        let alike = likeness(word, k);
+        if alike > NEAR && best.is_none_or(|b| alike > b.0) {
+            best = Some((alike, k));
+        }
+    }
+    best.map(|b| b.1)
+}
+
+/// What to write instead of `word`: the nearest of `known`, and all of them.
+pub fn instead(word: &str, known: &[&str]) -> String {
+    let all = known.join(", ");
+    match nearest(word, known) {
+        Some(k) => format!("did you mean {k:?}? Known are {all}"),
+        None => format!("known are {all}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_of_the_pen_find_their_word() {
+        let known = ["gravity", "guide_friction", "hysteresis_damping", "viscous_damping"];
+        for (slip, word) in [
+            ("grvity", "gravity"),
+            ("Gravity", "gravity"),
+            ("gravtiy", "gravity"),
+            ("friction", "guide_friction"),
+            ("hysteresis-damping", "hysteresis_damping"),
+            ("viscous damping", "viscous_damping"),
+        ] {
+            assert_eq!(nearest(slip, &known), Some(word), "{slip}");
+        }
+        assert_eq!(nearest("wind", &known), None);
+        assert_eq!(instead("grvity", &known[..1]), "did you mean \"gravity\"? Known are gravity");
+        assert_eq!(instead("wind", &known[..2]), "known are gravity, guide_friction");
+    }
+}

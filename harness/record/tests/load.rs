@@ -1,0 +1,164 @@
+//! Campaigns loaded: all errors at once, nearest words, and what is put right with a note.
+
+use record::{load, Campaign, RecordErrors};
+use std::path::Path;
+use tempfile::TempDir;
+
+const TERMS: [&str; 4] = ["gravity", "guide_friction", "hysteresis_damping", "viscous_damping"];
+
+const HEAD: &str = "format = \"recordings/1\"\n[campaign]\nkind = \"drop-test\"\n[rig]\nmoving_mass = 0.5\n\
+                    [simulation]\nterms = [\"gravity\"]\n";
+
+/// A pulse of 1 ms after 2 ms, every 0.1 ms.
+fn csv() -> String {
+    let rows = (0..60).map(|i| format!("{:e},{}\n", 1e-4 * f64::from(i), if (20..30).contains(&i) { 100 } else { 0 }));
+    format!("time [s],force [N]\n{}", rows.collect::<String>())
+}
+
+/// Drops r1.csv, r2.csv and so on from heights of 1, 2 and so on cm.
+fn listed(n: usize) -> String {
+    (1..=n).map(|i| format!("[[recording]]\nfile = \"r{i}.csv\"\ndrop_height = {}\n", 0.01 * i as f64)).collect()
+}
+
+fn folder(campaign: &str, files: &[(&str, String)]) -> TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("campaign.toml"), campaign).unwrap();
+    for (name, text) in files {
+        std::fs::write(dir.path().join(name), text).unwrap();
+    }
+    dir
+}
+
+fn of(dir: &Path) -> Result<Campaign, RecordErrors> {
+    load(dir, &TERMS)
+}
+
+/// The errors as "campaign.toml:3: what; cure".
+fn errors(campaign: &str, files: &[(&str, String)]) -> Vec<String> {
+    let dir = folder(campaign, files);
+    let e = of(dir.path()).unwrap_err();
+    let folder = format!("{}/", dir.path().display());
+    assert_eq!(e.to_string().lines().count(), e.0.len());
+    e.0.iter().map(|e| e.to_string().replace(&folder, "")).collect()
+}
+
+#[test]
+fn a_sound_campaign_has_no_notes() {
+    let dir = folder(&(HEAD.to_string() + &listed(2)), &[("r1.csv", csv()), ("r2.csv", csv())]);
+    let c = of(dir.path()).unwrap();
+    assert!(c.warnings.is_empty(), "{:?}", c.warnings);
+    assert_eq!((c.recordings.len(), c.levels.len(), c.moving_mass), (2, 2, Some(0.5)));
+    assert_eq!(c.simulation.terms, ["gravity"]);
+    let r = &c.recordings[1];
+    assert_eq!((r.level, r.time.len(), r.rows.len(), r.order), (1, 60, 60, 2.0));
+}
+
+#[test]
+fn all_errors_are_told_at_once_with_file_line_and_cure() {
+    let campaign = "format = \"recordings/1\"\ncolour = 3\n[campaign]\nkind = \"droptest\"\nmaterail = \"steel\"\n\
+                    [rig]\nmoving_mass = -1\ntravel = \"far\"\n[simulation]\nterms = [\n  \"gravity\",\n  \"grvity\", 3]\n\
+                    moving_mass = 0.5\n[[recording]]\nfile = \"r1.csv\"\ndrop_heigth = 0.02\nimpact_speed = 1\n\
+                    [[recording]]\norder = 2\n[[recording]]\nfile = \"r1.csv\"\n[[recording]]\nfile = \"gone.csv\"\n";
+    let said = errors(campaign, &[("r1.csv", csv().replace("[N]", "[Nn]"))]);
+    let told = [
+        ("campaign.toml:2: key \"colour\" is not known at the top", "known are format, campaign, rig"),
+        ("campaign.toml:4: kind \"droptest\" is not known", "did you mean \"drop-test\"?"),
+        ("campaign.toml:5: key \"materail\" is not known under [campaign]", "did you mean \"material\"?"),
+        ("campaign.toml:7: moving_mass = -1 is out of range", "give moving_mass as a number above 0, in kg"),
+        ("campaign.toml:8: travel is of the wrong type", "give travel as a number above 0, in m"),
+        ("campaign.toml:12: terms holds what is no text", "write terms = ["),
+        ("campaign.toml:12: term \"grvity\" is not known", "did you mean \"gravity\"?"),
+        ("campaign.toml:13: key \"moving_mass\" is not known under [simulation]", "it belongs under [rig]"),
+        ("campaign.toml:16: key \"drop_heigth\" is not known", "did you mean \"drop_height\"?"),
+        ("campaign.toml:18: this [[recording]] names no file", "add file"),
+        ("campaign.toml:21: r1.csv is listed twice (first at line 15)", "list every recording once"),
+        ("r1.csv:1: unit \"Nn\" does not measure force", "did you mean \"nN\"?"),
+        ("gone.csv: cannot be read", "put the recording beside campaign.toml"),
+    ];
+    for (said, (what, cure)) in said.iter().zip(told) {
+        assert!(said.starts_with(what) && said.contains(cure), "{said}");
+    }
+    assert_eq!(said.len(), told.len(), "{said:#?}");
+}
+
+#[test]
+fn what_is_missing_is_told_with_its_table() {
+    let campaign =
+        "[campaign]\nkind = \"contactor_opening\"\n[rig]\ntravel = 0.004\n[[recording]]\nfile = \"r1.csv\"\n";
+    let said = errors(campaign, &[("r1.csv", csv())]);
+    let told = [
+        "campaign.toml: format is missing; write format = \"recordings/1\"",
+        "campaign.toml:3: moving_mass is missing under [rig]; add moving_mass in kg",
+        "campaign.toml:3: return_spring_rate is missing under [rig]; add return_spring_rate in N/m",
+        "campaign.toml:5: r1.csv: spring_preload is missing; add spring_preload in N",
+    ];
+    assert_eq!(said, told);
+    let said = errors("format = \"recordings/1\"\n", &[]);
+    assert_eq!(said.len(), 2, "{said:#?}");
+    assert!(said[0].contains("kind is missing") && said[1].contains("no [[recording]] is listed"), "{said:#?}");
+}
+
+#[test]
+fn every_line_that_is_no_toml_is_told() {
+    let said = errors("format = \n[campaign]\nkind = \"drop-test\"\nname = = 3\n", &[]);
+    assert!(said.iter().any(|s| s.starts_with("campaign.toml:1:")), "{said:#?}");
+    assert!(said.iter().any(|s| s.starts_with("campaign.toml:4:")), "{said:#?}");
+}
+
+#[test]
+fn tables_written_otherwise_are_told() {
+    let campaign =
+        "format = \"recordings/1\"\nrig = 3\n[campaign]\nkind = \"drop-test\"\n[recording]\nfile = \"r1.csv\"\n";
+    let said = errors(campaign, &[]);
+    assert!(said.iter().any(|s| s.starts_with("campaign.toml:2: rig is no table")), "{said:#?}");
+    assert!(said.iter().any(|s| s.starts_with("campaign.toml:5: recording is no list")), "{said:#?}");
+}
+
+#[test]
+fn a_kind_is_spelt_with_either_hyphen() {
+    for kind in ["drop-test", "drop_test"] {
+        let campaign = HEAD.replace("drop-test", kind) + &listed(1);
+        let dir = folder(&campaign, &[("r1.csv", csv())]);
+        assert_eq!(of(dir.path()).unwrap().kind, record::Kind::DropTest);
+    }
+}
+
+#[test]
+fn merged_rows_and_pauses_are_noted_and_keep_a_row_each() {
+    let mut lines: Vec<String> = csv().lines().map(str::to_string).collect();
+    lines.insert(11, lines[10].replace(",0", ",7"));
+    lines.extend((0..20).map(|i| format!("{},0", 3.0 + 1e-4 * f64::from(i))));
+    let dir = folder(&(HEAD.to_string() + &listed(1)), &[("r1.csv", lines.join("\n"))]);
+    let c = of(dir.path()).unwrap();
+    assert_eq!(c.warnings.len(), 2, "{:#?}", c.warnings);
+    assert!(c.warnings[0].ends_with("readings: 1 in all, the first at 0.0009 s (line 12)."), "{:?}", c.warnings);
+    assert_eq!(c.warnings[1], "r1.csv: a pause of 2.9941 s after 0.0059 s: what lies after it was left out.");
+    let r = &c.recordings[0];
+    assert_eq!((r.time.len(), r.rows.len()), (60, 81));
+    assert_eq!(r.channels[0].as_ref().unwrap()[9], 3.5);
+    let samples: Vec<usize> = r.rows.iter().map(|row| r.sample_of(row)).collect();
+    assert_eq!((samples[9], samples[10], samples[11], samples[60], samples[80]), (9, 9, 10, 59, 59));
+    assert_eq!(r.rows[80].time, 3.0019);
+}
+
+#[test]
+fn a_speed_at_a_first_sample_that_was_left_out_is_noted() {
+    let campaign = HEAD.to_string() + "[[recording]]\nfile = \"r1.csv\"\nstart_speed = 1.0\n";
+    let early: String = (0..20).map(|i| format!("{},0\n", 1e-4 * f64::from(i) - 5.0)).collect();
+    let text = csv().replacen('\n', &format!("\n{early}"), 1);
+    let dir = folder(&campaign, &[("r1.csv", text)]);
+    let c = of(dir.path()).unwrap();
+    assert!(c.warnings[0].ends_with("what lies before it was left out."), "{:?}", c.warnings);
+    assert_eq!(c.warnings[1], "r1.csv: start_speed is taken as that at 0 s, the first sample kept.");
+    assert_eq!((c.recordings[0].begins(), c.recordings[0].time[0]), (-5.0, 0.0));
+}
+
+#[test]
+fn a_level_goes_with_its_last_recording() {
+    let files = ["r1.csv", "r2.csv", "r3.csv"].map(|f| (f, csv()));
+    let dir = folder(&(HEAD.to_string() + &listed(3)), &files);
+    let mut c = of(dir.path()).unwrap();
+    c.retain(|r| r.file != "r2.csv");
+    assert_eq!(c.levels.iter().map(|l| l.0).collect::<Vec<_>>(), [0.01, 0.03]);
+    assert_eq!(c.recordings.iter().map(|r| r.level).collect::<Vec<_>>(), [0, 1]);
+}
