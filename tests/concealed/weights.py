@@ -26,6 +26,8 @@ PARAMETERS = {
     "stand_in": (0.0, 3.0),                    # ln weight of a stand-in, of what each recording has of its own, of a large discrepancy
     "own": (0.0, 3.0),
     "large": (0.0, 3.0),
+    "large_known": (-2.0, 2.0),                # ln weight of a large discrepancy beside what is known
+    "drift": (-2.0, 1.0),                      # ln weight of instruments that drift and hum
     "size": (0.0, 0.5),                        # ln weight of a discrepancy by step of its size
     "none": (0.0, 1.0),                        # ln weight of no discrepancy at all
     "bound": (-1.0, 1.0),                      # ln weight of a structure with a parameter at a bound, of one that predicts levels not seen
@@ -47,7 +49,7 @@ def canonical(names):
 
 
 def features(verdict):
-    """(least overdispersion left, levels, {set: [(kind, size index, ln evidence, at a bound, predicts worse)]}), None where nothing was weighed."""
+    """(least overdispersion left, levels, {set: [(kind, size index, ln evidence, at a bound, predicts worse, drifting)]}), None where nothing was weighed."""
     e = verdict.get("evidence")
     if not e:
         return None
@@ -57,17 +59,19 @@ def features(verdict):
     for s in e["structures"]:
         names, held = canonical(s["mechanisms"]), s.get("heldout_nrmse")
         doubts = bool(names) and s["at_bound"], bool(names) and held is not None and held > given
-        for i, (size, ln) in enumerate(zip(e["sizes"], s["ln_evidence"])):
+        steady = [(False, i, ln) for i, ln in enumerate(s["ln_evidence"])]
+        for drifts, i, ln in steady + [(True, i, ln) for i, ln in enumerate(s.get("ln_evidence_drifting", []))]:
             if ln is None:
                 continue
             if not s["named"]:
-                out.setdefault(UNKNOWN, []).append(("stand_in", i, ln, False, False))
-            elif size >= LARGE:
-                out.setdefault(UNKNOWN, []).append(("large", i, ln, False, False))
+                out.setdefault(UNKNOWN, []).append(("stand_in", i, ln, False, False, drifts))
+            elif e["sizes"][i] >= LARGE:
+                out.setdefault(UNKNOWN, []).append(("large", i, ln, False, False, drifts))
+                out.setdefault(names, []).append(("large_known", i, ln, *doubts, drifts))
             else:
-                out.setdefault(names, []).append(("", i, ln, *doubts))
+                out.setdefault(names, []).append(("", i, ln, *doubts, drifts))
     for u in e["unknown"]:
-        out.setdefault(UNKNOWN, []).extend(("own", None, ln, False, False) for ln in u["ln_evidence"] if ln is not None)
+        out.setdefault(UNKNOWN, []).extend(("own", None, ln, False, False, False) for ln in u["ln_evidence"] if ln is not None)
     return max(1.0, min(left, default=1.0)), e.get("levels", 3), out
 
 
@@ -79,7 +83,7 @@ def posterior(feature, theta):
     top, tail = -np.inf, np.exp(t["tail"])
     mass, doubt = {}, {}
     for h, of in sets.items():
-        ln = np.array([x[2] + weight(x[0], x[1]) for x in of])
+        ln = np.array([x[2] + weight(x[0], x[1]) + t["drift"] * x[5] for x in of])
         mass[h], best = logsumexp(ln), of[int(ln.argmax())]
         doubt[h] = t["bound"] * best[3] + t["worse"] * best[4] + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN))
         top = max(top, mass[h])
@@ -105,24 +109,26 @@ class Stacked:
             left, levels, sets = feature
             for h, of in sets.items():
                 ends.append(len(rows))
-                rows += [(ln, KINDS.index(kind), -1 if i is None else i, bound, worse) for kind, i, ln, bound, worse in of]
+                rows += [(ln, KINDS.index(kind), -1 if i is None else i, bound, worse, drifts) for kind, i, ln, bound, worse, drifts in of]
                 prior = "" if h == NOTHING else "unknown" if h == UNKNOWN else "single" if len(h) == 1 else "pair"
                 hyps.append((k, left, levels < 2 and h not in (NOTHING, UNKNOWN), PRIORS.index(prior), h == want))
-        self.ln, self.kind, self.size, self.bound, self.worse = np.array(rows, float).T
+        self.ln, self.kind, self.size, self.bound, self.worse, self.drifts = np.array(rows, float).T
         self.kind = self.kind.astype(int)
         self.case, self.left, self.one, self.prior, self.want = np.array(hyps, float).T
         self.case, self.prior, self.want = self.case.astype(int), self.prior.astype(int), self.want.astype(bool)
         self.starts, self.n = np.array(ends), len(cases)
+        self.lengths = np.diff([*ends, len(rows)])
         self.weight = np.array([w for _, _, w in cases])
 
     def loss(self, theta):
         """Mean log loss, each case with its weight, and the penalty that keeps the table near its start."""
         t = dict(zip(PARAMETERS, theta))
         own = np.array([t.get(k, 0.0) for k in KINDS])[self.kind]
-        ln = self.ln + own + np.where(self.size < 0, 0.0, np.where(self.size == 0, t["none"], t["size"] * (self.size - 1)))
+        ln = self.ln + own + t["drift"] * self.drifts + np.where(self.size < 0, 0.0, np.where(self.size == 0, t["none"], t["size"] * (self.size - 1)))
         mass = np.logaddexp.reduceat(ln, self.starts)
-        best = np.array([a + int(np.argmax(ln[a:b])) for a, b in zip(self.starts, [*self.starts[1:], len(ln)])])
-        doubt = t["bound"] * self.bound[best] + t["worse"] * self.worse[best] + t["one_level"] * self.one
+        best = ln == np.repeat(np.maximum.reduceat(ln, self.starts), self.lengths)
+        of_best = lambda what: np.maximum.reduceat(np.where(best, what, 0.0), self.starts)
+        doubt = t["bound"] * of_best(self.bound) + t["worse"] * of_best(self.worse) + t["one_level"] * self.one
         top = np.full(self.n, -np.inf)
         np.maximum.at(top, self.case, mass)
         tail, temperature = np.exp(t["tail"]), np.exp(t["temperature"]) * self.left ** t["overdispersion"]
@@ -136,7 +142,7 @@ class Stacked:
         return float(-(self.weight * np.log(np.maximum(right / whole, LEAST))).sum() / self.weight.sum() + 0.5 * np.sum(((theta - START) / WIDTH) ** 2) / self.n)
 
 
-KINDS = ("", "stand_in", "own", "large")
+KINDS = ("", "stand_in", "own", "large", "large_known")
 PRIORS = ("", "single", "pair", "unknown")
 
 

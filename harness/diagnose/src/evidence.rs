@@ -2,8 +2,8 @@
 
 use crate::candidate::Candidate;
 use crate::decide::Decision;
-use estimate::discrepancy::{own, shared, Columns};
-use estimate::evidence::Evidence;
+use estimate::discrepancy::{instruments, own, shared, Columns};
+use estimate::evidence::{Beside, Evidence};
 use estimate::fitted::Fitted;
 use estimate::response::Place;
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ pub const SIZES: [f64; 6] = [0.0, 0.001, 0.003, 0.01, 0.03, 0.1];
 /// Sizes of what each recording has of its own, where the cause is in no vocabulary.
 pub const OWN_SIZES: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
 /// Sizes of the shared discrepancy beside it.
-const BESIDE: [f64; 2] = [0.0, 0.01];
+const SHARED_BESIDE: [f64; 2] = [0.0, 0.01];
 /// Structures of one mechanism, and of two, that are weighed.
 const SINGLES: usize = 8;
 const PAIRS: usize = 4;
@@ -29,8 +29,9 @@ pub struct Weighed {
     /// Parameters of the mechanisms added.
     pub parameters: usize,
     pub chi2: f64,
-    /// ln evidence by [`SIZES`]; NaN where the normal matrix is singular.
-    pub ln: Vec<f64>,
+    /// ln evidence by [`SIZES`], without drift and hum of the instruments and with it; NaN where the normal matrix is
+    /// singular.
+    pub ln: [Vec<f64>; 2],
     /// Overdispersion of the residual, and of what the likeliest discrepancy leaves of it.
     pub overdispersion: f64,
     pub left: f64,
@@ -73,9 +74,12 @@ fn finite(v: Option<f64>) -> f64 {
 
 /// The evidence of one fit; None where it cannot be simulated.
 pub fn weighed(f: &Fitted) -> Option<Weighed> {
-    let evidence = Evidence::new(f, &shared(f)?, None)?;
-    let ln: Vec<f64> = SIZES.iter().map(|s| finite(evidence.ln(*s, 0.0))).collect();
-    let best = (0..SIZES.len()).filter(|i| ln[*i].is_finite()).max_by(|a, b| ln[*a].total_cmp(&ln[*b]))?;
+    let evidence = Evidence::new(f, &shared(f)?, None, Some(&instruments(f)?))?;
+    let beside = |instruments: bool| SIZES.map(|size| Beside { size, instruments, ..Beside::default() });
+    let all = [beside(false), beside(true)];
+    let ln = all.map(|of| of.iter().map(|b| finite(evidence.ln(*b))).collect::<Vec<f64>>());
+    let each = all.iter().flatten().zip(ln.iter().flatten()).filter(|(_, ln)| ln.is_finite());
+    let (best, _) = each.max_by(|a, b| a.1.total_cmp(b.1))?;
     Some(Weighed {
         names: f.names(),
         forms: f.structure.terms().iter().map(|t| t.form.label).collect(),
@@ -83,7 +87,7 @@ pub fn weighed(f: &Fitted) -> Option<Weighed> {
         parameters: f.parameters() as usize,
         chi2: f.chi2(),
         overdispersion: f.overdispersion(),
-        left: finite(evidence.overdispersion(SIZES[best], 0.0)),
+        left: finite(evidence.overdispersion(*best)),
         at_bound: !f.at_bounds().is_empty(),
         heldout: None,
         ln,
@@ -91,8 +95,9 @@ pub fn weighed(f: &Fitted) -> Option<Weighed> {
 }
 
 fn unknown(f: &Fitted, together: &Columns, place: Place) -> Option<Unknown> {
-    let evidence = Evidence::new(f, together, Some(&own(f, place)?))?;
-    let ln = BESIDE.iter().flat_map(|s| OWN_SIZES.map(|u| finite(evidence.ln(*s, u)))).collect();
+    let evidence = Evidence::new(f, together, Some(&own(f, place)?), None)?;
+    let of = |size: f64, own: f64| finite(evidence.ln(Beside { size, own, instruments: false }));
+    let ln = SHARED_BESIDE.iter().flat_map(|s| OWN_SIZES.map(|u| of(*s, u))).collect();
     Some(Unknown { beside: f.names(), place, ln })
 }
 

@@ -27,10 +27,14 @@ pub struct Table {
     pub single: f64,
     pub pair: f64,
     pub unknown: f64,
-    /// ln weight of a stand-in, of what each recording has of its own, of a large discrepancy, among the unknown.
+    /// ln weight of a stand-in, of what each recording has of its own, of a large discrepancy, among the unknown; and of a
+    /// large discrepancy beside what is known.
     pub stand_in: f64,
     pub own: f64,
     pub large: f64,
+    pub large_known: f64,
+    /// ln weight of instruments that drift and hum.
+    pub drift: f64,
     /// ln weight of the discrepancy's sizes, a step, and of none at all.
     pub size: f64,
     pub none: f64,
@@ -134,14 +138,17 @@ impl Posterior {
             if w.left.is_finite() {
                 left = left.min(w.left);
             }
-            for (i, ln) in w.ln.iter().enumerate().filter(|(_, ln)| ln.is_finite()) {
-                let ln = ln + size_weight(i);
-                if !w.named {
-                    add(vec![UNKNOWN], ln + table.stand_in, None);
-                } else if SIZES[i] >= LARGE {
-                    add(vec![UNKNOWN], ln + table.large, None);
-                } else {
-                    add(canonical(&w.names), ln, Some(at));
+            for (drifts, of) in w.ln.iter().enumerate() {
+                for (i, ln) in of.iter().enumerate().filter(|(_, ln)| ln.is_finite()) {
+                    let ln = ln + size_weight(i) + drifts as f64 * table.drift;
+                    if !w.named {
+                        add(vec![UNKNOWN], ln + table.stand_in, None);
+                    } else if SIZES[i] >= LARGE {
+                        add(vec![UNKNOWN], ln + table.large, None);
+                        add(canonical(&w.names), ln + table.large_known, Some(at));
+                    } else {
+                        add(canonical(&w.names), ln, Some(at));
+                    }
                 }
             }
         }
@@ -233,7 +240,7 @@ mod tests {
             named,
             parameters: names.len(),
             chi2: 0.0,
-            ln: vec![ln; SIZES.len()],
+            ln: [vec![ln; SIZES.len()], Vec::new()],
             overdispersion: 1.0,
             left: 1.0,
             at_bound: false,
@@ -252,6 +259,8 @@ mod tests {
             stand_in: 0.0,
             own: 0.0,
             large: f64::NEG_INFINITY,
+            large_known: 0.0,
+            drift: 0.0,
             size: 0.0,
             none: 0.0,
             bound: -1.0,

@@ -110,8 +110,10 @@ pub struct WeighedStructure {
     pub named: bool,
     pub parameters: usize,
     pub chi2: f64,
-    /// ln of the evidence by size of the discrepancy, less what all structures have in common.
+    /// ln of the evidence by size of the discrepancy, less what all structures have in common; and the same where the
+    /// instruments may drift and hum.
     pub ln_evidence: Vec<Option<f64>>,
+    pub ln_evidence_drifting: Vec<Option<f64>>,
     /// Overdispersion of the residual, and of what the likeliest discrepancy leaves of it.
     pub overdispersion: f64,
     pub overdispersion_left: Option<f64>,
@@ -138,7 +140,8 @@ fn evidence(e: &Evidences) -> Evidence {
         named: w.named,
         parameters: w.parameters,
         chi2: w.chi2,
-        ln_evidence: finite(&w.ln),
+        ln_evidence: finite(&w.ln[0]),
+        ln_evidence_drifting: finite(&w.ln[1]),
         overdispersion: w.overdispersion,
         overdispersion_left: w.left.is_finite().then_some(w.left),
         at_bound: w.at_bound,

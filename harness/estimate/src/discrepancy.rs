@@ -232,3 +232,44 @@ impl Path<'_> {
             .collect()
     }
 }
+
+/// Standard deviation of an instrument's slow drift and of its hum, in that of its noise.
+const DRIFT: f64 = 5.0;
+/// Frequencies of the mains, Hz.
+const MAINS: [f64; 2] = [50.0, 60.0];
+
+/// Columns of what each recording's instruments may do besides: a drift over the recording and the hum of the mains, by
+/// channel; amplitudes of standard deviation 1. None where a recording cannot be simulated.
+pub fn instruments(fitted: &Fitted) -> Option<Columns> {
+    let paths = Path::all(fitted)?;
+    Some(paths.par_iter().map(Path::instruments).collect())
+}
+
+impl Path<'_> {
+    fn instruments(&self) -> Vec<Vec<f64>> {
+        let data: &Data = &self.fitted.data;
+        let time = self.time();
+        let n = time.len();
+        let (first, last) = (time[0], time[n - 1]);
+        let along = |i: usize| 2.0 * (time[i] - first) / (last - first) - 1.0;
+        let mut shapes: Vec<Vec<f64>> =
+            vec![(0..n).map(along).collect(), (0..n).map(|i| 1.5 * along(i) * along(i) - 0.5).collect()];
+        for f in MAINS {
+            shapes.push(time.iter().map(|t| (2.0 * PI * f * (t - first)).sin()).collect());
+            shapes.push(time.iter().map(|t| (2.0 * PI * f * (t - first)).cos()).collect());
+        }
+        let channels: Vec<Channel> = data.compared(self.record).collect();
+        let mut out = Vec::new();
+        for c in Channel::ALL.into_iter().filter(|c| data.has(*c)) {
+            for shape in &shapes {
+                let mut y = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+                if channels.contains(&c) {
+                    let sd = DRIFT * data.noise[c.index()].marginal();
+                    y[c.index()] = shape.iter().map(|s| sd * s).collect();
+                }
+                out.push(self.whitened(&y));
+            }
+        }
+        out
+    }
+}

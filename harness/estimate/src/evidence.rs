@@ -2,9 +2,9 @@
 //! discrepancy of unknown shape in the likelihood (Kennedy and O'Hagan 2001; Laplace's approximation: MacKay 1992,
 //! Kass and Raftery 1995, eq. 5).
 //!
-//! residual = J d(theta) + B c + E e + noise; B: columns that all recordings share, c normal with the discrepancy's size;
-//! E: columns of each recording alone, e normal with a size of their own. What has no prior counts as even between its
-//! bounds.
+//! residual = J d(theta) + B c + E e + D d + noise; B: columns that all recordings share, c normal with the discrepancy's
+//! size; E: columns of each recording alone, e normal with a size of their own; D: what its instruments may do, d standard
+//! normal. What has no prior counts as even between its bounds.
 
 use crate::discrepancy::Columns;
 use crate::fitted::{overdispersion_of, Fitted, MOST};
@@ -13,12 +13,23 @@ use plant::kernels::{add_scaled, dot};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Normal equations of one recording: globals, shared columns, nuisances, own columns.
+/// Normal equations of one recording: globals, shared columns, nuisances, own columns, instruments'.
 struct Part {
     a: DMatrix<f64>,
     b: DVector<f64>,
     residual: Vec<f64>,
     columns: Vec<Vec<f64>>,
+}
+
+/// What the likelihood holds beside the structure.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Beside {
+    /// Size of the discrepancy that all recordings share, as a share of force and of the largest readings, 1; 0: none.
+    pub size: f64,
+    /// The same of what each recording has of its own.
+    pub own: f64,
+    /// Whether instruments may drift and hum.
+    pub instruments: bool,
 }
 
 /// A fit with its normal equations, discrepancy included.
@@ -29,6 +40,7 @@ pub struct Evidence<'a> {
     shared: usize,
     locals: usize,
     own: usize,
+    instruments: usize,
     /// Globals that rest at a bound.
     held: Vec<bool>,
 }
@@ -48,8 +60,14 @@ struct Solved {
 }
 
 impl<'a> Evidence<'a> {
-    /// Of a fit, with `shared` columns and each recording's `own`. None where the simulation fails.
-    pub fn new(fitted: &'a Fitted, shared: &Columns, own: Option<&Columns>) -> Option<Evidence<'a>> {
+    /// Of a fit, with `shared` columns, each recording's `own` and those of its `instruments`. None where the simulation
+    /// fails.
+    pub fn new(
+        fitted: &'a Fitted,
+        shared: &Columns,
+        own: Option<&Columns>,
+        instruments: Option<&Columns>,
+    ) -> Option<Evidence<'a>> {
         let problem = fitted.problem();
         let point = fitted.point();
         let globals = problem.model.parameters.len();
@@ -58,8 +76,8 @@ impl<'a> Evidence<'a> {
             .into_par_iter()
             .map(|r| {
                 let (block, a, b) = problem.normal_equations(point, r)?;
-                let own = own.map_or(&[][..], |o| &o[r]);
-                Some(part(block, (&a, &b), globals, &shared[r], own))
+                let of = |columns: Option<&'_ Columns>| columns.map_or(Vec::new(), |c| c[r].clone());
+                Some(part(block, (&a, &b), globals, &shared[r], [of(own), of(instruments)].concat()))
             })
             .collect();
         let at_bound = |(p, x): (&crate::problem::Parameter, &f64)| *x <= p.lower || *x >= p.upper;
@@ -70,15 +88,27 @@ impl<'a> Evidence<'a> {
             shared: shared.first().map_or(0, Vec::len),
             locals,
             own: own.and_then(|o| o.first()).map_or(0, Vec::len),
+            instruments: instruments.and_then(|o| o.first()).map_or(0, Vec::len),
             held: problem.model.parameters.iter().zip(&point.theta).map(at_bound).collect(),
         })
     }
 
-    fn solve(&self, size: f64, own_size: f64) -> Option<Solved> {
+    fn solve(&self, beside: Beside) -> Option<Solved> {
+        let Beside { size, own, instruments } = beside;
         let (g, m, l) = (self.globals, self.shared, self.locals);
         let kept: Vec<usize> = if size > 0.0 { (0..g + m).collect() } else { (0..g).collect() };
-        let end = if own_size > 0.0 { g + m + l + self.own } else { g + m + l };
-        let eliminated: Vec<usize> = (g + m..end).collect();
+        let last = g + m + l + self.own;
+        let mut eliminated: Vec<usize> = (g + m..g + m + l).collect();
+        // with the precision of each
+        let mut precision = vec![0.0; l];
+        if own > 0.0 {
+            eliminated.extend(g + m + l..last);
+            precision.resize(eliminated.len(), own.powi(-2));
+        }
+        if instruments {
+            eliminated.extend(last..last + self.instruments);
+            precision.resize(eliminated.len(), 1.0);
+        }
         let n = kept.len();
         let (mut s, mut q) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
         let (mut fall, mut ln_det) = (0.0, 0.0);
@@ -87,10 +117,7 @@ impl<'a> Evidence<'a> {
             let mut c =
                 DMatrix::from_fn(eliminated.len(), eliminated.len(), |i, j| p.a[(eliminated[i], eliminated[j])]);
             for i in 0..eliminated.len() {
-                c[(i, i)] += 1e-12 * (1.0 + c[(i, i)]);
-                if i >= l {
-                    c[(i, i)] += own_size.powi(-2);
-                }
+                c[(i, i)] += 1e-12 * (1.0 + c[(i, i)]) + precision[i];
             }
             let cross = DMatrix::from_fn(eliminated.len(), n, |i, j| p.a[(eliminated[i], kept[j])]);
             let b = DVector::from_fn(eliminated.len(), |i, _| p.b[eliminated[i]]);
@@ -130,12 +157,11 @@ impl<'a> Evidence<'a> {
         Some(Solved { kept, eliminated, inner, step, gradient, fall, ln_det })
     }
 
-    /// ln of the evidence, less what all structures of one campaign have in common, with a discrepancy of that size (share
-    /// of force and of the largest readings, 1) and with what each recording has of its own of that size; 0: none.
+    /// ln of the evidence, less what all structures of one campaign have in common, with what is `beside` the structure.
     ///
     /// None where the normal matrix is singular.
-    pub fn ln(&self, size: f64, own_size: f64) -> Option<f64> {
-        let solved = self.solve(size, own_size)?;
+    pub fn ln(&self, beside: Beside) -> Option<f64> {
+        let solved = self.solve(beside)?;
         let mut ln = -0.5 * self.fitted.chi2() + 0.5 * solved.fall - 0.5 * solved.ln_det;
         for (j, p) in self.fitted.structure.model().parameters.iter().enumerate() {
             let width = p.upper - p.lower;
@@ -146,18 +172,18 @@ impl<'a> Evidence<'a> {
                 (None, true) => -(width * solved.gradient[j].abs()).max(1.0).ln(),
             };
         }
-        if size > 0.0 {
-            ln -= self.shared as f64 * size.ln();
+        if beside.size > 0.0 {
+            ln -= self.shared as f64 * beside.size.ln();
         }
-        if own_size > 0.0 {
-            ln -= (self.own * self.parts.len()) as f64 * own_size.ln();
+        if beside.own > 0.0 {
+            ln -= (self.own * self.parts.len()) as f64 * beside.own.ln();
         }
         ln.is_finite().then_some(ln)
     }
 
     /// Overdispersion of what is left once parameters, discrepancy and nuisances have moved to where they are likeliest.
-    pub fn overdispersion(&self, size: f64, own_size: f64) -> Option<f64> {
-        let solved = self.solve(size, own_size)?;
+    pub fn overdispersion(&self, beside: Beside) -> Option<f64> {
+        let solved = self.solve(beside)?;
         let left: Vec<(usize, Vec<f64>)> = self
             .parts
             .iter()
@@ -189,7 +215,7 @@ fn part(
     (a, b): (&DMatrix<f64>, &DVector<f64>),
     globals: usize,
     shared: &[Vec<f64>],
-    own: &[Vec<f64>],
+    own: Vec<Vec<f64>>,
 ) -> Part {
     let mut all: Vec<Vec<f64>> = Vec::with_capacity(columns.len() + shared.len() + own.len());
     // where the old ones stand among the new
@@ -202,8 +228,8 @@ fn part(
         all.push(c);
         from.push(Some(j));
     }
-    all.extend(own.iter().cloned());
     from.extend(own.iter().map(|_| None));
+    all.extend(own);
     let n = all.len();
     let mut wide = DMatrix::zeros(n, n);
     let mut right = DVector::zeros(n);
@@ -219,4 +245,83 @@ fn part(
         }
     }
     Part { a: wide, b: right, residual, columns: all }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::discrepancy::{instruments, own, shared};
+    use crate::prepare::Prepared;
+    use crate::response::Place;
+    use plant::recipe::{write_campaign, Recipe};
+
+    fn fitted() -> Fitted {
+        let dir = tempfile::tempdir().unwrap();
+        write_campaign(dir.path(), &Recipe::default()).unwrap();
+        let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        let prepared = Prepared::new(&campaign).unwrap();
+        let fit = Fitted::base(&prepared.data, &prepared.structure, &prepared.guess);
+        // two recordings are enough
+        let few = std::sync::Arc::new(fit.data.subset(|r| r < 2));
+        let start = crate::problem::Problem::new(&few, fit.structure.model())
+            .evaluate(fit.point().theta.clone(), fit.point().locals[..2].to_vec());
+        Fitted::from(&few, fit.structure.clone(), start, &crate::problem::Options::default())
+    }
+
+    /// b' A^-1 b and ln det A of all recordings' normal equations in one matrix, nothing eliminated.
+    fn dense(e: &Evidence<'_>, beside: Beside) -> (f64, f64) {
+        let (g, m) = (e.globals, e.shared);
+        let own = e.locals + e.own + e.instruments;
+        let n = g + m + own * e.parts.len();
+        let (mut a, mut b) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
+        for (r, p) in e.parts.iter().enumerate() {
+            let at = |i: usize| if i < g + m { i } else { i + own * r };
+            for i in 0..p.b.len() {
+                b[at(i)] += p.b[i];
+                for j in 0..p.b.len() {
+                    a[(at(i), at(j))] += p.a[(i, j)];
+                }
+                if i >= g + m {
+                    a[(at(i), at(i))] += 1e-12 * (1.0 + p.a[(i, i)]);
+                }
+                let k = i.wrapping_sub(g + m + e.locals);
+                if i >= g + m + e.locals {
+                    a[(at(i), at(i))] += if k < e.own { beside.own.powi(-2) } else { 1.0 };
+                }
+            }
+        }
+        let theta = &e.fitted.point().theta;
+        for (j, q) in e.fitted.structure.model().parameters.iter().enumerate() {
+            if let Some((mean, sd)) = q.prior {
+                a[(j, j)] += sd.powi(-2);
+                b[j] += (mean - theta[j]) / (sd * sd);
+            }
+        }
+        for j in g..g + m {
+            a[(j, j)] += beside.size.powi(-2);
+        }
+        let ch = a.cholesky().unwrap();
+        (b.dot(&ch.solve(&b)), ln_det_of(&ch))
+    }
+
+    #[test]
+    fn what_is_eliminated_recording_by_recording_is_what_one_large_matrix_gives() {
+        let f = fitted();
+        let (shared, own) = (shared(&f).unwrap(), own(&f, Place::Contact).unwrap());
+        let e = Evidence::new(&f, &shared, Some(&own), Some(&instruments(&f).unwrap())).unwrap();
+        assert!(e.held.iter().all(|h| !h));
+        let beside = Beside { size: 0.01, own: 0.03, instruments: true };
+        let (solved, (fall, ln_det)) = (e.solve(beside).unwrap(), dense(&e, beside));
+        assert!((solved.fall - fall).abs() < 1e-6 * fall.abs().max(1.0), "{} {fall}", solved.fall);
+        assert!((solved.ln_det - ln_det).abs() < 1e-6 * ln_det.abs(), "{} {ln_det}", solved.ln_det);
+    }
+
+    #[test]
+    fn noise_alone_prefers_no_discrepancy_and_a_vanishing_one_is_none() {
+        let f = fitted();
+        let e = Evidence::new(&f, &shared(&f).unwrap(), None, None).unwrap();
+        let ln = |size: f64| e.ln(Beside { size, ..Beside::default() }).unwrap();
+        assert!((ln(1e-9) - ln(0.0)).abs() < 0.1, "{} {}", ln(1e-9), ln(0.0));
+        assert!(ln(0.0) > ln(0.01) && ln(0.01) > ln(0.1), "{} {} {}", ln(0.0), ln(0.01), ln(0.1));
+    }
 }
