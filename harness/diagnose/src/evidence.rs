@@ -5,6 +5,7 @@ use crate::decide::Decision;
 use estimate::discrepancy::{instruments, own, shared, Columns};
 use estimate::evidence::{Beside, Evidence};
 use estimate::fitted::Fitted;
+use estimate::problem::Options;
 use estimate::response::Place;
 use rayon::prelude::*;
 use record::{Channel, Kind};
@@ -102,19 +103,20 @@ fn unknown(f: &Fitted, together: &Columns, place: Place) -> Option<Unknown> {
 }
 
 /// Weighs what `d` chose and what it chose from; with the fits, in the order of the structures weighed.
-pub fn weigh<'a>(d: &'a Decision) -> (Vec<Fitted>, Evidences) {
-    let mut pool: Vec<&'a Fitted> = vec![&d.base];
-    let mut add = |f: &'a Fitted| {
-        let new = |g: &&Fitted| g.structure.forms() != f.structure.forms();
-        if pool.iter().all(new) {
+pub fn weigh(d: &Decision) -> (Vec<Fitted>, Evidences) {
+    // of several names, each may do without one of them
+    let several = std::iter::once(&d.chosen).chain(d.pairs.first()).filter(|f| f.structure.terms().len() > 1);
+    let fewer: Vec<Fitted> = several
+        .flat_map(|f| (0..f.structure.terms().len()).filter_map(|i| f.without(i, &Options::default())))
+        .collect();
+    let singles = d.singles.iter().take(SINGLES).chain(d.singles.iter().filter(|s| s.calibrates()));
+    let all = [&d.base, &d.chosen].into_iter().chain(&d.doubted).chain(singles);
+    let mut pool: Vec<&Fitted> = Vec::new();
+    for f in all.chain(d.pairs.iter().take(PAIRS)).chain(&fewer) {
+        if pool.iter().all(|g| g.structure.forms() != f.structure.forms()) {
             pool.push(f);
         }
-    };
-    add(&d.chosen);
-    d.doubted.iter().for_each(&mut add);
-    d.singles.iter().take(SINGLES).for_each(&mut add);
-    d.singles.iter().filter(|s| s.calibrates()).for_each(&mut add);
-    d.pairs.iter().take(PAIRS).for_each(&mut add);
+    }
     let (fits, structures): (Vec<Fitted>, Vec<Weighed>) =
         pool.into_par_iter().filter_map(|f| Some((f.clone(), weighed(f)?))).collect::<Vec<_>>().into_iter().unzip();
     let data = &d.base.data;
