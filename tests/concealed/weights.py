@@ -31,7 +31,7 @@ PARAMETERS = {
     "size": (0.0, 0.5),                        # ln weight of a discrepancy by step of its size
     "none": (0.0, 1.0),                        # ln weight of no discrepancy at all
     "bound": (-1.0, 1.0),                      # ln weight of a structure with a parameter at a bound, of one that predicts levels not seen
-    "worse": (-1.0, 1.0),                      # worse than the simulation as given, of any name where there is one level only
+    "worse": (-4.0, 1.0),                      # worse than the simulation as given, of any name where there is one level only
     "one_level": (-0.5, 0.5),
 }
 START = np.array([v[0] for v in PARAMETERS.values()])

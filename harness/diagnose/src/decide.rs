@@ -51,6 +51,13 @@ pub struct Decision {
     pub windows: Vec<(f64, Vec<&'static str>)>,
 }
 
+impl Decision {
+    /// Whether a mechanism of the vocabulary is named.
+    pub fn names_something(&self) -> bool {
+        self.detected && self.chosen.structure.terms().iter().any(|t| t.mechanism.named)
+    }
+}
+
 impl Search {
     /// A better base: nothing added, started from where a candidate had led the base's parameters.
     fn polish(&self, base: &mut Fitted, singles: &[Fitted]) {

@@ -93,7 +93,7 @@ pub fn gather(
     f.gates = gates(d, before, after);
     f.caveats.extend(disagreement(c, d));
     f.caveats.extend(cut_short(d));
-    if d.chosen.structure.terms().is_empty() {
+    if !d.names_something() {
         f.caveats.extend(little_measured(d));
     }
     f.caveats.extend(f.gates.iter().cloned());

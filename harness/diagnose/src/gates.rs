@@ -5,10 +5,10 @@ use super::decide::Decision;
 use super::heldout::HeldOut;
 use super::material::remainder;
 
-/// Reasons why what `d` names is not to be relied on; empty where there is none, or nothing was named.
+/// Reasons why what `d` names is not to be relied on; empty where there is none, or no mechanism was named.
 pub fn gates(d: &Decision, before: &HeldOut, after: Option<&HeldOut>) -> Vec<String> {
     let mut v = Vec::new();
-    if d.chosen.structure.terms().is_empty() {
+    if !d.names_something() {
         return v;
     }
     let bounds = d.chosen.at_bounds();

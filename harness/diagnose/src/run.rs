@@ -161,7 +161,9 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
         findings.bootstrap = Some(b);
     }
     let relied_on = findings.gates.is_empty();
-    let law = if relied_on { decision.chosen.physics().law } else { decision.base.physics().law };
+    // a law fitted beside what stands in for the unknown is none without it
+    let holds = relied_on && decision.chosen.is_named();
+    let law = if holds { decision.chosen.physics().law } else { decision.base.physics().law };
     let element = if settings.element {
         stage("running the recordings through the element")?;
         let through = after.as_ref().filter(|_| relied_on).map(|a| (&decision.chosen, a));

@@ -34,7 +34,10 @@ impl Decision {
             predicted[i] = Some(of);
             posterior = Posterior::new(&evidence, &table);
         }
-        let at = likeliest(&posterior, &fits);
+        let mut at = likeliest(&posterior, &fits);
+        if !fits[at].is_named() && evidence.is_worse(at) {
+            at = 0;
+        }
         let chosen = fits.get(at).unwrap_or(&self.base).clone();
         if chosen.is_named() && !chosen.structure.terms().is_empty() {
             let mut choices = vec![self.base.clone()];

@@ -653,7 +653,7 @@ fn element(d: &Decision, f: &Findings, packed: Option<&Packed>) -> Element {
     let text = if !f.gates.is_empty() {
         "the FMU holds the simulation as given, calibrated; what is named is not in it, for it is not to be relied on"
     } else if d.unexplained {
-        "the FMU holds what is known; the force that stays unexplained is not in it"
+        "the FMU holds what is known, calibrated; what stays unexplained is not in it"
     } else if !d.detected {
         "the contact element is right: the FMU holds it calibrated to these recordings"
     } else if right {

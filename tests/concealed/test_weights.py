@@ -1,0 +1,69 @@
+"""The table of probabilities: its posterior, its loss, and its fit on made-up evidence."""
+import numpy as np
+
+from tests.concealed import weights as w
+
+
+def verdict(rng, strength=30.0):
+    """(verdict, cause) with one of three causes ahead by `strength` nats at most, more often than not the true one."""
+    ln = {"": 0.0, "gravity": 0.0, "unknown": -8.0}
+    cause = str(rng.choice(list(ln)))
+    for name in ln:
+        ln[name] += rng.normal(0.0, 4.0) + (rng.uniform(0.0, strength) if name == cause else 0.0)
+    structure = lambda names, value: dict(mechanisms=names, forms=names, named=True, at_bound=False, heldout_nrmse=None, overdispersion_left=1.1,
+                                          ln_evidence=[value] * 6, ln_evidence_drifting=[value - 200.0] * 6)
+    v = {"fit": {"before": {"heldout_nrmse": 0.01}},
+         "evidence": {"sizes": [0.0, 0.001, 0.003, 0.01, 0.03, 0.1], "levels": 4,
+                      "structures": [structure([], ln[""]), structure(["gravity"], ln["gravity"])],
+                      "unknown": [{"beside": [], "place": "", "ln_evidence": [ln["unknown"]]}]}}
+    return v, frozenset({cause} - {""})
+
+
+def cases(n, seed):
+    rng = np.random.default_rng(seed)
+    return [(w.features(v), cause, 1.0) for v, cause in (verdict(rng) for _ in range(n))]
+
+
+def test_the_flat_arrays_give_the_loss_of_the_posterior():
+    some = cases(20, 1)
+    for theta in (w.START, w.START + 0.3 * np.sin(np.arange(len(w.START)))):
+        plain = np.mean([-np.log(max(w.posterior(f, theta).get(c, 0.0), w.LEAST)) for f, c, _ in some])
+        penalty = 0.5 * np.sum(((theta - w.START) / w.WIDTH) ** 2) / len(some)
+        assert abs(w.Stacked(some).loss(theta) - plain - penalty) < 1e-12
+
+
+def test_probabilities_fitted_are_as_often_right_as_they_say():
+    theta = w.fit(cases(300, 2))
+    top = [max(w.posterior(f, theta).items(), key=lambda kv: kv[1]) + (c,) for f, c, _ in cases(400, 3)]
+    said, right = np.mean([p for _, p, _ in top]), np.mean([h == c for h, _, c in top])
+    assert abs(said - right) < 0.05 and right > 0.6, (said, right)
+
+
+def test_sets_hold_the_cause_as_often_as_asked():
+    theta = w.fit(cases(300, 4))
+    level = w.level(cases(300, 5), theta)
+    held = []
+    for f, c, _ in cases(400, 6):
+        total, names = 0.0, []
+        for h, p in sorted(w.posterior(f, theta).items(), key=lambda kv: -kv[1]):
+            names.append(h)
+            total += p
+            if total >= level:
+                break
+        held.append(c in names)
+    assert np.mean(held) > 0.91, np.mean(held)
+
+
+def test_names_that_nobody_parts_are_one_cause():
+    assert w.canonical(["lowpass_lag"]) == w.canonical(["channel_skew"]) == frozenset({"channel_skew"})
+    assert w.canonical(["return_spring", "clipping"]) == frozenset({"gravity", "clipping"})
+    assert w.cause({"missing": ["unknown:hum"]}) == w.UNKNOWN and w.cause({"missing": []}) == w.NOTHING
+
+
+def test_evidence_that_predicts_worse_or_rests_at_a_bound_counts_less():
+    v, _ = verdict(np.random.default_rng(7))
+    plain = w.posterior(w.features(v), w.START)[frozenset({"gravity"})]
+    v["evidence"]["structures"][1]["heldout_nrmse"] = 0.02
+    worse = w.posterior(w.features(v), w.START)[frozenset({"gravity"})]
+    v["evidence"]["structures"][1]["at_bound"] = True
+    assert w.posterior(w.features(v), w.START)[frozenset({"gravity"})] < worse < plain
