@@ -8,6 +8,7 @@
 
 use crate::discrepancy::Columns;
 use crate::fitted::{overdispersion_of, Fitted, MOST};
+use crate::problem::Equations;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use plant::kernels::{add_scaled, dot};
 use rayon::prelude::*;
@@ -75,9 +76,9 @@ impl<'a> Evidence<'a> {
         let parts: Option<Vec<Part>> = (0..fitted.data.records.len())
             .into_par_iter()
             .map(|r| {
-                let (block, a, b) = problem.normal_equations(point, r)?;
+                let equations = problem.normal_equations(point, r)?;
                 let of = |columns: Option<&'_ Columns>| columns.map_or(Vec::new(), |c| c[r].clone());
-                Some(part(block, (&a, &b), globals, &shared[r], [of(own), of(instruments)].concat()))
+                Some(part(equations, globals, &shared[r], [of(own), of(instruments)].concat()))
             })
             .collect();
         let at_bound = |(p, x): (&crate::problem::Parameter, &f64)| *x <= p.lower || *x >= p.upper;
@@ -209,14 +210,9 @@ fn ln_det_of(ch: &Cholesky<f64, Dyn>) -> f64 {
     2.0 * ch.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()
 }
 
-/// A recording's normal equations `(a, b)`, widened by columns that all share and by its own.
-fn part(
-    (residual, columns): (Vec<f64>, Vec<Vec<f64>>),
-    (a, b): (&DMatrix<f64>, &DVector<f64>),
-    globals: usize,
-    shared: &[Vec<f64>],
-    own: Vec<Vec<f64>>,
-) -> Part {
+/// A recording's normal equations, widened by columns that all share and by its own.
+fn part(of: Equations, globals: usize, shared: &[Vec<f64>], own: Vec<Vec<f64>>) -> Part {
+    let Equations { residual, columns, a, b } = of;
     let mut all: Vec<Vec<f64>> = Vec::with_capacity(columns.len() + shared.len() + own.len());
     // where the old ones stand among the new
     let mut from: Vec<Option<usize>> = Vec::new();

@@ -27,6 +27,16 @@ pub struct Block {
     cross: DMatrix<f64>,
 }
 
+/// One recording's normal equations.
+pub(crate) struct Equations {
+    pub residual: Vec<f64>,
+    /// Whitened sensitivities: globals first, then nuisances.
+    pub columns: Vec<Vec<f64>>,
+    /// Normal matrix and gradient, in that order.
+    pub a: DMatrix<f64>,
+    pub b: DVector<f64>,
+}
+
 /// Change of a channel's readings over them (root mean squares) up to which a step's difference is a sensitivity; the
 /// change that a shorter step aims at, and the least share of a step that it is.
 const STRAIGHT: f64 = 0.03;
@@ -196,15 +206,11 @@ impl Problem<'_> {
         Some((Block { residual, columns, bare, local: None, cross: DMatrix::zeros(0, 0) }, a, b))
     }
 
-    /// Residual, sensitivities (globals, then nuisances), normal matrix and gradient of recording `r` at a point, priors of
-    /// the recording included. None where the simulation fails.
-    pub(crate) fn normal_equations(
-        &self,
-        point: &Point,
-        r: usize,
-    ) -> Option<((Vec<f64>, Vec<Vec<f64>>), DMatrix<f64>, DVector<f64>)> {
+    /// The normal equations of recording `r` at a point, priors of the recording included. None where the simulation
+    /// fails.
+    pub(crate) fn normal_equations(&self, point: &Point, r: usize) -> Option<Equations> {
         let (block, a, b) = self.block(point, r, &vec![true; self.model.parameters.len()])?;
-        Some(((block.residual, block.columns), a, b))
+        Some(Equations { residual: block.residual, columns: block.columns, a, b })
     }
 
     /// Linearises at a point.

@@ -19,6 +19,7 @@ use std::sync::Arc;
 
 pub use data::{Data, Nuisance, Parameter, Record, Scales, STIFFNESS_SCALE};
 pub use fit::{Fit, Options};
+pub(crate) use linear::Equations;
 pub use linear::{Block, Linear};
 
 /// Puts the parameters of a model into the physics.
