@@ -59,6 +59,8 @@ def features(verdict):
     for s in e["structures"]:
         names, held = canonical(s["mechanisms"]), s.get("heldout_nrmse")
         doubts = bool(names) and s["at_bound"], bool(names) and held is not None and held > given
+        if not s["named"] and doubts[1]:        # a stand-in that follows what it has seen and predicts the rest worse stands for nothing
+            continue
         steady = [(False, i, ln) for i, ln in enumerate(s["ln_evidence"])]
         for drifts, i, ln in steady + [(True, i, ln) for i, ln in enumerate(s.get("ln_evidence_drifting", []))]:
             if ln is None:

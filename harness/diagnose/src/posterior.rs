@@ -138,6 +138,10 @@ impl Posterior {
             if w.left.is_finite() {
                 left = left.min(w.left);
             }
+            // a stand-in that follows what it has seen and predicts the rest worse stands for nothing
+            if !w.named && e.is_worse(at) {
+                continue;
+            }
             for (drifts, of) in w.ln.iter().enumerate() {
                 for (i, ln) in of.iter().enumerate().filter(|(_, ln)| ln.is_finite()) {
                     let ln = ln + size_weight(i) + drifts as f64 * table.drift;

@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use super::decide::Decision;
-use super::evidence::weigh;
+use super::evidence::{weigh, Evidences};
 use super::heldout::{folds, held_out, windows, HeldOut};
 use super::posterior::{Posterior, Table};
 use estimate::fitted::Fitted;
@@ -25,7 +25,7 @@ impl Decision {
         }
         let mut posterior = Posterior::new(&evidence, &table);
         for _ in 0..PREDICTED {
-            let i = likeliest(&posterior, &fits);
+            let i = likeliest(&posterior, &fits, &evidence);
             if predicted[i].is_some() || fits[i].structure.terms().is_empty() {
                 break;
             }
@@ -34,7 +34,7 @@ impl Decision {
             predicted[i] = Some(of);
             posterior = Posterior::new(&evidence, &table);
         }
-        let mut at = likeliest(&posterior, &fits);
+        let mut at = likeliest(&posterior, &fits, &evidence);
         if !fits[at].is_named() && evidence.is_worse(at) {
             at = 0;
         }
@@ -62,18 +62,19 @@ impl Decision {
 }
 
 /// Index of the fit that stands for the likeliest of names, an unknown cause and nothing; the simulation as given is first.
-fn likeliest(posterior: &Posterior, fits: &[Fitted]) -> usize {
+fn likeliest(posterior: &Posterior, fits: &[Fitted], evidence: &Evidences) -> usize {
     let (nothing, unknown) = (posterior.nothing(), posterior.unknown());
     match posterior.best_named().and_then(|c| c.structure) {
         Some(best) if 1.0 - nothing - unknown >= nothing.max(unknown) => best,
-        _ if unknown > nothing => stand_in(fits),
+        _ if unknown > nothing => stand_in(fits, evidence),
         _ => 0,
     }
 }
 
-/// What stands in for a cause that nobody has named: the fit of least cost among those with a stand-in, or nothing added.
-fn stand_in(fits: &[Fitted]) -> usize {
-    let standing = (0..fits.len()).filter(|i| !fits[*i].is_named());
+/// What stands in for a cause that nobody has named: the fit of least cost among those with a stand-in that is not known to
+/// predict worse, or nothing added.
+fn stand_in(fits: &[Fitted], evidence: &Evidences) -> usize {
+    let standing = (0..fits.len()).filter(|i| !fits[*i].is_named() && !evidence.is_worse(*i));
     standing.min_by(|a, b| fits[*a].cost().total_cmp(&fits[*b].cost())).unwrap_or(0)
 }
 
