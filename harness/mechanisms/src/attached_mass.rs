@@ -34,6 +34,8 @@ pub struct AttachedMass {
 }
 
 impl Part for AttachedMass {
+    const RIDES: bool = true;
+
     #[inline]
     fn riding_mass(&self) -> f64 {
         self.mass

@@ -44,6 +44,8 @@ impl Default for LoosePart {
 }
 
 impl Part for LoosePart {
+    const RIDES: bool = true;
+
     #[inline]
     fn needs_integration(&self) -> bool {
         self.mass > 0.0

@@ -37,6 +37,9 @@ pub struct Wear {
 /// A part of the physics of a recording: its parameters, and what it adds. Every hook is neutral unless a part says
 /// otherwise; `Default` is the part that adds nothing.
 pub trait Part: Copy + Debug + Default + PartialEq {
+    /// Whether it has a mass that rides on the body ([`Part::riding_mass`]).
+    const RIDES: bool = false;
+
     /// What earlier recordings have done to the contact.
     fn wear(&self, _: &LoadHistory) -> Wear {
         Wear { stiffness: 1.0, damping: 1.0 }

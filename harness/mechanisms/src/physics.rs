@@ -96,10 +96,13 @@ macro_rules! physics {
                 f
             }
 
+            /// Masses that may ride on the body at once.
+            pub const RIDERS: usize = 0 $($(+ <$part as Part>::RIDES as usize)?)*;
+
             /// The masses that ride on the body, in the order of their parts.
             pub fn riders(&self) -> impl Iterator<Item = Rider> {
                 let riders = [$($(Rider {
-                    mass: Part::riding_mass(&self.$name),
+                    mass: if <$part as Part>::RIDES { Part::riding_mass(&self.$name) } else { 0.0 },
                     borne: Part::bears_riding_weight(&self.$name),
                     seat: Part::riding_seat(&self.$name),
                     force: |p, z, w| Part::riding_force(&p.$name, z, w),

@@ -16,7 +16,7 @@ pub(super) use driven::Driven;
 use law::{Memory, BRANCHES};
 use mechanisms::physics::Physics;
 use mechanisms::signal::transition;
-use riders::{Riding, MOST};
+use riders::Riding;
 use std::cell::RefCell;
 
 /// State of a rig in motion; variables 0 and 1 are position and speed of the body, of the centre of mass of body and
@@ -27,7 +27,7 @@ pub(super) struct Rig<'a> {
     memory: Memory,
     s: &'a Setup,
     base: usize,
-    riders: [Option<Riding>; MOST],
+    riders: [Option<Riding>; Physics::RIDERS],
     tip: usize,
     relax: usize,
     n: usize,
@@ -81,7 +81,7 @@ impl<'a> Rig<'a> {
             }
         };
         let base = pair(p.base_compliance.mass > 0.0, &mut scale);
-        let mut riders = [None; MOST];
+        let mut riders = [None; Physics::RIDERS];
         for (place, rider) in riders.iter_mut().zip(p.riders()) {
             *place = Some(Riding::new(rider, pair(true, &mut scale), s));
         }

@@ -5,9 +5,6 @@ use crate::setup::Setup;
 use mechanisms::physics::{Physics, Rider};
 use record::Kind;
 
-/// Masses at most.
-pub(super) const MOST: usize = 2;
-
 /// A riding mass in the state of the rig.
 #[derive(Clone, Copy)]
 pub(super) struct Riding {
