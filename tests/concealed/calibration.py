@@ -66,13 +66,9 @@ def crossed(cases):
         level = weights.level([(f, c, 1.0) for i, (_, f, c, _) in enumerate(cases) if i not in test], theta)
         for i in test:
             name, f, want, group = cases[i]
-            p = sorted(weights.posterior(f, theta).items(), key=lambda kv: -kv[1])
-            total, held, size = 0.0, False, 0
-            for h, v in p:
-                total, held, size = total + v, held or h == want, size + 1
-                if total >= level:
-                    break
-            out[i] = dict(case=name, group=group, top=p[0][1], said=sorted(p[0][0]), right=p[0][0] == want, want=sorted(want), held=held, size=size)
+            p = weights.posterior(f, theta)
+            held = weights.credible(p, level)
+            out[i] = dict(case=name, group=group, top=p[held[0]], said=sorted(held[0]), right=held[0] == want, want=sorted(want), held=want in held, size=len(held))
     return out
 
 

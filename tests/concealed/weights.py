@@ -33,6 +33,7 @@ PARAMETERS = {
     "bound": (-1.0, 1.0),                      # ln weight of a structure with a parameter at a bound, of one that predicts levels not seen
     "worse": (-4.0, 1.0),                      # worse than the simulation as given, of any name where there is one level only
     "one_level": (-0.5, 0.5),
+    "heldout": (0.5, 0.5),                     # ln weight of a structure that predicts levels not seen e times better than the simulation as given
 }
 START = np.array([v[0] for v in PARAMETERS.values()])
 WIDTH = np.array([v[1] for v in PARAMETERS.values()])
@@ -49,7 +50,7 @@ def canonical(names):
 
 
 def features(verdict):
-    """(least overdispersion left, levels, {set: [(kind, size index, ln evidence, at a bound, predicts worse, drifting)]}), None where nothing was weighed."""
+    """(least overdispersion left, levels, {set: [(kind, size index, ln evidence, at a bound, ln of how many times better it predicts levels not seen, drifting)]}), None where nothing was weighed."""
     e = verdict.get("evidence")
     if not e:
         return None
@@ -58,22 +59,23 @@ def features(verdict):
     given = verdict["fit"]["before"]["heldout_nrmse"]
     for s in e["structures"]:
         names, held = canonical(s["mechanisms"]), s.get("heldout_nrmse")
-        doubts = bool(names) and s["at_bound"], bool(names) and held is not None and held > given
-        if not s["named"] and doubts[1]:        # a stand-in that follows what it has seen and predicts the rest worse stands for nothing
+        better = float(np.log(given / held)) if names and held and given else 0.0
+        doubts = bool(names) and s["at_bound"], better
+        if not s["named"] and better < 0.0:     # a stand-in that follows what it has seen and predicts the rest worse stands for nothing
             continue
         steady = [(False, i, ln) for i, ln in enumerate(s["ln_evidence"])]
         for drifts, i, ln in steady + [(True, i, ln) for i, ln in enumerate(s.get("ln_evidence_drifting", []))]:
             if ln is None:
                 continue
             if not s["named"]:
-                out.setdefault(UNKNOWN, []).append(("stand_in", i, ln, False, False, drifts))
+                out.setdefault(UNKNOWN, []).append(("stand_in", i, ln, False, 0.0, drifts))
             elif e["sizes"][i] >= LARGE:
-                out.setdefault(UNKNOWN, []).append(("large", i, ln, False, False, drifts))
+                out.setdefault(UNKNOWN, []).append(("large", i, ln, False, 0.0, drifts))
                 out.setdefault(names, []).append(("large_known", i, ln, *doubts, drifts))
             else:
                 out.setdefault(names, []).append(("", i, ln, *doubts, drifts))
     for u in e["unknown"]:
-        out.setdefault(UNKNOWN, []).extend(("own", None, ln, False, False, False) for ln in u["ln_evidence"] if ln is not None)
+        out.setdefault(UNKNOWN, []).extend(("own", None, ln, False, 0.0, False) for ln in u["ln_evidence"] if ln is not None)
     return max(1.0, min(left, default=1.0)), e.get("levels", 3), out
 
 
@@ -87,7 +89,7 @@ def posterior(feature, theta):
     for h, of in sets.items():
         ln = np.array([x[2] + weight(x[0], x[1]) + t["drift"] * x[5] for x in of])
         mass[h], best = logsumexp(ln), of[int(ln.argmax())]
-        doubt[h] = t["bound"] * best[3] + t["worse"] * best[4] + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN))
+        doubt[h] = t["bound"] * best[3] + (t["worse"] if best[4] < 0.0 else t["heldout"] * best[4]) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN))
         top = max(top, mass[h])
     temperature = np.exp(t["temperature"]) * left ** t["overdispersion"]
     prior = lambda h: 0.0 if h == NOTHING else t["unknown"] if h == UNKNOWN else t["single"] if len(h) == 1 else t["pair"]
@@ -111,10 +113,10 @@ class Stacked:
             left, levels, sets = feature
             for h, of in sets.items():
                 ends.append(len(rows))
-                rows += [(ln, KINDS.index(kind), -1 if i is None else i, bound, worse, drifts) for kind, i, ln, bound, worse, drifts in of]
+                rows += [(ln, KINDS.index(kind), -1 if i is None else i, bound, better < 0.0, max(better, 0.0), drifts) for kind, i, ln, bound, better, drifts in of]
                 prior = "" if h == NOTHING else "unknown" if h == UNKNOWN else "single" if len(h) == 1 else "pair"
                 hyps.append((k, left, levels < 2 and h not in (NOTHING, UNKNOWN), PRIORS.index(prior), h == want))
-        self.ln, self.kind, self.size, self.bound, self.worse, self.drifts = np.array(rows, float).T
+        self.ln, self.kind, self.size, self.bound, self.worse, self.better, self.drifts = np.array(rows, float).T
         self.kind = self.kind.astype(int)
         self.case, self.left, self.one, self.prior, self.want = np.array(hyps, float).T
         self.case, self.prior, self.want = self.case.astype(int), self.prior.astype(int), self.want.astype(bool)
@@ -130,7 +132,7 @@ class Stacked:
         mass = np.logaddexp.reduceat(ln, self.starts)
         best = ln == np.repeat(np.maximum.reduceat(ln, self.starts), self.lengths)
         of_best = lambda what: np.maximum.reduceat(np.where(best, what, 0.0), self.starts)
-        doubt = t["bound"] * of_best(self.bound) + t["worse"] * of_best(self.worse) + t["one_level"] * self.one
+        doubt = t["bound"] * of_best(self.bound) + t["worse"] * of_best(self.worse) + t["heldout"] * of_best(self.better) + t["one_level"] * self.one
         top = np.full(self.n, -np.inf)
         np.maximum.at(top, self.case, mass)
         tail, temperature = np.exp(t["tail"]), np.exp(t["temperature"]) * self.left ** t["overdispersion"]
@@ -152,6 +154,17 @@ def fit(cases):
     """The table's parameters of the least loss."""
     stacked = Stacked(cases)
     return minimize(stacked.loss, START, method="Powell", options=dict(maxiter=30, xtol=1e-2, ftol=1e-5)).x
+
+
+def credible(p, level):
+    """The fewest causes of the posterior `p` that add up to `level`, the most probable first."""
+    held, total = [], 0.0
+    for h, v in sorted(p.items(), key=lambda kv: -kv[1]):
+        held.append(h)
+        total += v
+        if total >= level:
+            break
+    return held
 
 
 def level(cases, theta, share=0.95):

@@ -1,6 +1,6 @@
 //! How often noise alone would look as bad: parametric bootstrap of the whole detection on the campaign itself.
 
-use super::heldout::held_out;
+use super::decide::Decision;
 use super::search::Search;
 use estimate::condition::Guess;
 use estimate::fitted::Fitted;
@@ -64,7 +64,7 @@ pub fn null(base: &Fitted, seed: u64) -> Data {
     data
 }
 
-/// Judges `nulls` nulls; `observed` is the campaign's own false-alarm probability. Stops early where `stopped` says so.
+/// Judges `nulls` nulls; `observed` is the campaign's own [`Decision::strength`]. Stops early where `stopped` says so.
 pub fn bootstrap(
     c: &Campaign,
     guess: &Guess,
@@ -81,12 +81,11 @@ pub fn bootstrap(
         let data = Arc::new(null(base, 1 + i as u64));
         let structure = Structure::given(c, &data);
         let simulation = Fitted::base(&data, &structure, guess);
-        let mut d = Search::new(&Prepared { data, guess: *guess, structure }).decide(simulation);
-        let before = held_out(&d.base);
-        d.settle(&before);
+        let search = Search::new(&Prepared { data, guess: *guess, structure });
+        let d = Decision::new(search.propose(simulation));
         out.nulls += 1;
         out.detected += usize::from(d.detected);
-        out.as_bad += usize::from(d.false_alarm_probability <= observed);
+        out.as_bad += usize::from(d.strength() >= observed);
     }
     out
 }

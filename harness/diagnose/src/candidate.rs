@@ -1,26 +1,16 @@
 //! What the search asks of a fitted structure: what it costs, what it gains, and whether what it leaves is noise.
 
 use estimate::fitted::Fitted;
-use estimate::structure::GAIN;
-use record::{Channel, Kind};
 
 /// Gain in chi^2, beyond one parameter and over the overdispersion of the residual, from which a misfit counts as
 /// detected. Held to under 1 % false alarms with the maximum over all candidates.
 pub const DETECT: f64 = 45.0;
 /// The same for a gain beyond a calibration's tolerance, where the prior sets the scale and nothing else inflates it.
 pub const DETECT_TOLERANCE: f64 = 11.0;
-/// Standard deviations of a gain's tolerance within which it is none beyond it.
-const WITHIN: f64 = 2.0;
 /// Penalty of one more parameter, in chi^2.
 pub const PENALTY: f64 = 4.0;
 /// Overdispersion up to which a residual counts as noise.
 pub const WHITE: f64 = 1.25;
-
-/// Overdispersion of a force or acceleration in contact that no noise has, and its least ratio to that in flight.
-const CONTACT_OVERDISPERSION: f64 = 3.0;
-const CONTACT_OVER_FLIGHT: f64 = 2.5;
-/// Batches in contact and in flight from which that is judged.
-const CONTACT_BATCHES: f64 = 10.0;
 
 /// Mean square by which the stiffness of repeats differs, over that of repeat scatter, which no scatter has; and the
 /// degrees of freedom from which it is judged.
@@ -37,17 +27,12 @@ pub trait Candidate {
     fn cost(&self) -> f64;
     /// Fall of chi^2 from `from`, less the penalty of every parameter beyond one.
     fn gain(&self, from: &Fitted) -> f64;
-    /// The gain from `from` over what counts as detected, where the residual has that `overdispersion`.
-    fn significance(&self, from: &Fitted, overdispersion: f64) -> f64;
     /// Root mean square by which ln stiffness differs between recordings of one level, where that is more than repeats
     /// scatter by: something between the recordings changed it.
     fn excess_scatter(&self) -> Option<f64>;
     /// The excess scatter where it is still a good share of what it was in another fit (`from`): a course with order that
     /// is not quite the one found leaves a little.
     fn excess_scatter_left(&self, from: Option<f64>) -> Option<f64>;
-    /// Whether force or acceleration are overdispersed while the faces touch and not while they do not: noise knows
-    /// nothing of the contact, what does is physics, whatever its name.
-    fn is_overdispersed_in_contact(&self) -> bool;
 }
 
 impl Candidate for Fitted {
@@ -56,33 +41,12 @@ impl Candidate for Fitted {
     }
 
     fn cost(&self) -> f64 {
-        // damping with a power of depth next to zero is collinear with viscous damping
-        let theta = &self.fit.point.theta;
-        let is_viscous = self.structure.terms().iter().any(|t| match t.form.label {
-            "Kuwabara-Kono" => (theta[1] - 1.0).abs() < 0.2,
-            "half power" => (theta[1] - 0.5).abs() < 0.2,
-            _ => false,
-        });
-        self.fit.point.chi2 + PENALTY * self.parameters() + if is_viscous { PENALTY } else { 0.0 }
+        self.chi2() + PENALTY * self.parameters()
     }
 
     fn gain(&self, from: &Fitted) -> f64 {
         let more = (self.parameters() - from.parameters() - 1.0).max(0.0);
         from.fit.point.chi2 - self.fit.point.chi2 - more * PENALTY
-    }
-
-    fn significance(&self, from: &Fitted, overdispersion: f64) -> f64 {
-        if self.calibrates() {
-            // what tolerances could have been all along is none beyond them
-            let beyond = self.fit.point.theta.last().is_some_and(|g| g.abs() > WITHIN * GAIN);
-            if beyond {
-                self.gain(from) / DETECT_TOLERANCE
-            } else {
-                0.0
-            }
-        } else {
-            self.gain(from) / overdispersion.max(1.0) / DETECT
-        }
     }
 
     fn excess_scatter(&self) -> Option<f64> {
@@ -106,19 +70,5 @@ impl Candidate for Fitted {
 
     fn excess_scatter_left(&self, from: Option<f64>) -> Option<f64> {
         self.excess_scatter().filter(|s| from.is_none_or(|f| s * s > EXCESS_SCATTER_LEFT * f * f))
-    }
-
-    fn is_overdispersed_in_contact(&self) -> bool {
-        if self.data.kind == Kind::Indentation {
-            return false;
-        }
-        let Some(sums) = self.batches_by_contact() else { return false };
-        [Channel::Force, Channel::Acceleration].iter().any(|c| {
-            let [(flight, n), (contact, m)] = sums[c.index()];
-            m >= CONTACT_BATCHES
-                && n >= CONTACT_BATCHES
-                && contact / m > CONTACT_OVERDISPERSION
-                && contact / m > CONTACT_OVER_FLIGHT * (flight / n)
-        })
     }
 }

@@ -1,25 +1,18 @@
-//! From fits to a decision: what is missing, what cannot be distinguished, what stays unexplained.
+//! The decision: which names are given, whether the cause is unknown, or nothing is missing; by the posterior over what was
+//! tried and by what each predicts of levels not seen.
 
-use super::candidate::{Candidate, DETECT, PENALTY, WHITE};
+use super::candidate::Candidate;
 use super::evidence::Evidences;
-use super::heldout::Folds;
-use super::posterior::Posterior;
-use super::search::Search;
+use super::heldout::{folds, held_out, windows, Folds, HeldOut};
+use super::posterior::{Posterior, Table, POSSIBLE};
+use super::propose::Pool;
 use estimate::fitted::Fitted;
-use estimate::problem::Options;
 
-/// What stands in for unknown physics has to leave this share less misfit than the best name.
-const UNKNOWN_SHARE: f64 = 0.06;
-/// The margin between them, in units of what counts as detected.
-const UNKNOWN_MARGIN: f64 = 5.0;
-/// The same where it takes the residual back to noise and the best names do not.
-const WHITER_SHARE: f64 = 0.003;
-/// Overdispersion from which a residual is not back at noise.
-const COLOURED: f64 = 1.5;
-
-/// Fall of chi^2, and share of it, from which a base that had stalled is searched beside once more.
-const STALLED: f64 = 100.0;
-const STALLED_SHARE: f64 = 0.02;
+/// Structures at most whose predictions of levels not seen are worked out.
+const PREDICTED: usize = 4;
+/// Structures of names that every fold chooses among, beside the simulation as given, and that every window does.
+const CHOICES: usize = 3;
+const WINDOW_CHOICES: usize = 2;
 
 /// The decision on a campaign.
 pub struct Decision {
@@ -27,168 +20,159 @@ pub struct Decision {
     pub chosen: Fitted,
     /// Single candidates, best form each, best first.
     pub singles: Vec<Fitted>,
-    /// Pairs that were tried, best first.
-    pub pairs: Vec<Fitted>,
     pub detected: bool,
-    pub false_alarm_probability: f64,
     /// Names that fit as well as the chosen one, by term.
     pub ties: Vec<Vec<&'static str>>,
     pub unexplained: bool,
-    /// Whether what the base leaves is overdispersed in contact as no noise is, or its stiffness scatters as no repeats do.
-    pub beyond_noise: bool,
     /// What the chosen model's stiffness differs by between recordings of one level (rms of ln), beyond repeat scatter.
     pub excess_scatter: Option<f64>,
-    /// A second effect that was not believed because something stays unexplained beside it.
-    pub doubted: Option<Fitted>,
     /// Overdispersion of the base's and the chosen model's residual.
     pub overdispersion: (f64, f64),
+    /// Fall of chi^2 by the best structure tried.
+    pub gain: f64,
     /// What it was weighed by, and what came of it.
     pub evidence: Evidences,
     pub posterior: Posterior,
-    /// Predictions of levels not seen by names chosen without them; None where nothing is named.
+    /// Predictions of levels not seen by the simulation as given, and by what is chosen; None where nothing is added.
+    pub before: HeldOut,
+    pub after: Option<HeldOut>,
+    /// What else is likely of the vocabulary, with its predictions; the simulation as given first, what is chosen second.
+    /// Empty where nothing is named.
+    pub choices: Vec<(Fitted, HeldOut)>,
+    /// Predictions of levels not seen by names chosen without them; None where they were not worked out.
     pub folds: Option<Folds>,
     /// Names that recordings give which end so many contact times after the touch.
     pub windows: Vec<(f64, Vec<&'static str>)>,
 }
 
 impl Decision {
+    /// Decides among the structures of `pool` by the likeliest of names, an unknown cause and nothing; predictions of levels
+    /// not seen count among the evidence.
+    pub fn new(pool: Pool) -> Decision {
+        let gain = pool.gain();
+        let Pool { fits, mut evidence, singles, .. } = pool;
+        let table = Table::calibrated();
+        let mut predicted: Vec<Option<HeldOut>> = fits.iter().map(|_| None).collect();
+        let mut posterior = Posterior::new(&evidence, &table);
+        let mut next = Some(0);
+        for _ in 0..=PREDICTED {
+            let Some(i) = next else { break };
+            let of = held_out(&fits[i]);
+            evidence.structures[i].heldout = Some(of.nrmse);
+            predicted[i] = Some(of);
+            posterior = Posterior::new(&evidence, &table);
+            next = unpredicted(&posterior, &fits, &evidence);
+        }
+        let at = likeliest(&posterior, &fits, &evidence);
+        let chosen = fits[at].clone();
+        let base = fits[0].clone();
+        // what differs between recordings of one level is seen by no force within one
+        let excess_scatter = chosen.excess_scatter_left(base.excess_scatter());
+        let scatters = excess_scatter.is_some();
+        let (nothing, unknown) = (posterior.nothing(), posterior.unknown());
+        let is_unknown = unknown > nothing.max(1.0 - nothing - unknown);
+        let leaves_much = at > 0 && posterior.causes.iter().any(|c| c.structure == Some(at) && c.large > 0.5);
+        let mut choices = Vec::new();
+        if at > 0 && chosen.is_named() {
+            let near = posterior.causes.iter().filter(|c| !c.names.is_empty()).filter_map(|c| c.structure);
+            let near = [0, at].into_iter().chain(near.filter(|i| *i != at));
+            let of = near.filter_map(|i| Some((fits[i].clone(), predicted[i].clone()?)));
+            choices = of.take(1 + CHOICES).collect();
+        }
+        Decision {
+            detected: at > 0 || is_unknown || scatters,
+            unexplained: is_unknown || scatters || leaves_much,
+            ties: rivals(&posterior, &chosen),
+            overdispersion: (base.overdispersion(), chosen.overdispersion()),
+            before: predicted[0].take().unwrap_or_default(),
+            after: predicted[at].take(),
+            folds: None,
+            windows: Vec::new(),
+            base,
+            chosen,
+            singles,
+            excess_scatter,
+            gain,
+            evidence,
+            posterior,
+            choices,
+        }
+    }
+
     /// Whether a mechanism of the vocabulary is named.
     pub fn names_something(&self) -> bool {
         self.detected && self.chosen.structure.terms().iter().any(|t| t.mechanism.named)
     }
+
+    /// Gain of the best structure tried over the overdispersion of what is left: how far the recordings are from the
+    /// simulation as given.
+    pub fn strength(&self) -> f64 {
+        self.gain / self.overdispersion.1.max(1.0)
+    }
+
+    /// Lets every fold and every shorter window choose its own names among what is likely.
+    pub fn choose_again(&mut self) {
+        if self.choices.is_empty() {
+            return;
+        }
+        let table = Table::calibrated();
+        let all: Vec<(&Fitted, &HeldOut)> = self.choices.iter().map(|(f, h)| (f, h)).collect();
+        let few: Vec<&Fitted> = all.iter().map(|c| c.0).take(1 + WINDOW_CHOICES).collect();
+        (self.folds, self.windows) = (Some(folds(&all, &table)), windows(&few, &table));
+    }
 }
 
-impl Search {
-    /// A better base: nothing added, started from where a candidate had led the base's parameters.
-    fn polish(&self, base: &mut Fitted, singles: &[Fitted]) {
-        let g = base.structure.model().parameters.len();
-        for c in singles.iter().take(3) {
-            let start = base.problem().evaluate(c.fit.point.theta[..g].to_vec(), c.fit.point.locals.clone());
-            let f = base.problem().fit(start, &Options::default());
-            if f.point.chi2 < base.chi2() - 1.0 {
-                base.fit = f;
-            }
-        }
-    }
+/// The next structure whose predictions of levels not seen are worth working out: what would be chosen, the likeliest names,
+/// then what is possible; None where all of those are known.
+fn unpredicted(posterior: &Posterior, fits: &[Fitted], evidence: &Evidences) -> Option<usize> {
+    let possible = posterior.causes.iter().filter(|c| c.probability > POSSIBLE);
+    let names = posterior.best_named().into_iter().chain(possible).filter_map(|c| c.structure);
+    let mut all = [likeliest(posterior, fits, evidence)].into_iter().chain(names);
+    all.find(|i| evidence.structures[*i].heldout.is_none())
+}
 
-    /// Decides.
-    pub fn decide(&self, mut base: Fitted) -> Decision {
-        let quick = Options { iterations: 12, hopeless: 2.0, ..Options::default() };
-        let mut singles = self.expand(&base, &quick, 2, 6);
-        let before = base.chi2();
-        self.polish(&mut base, &singles);
-        if base.chi2() < before - STALLED.max(STALLED_SHARE * before) {
-            // what was compared with a base that had stalled says nothing
-            singles = self.expand(&base, &quick, 2, 6);
-            self.polish(&mut base, &singles);
-        }
-        singles.retain(|c| c.chi2() <= base.chi2() + 1.0);
-        let base_overdispersion = base.overdispersion();
-        let excess_scatter = base.excess_scatter();
-        let beyond_noise = excess_scatter.is_some() || base.is_overdispersed_in_contact();
-        let nothing = |base: Fitted, singles, lambda, p| Decision {
-            chosen: base.clone(),
-            base,
-            singles,
-            pairs: Vec::new(),
-            detected: beyond_noise,
-            false_alarm_probability: p,
-            ties: Vec::new(),
-            unexplained: beyond_noise,
-            beyond_noise,
-            excess_scatter,
-            doubted: None,
-            overdispersion: (lambda, lambda),
-            evidence: Evidences::default(),
-            posterior: Posterior::default(),
-            folds: None,
-            windows: Vec::new(),
-        };
-        let named: Vec<&Fitted> = singles.iter().filter(|c| c.is_named()).collect();
-        let Some(best) = named.first().map(|c| (*c).clone()) else {
-            return nothing(base, singles, base_overdispersion, 1.0);
-        };
-        let lambda = best.overdispersion();
-        // the most significant of the best few
-        let mut first = best.clone();
-        if first.significance(&base, lambda) < 1.0 {
-            if let Some(g) = named.iter().find(|c| c.calibrates() && c.significance(&base, lambda) >= 1.0) {
-                first = (*g).clone();
-            }
-        }
-        // what shows in the readings without any fit comes first
-        let flat = self.structure.base().context.flat;
-        if flat.is_some() {
-            if let Some(c) = named.iter().find(|c| c.structure.has(|h| h.limits_reading)) {
-                first = (*c).clone();
-            }
-        }
-        let certain = first.structure.has(|h| h.limits_reading) && flat.is_some();
-        let strength = first.significance(&base, lambda);
-        let stand_in = singles.iter().find(|c| !c.is_named()).cloned();
-        let stand_in_strength = stand_in.as_ref().map_or(0.0, |c| c.gain(&base) / lambda.max(1.0) / DETECT);
-        let probability = |s: f64| (40.0 * (-0.5 * s * DETECT).exp()).min(1.0);
-        if strength < 1.0 && stand_in_strength < 2.0 {
-            return nothing(base, singles, lambda, probability(strength.max(stand_in_strength)));
-        }
-        let (mut chosen, pairs) = self.with_second(&base, &first, &named, certain);
-        let final_overdispersion = chosen.overdispersion();
-        // does physics nobody has named do better than one name, and as well as two?
-        let mut unexplained = false;
-        let mut doubted = None;
-        if let Some(u) = &stand_in {
-            let extra = |c: &Fitted| PENALTY * (u.parameters() - c.parameters()).max(0.0);
-            let gain = u.gain(&base);
-            let l = final_overdispersion.clamp(1.0, 3.0);
-            let whiter = final_overdispersion > COLOURED && u.overdispersion() < WHITE;
-            let share = match (whiter, u.structure.has(|h| h.is_flexible)) {
-                (true, _) => WHITER_SHARE,
-                (_, true) => 3.0 * UNKNOWN_SHARE,
-                _ => UNKNOWN_SHARE,
-            };
-            let beats = |c: &Fitted, m: f64, s: f64| {
-                let margin = c.chi2() - u.chi2() - extra(c);
-                margin > m * DETECT * l && margin > s * gain
-            };
-            let against_pair = chosen.structure.terms().len() < 2 || beats(&chosen, -2.0, -0.02);
-            if beats(&first, UNKNOWN_MARGIN, share) && against_pair {
-                unexplained = true;
-                chosen = u.clone();
-            }
-        }
-        if !unexplained {
-            let left = (final_overdispersion - 1.0) / (base_overdispersion - 1.0).max(0.05);
-            if final_overdispersion > 1.6 && left > 0.35 {
-                unexplained = true;
-                // where something stays unexplained, a second name is not believed
-                if chosen.structure.terms().len() > 1 {
-                    doubted = Some(chosen);
-                }
-                chosen = first.clone();
-            }
-        }
-        let excess_scatter = chosen.excess_scatter_left(excess_scatter);
-        if excess_scatter.is_some() && !unexplained {
-            unexplained = true;
-            chosen = first;
-        }
-        Decision {
-            base,
-            singles,
-            pairs,
-            detected: true,
-            false_alarm_probability: probability(strength.max(stand_in_strength)),
-            ties: Vec::new(),
-            unexplained,
-            beyond_noise,
-            excess_scatter,
-            doubted,
-            overdispersion: (base_overdispersion, final_overdispersion),
-            evidence: Evidences::default(),
-            posterior: Posterior::default(),
-            folds: None,
-            windows: Vec::new(),
-            chosen,
-        }
+/// Index of the fit that stands for the likeliest of names, an unknown cause and nothing; the simulation as given is first.
+fn likeliest(posterior: &Posterior, fits: &[Fitted], evidence: &Evidences) -> usize {
+    let (nothing, unknown) = (posterior.nothing(), posterior.unknown());
+    match posterior.best_named().and_then(|c| c.structure) {
+        Some(best) if 1.0 - nothing - unknown >= nothing.max(unknown) => best,
+        _ if unknown > nothing => stand_in(fits, evidence),
+        _ => 0,
     }
+}
+
+/// What stands in for a cause that nobody has named: the fit of least cost among those with a stand-in that is not known to
+/// predict worse, or nothing added.
+fn stand_in(fits: &[Fitted], evidence: &Evidences) -> usize {
+    let standing = (0..fits.len()).filter(|i| !fits[*i].is_named() && !evidence.is_worse(*i));
+    standing.min_by(|a, b| fits[*a].cost().total_cmp(&fits[*b].cost())).unwrap_or(0)
+}
+
+/// Names that may stand in the place of each of the chosen ones: those of the credible set that differ in one name, and
+/// those that no recordings part.
+fn rivals(posterior: &Posterior, chosen: &Fitted) -> Vec<Vec<&'static str>> {
+    let names = chosen.names();
+    let candidates = chosen.structure.base().candidates();
+    let rest = |set: &[&'static str], without: &str| -> Vec<&'static str> {
+        let mut v: Vec<&'static str> = set.iter().copied().filter(|n| *n != without).collect();
+        v.sort_unstable();
+        v
+    };
+    let of = |i: usize| {
+        let others = rest(&names, names[i]);
+        let mut v: Vec<&'static str> = Vec::new();
+        for cause in posterior.credible_set().iter().filter(|c| !c.is_unknown() && c.names.len() == names.len()) {
+            let differs = cause.names.iter().find(|n| !names.contains(n));
+            if let Some(n) = differs.filter(|n| rest(&cause.names, n) == others) {
+                v.push(n);
+            }
+        }
+        for n in chosen.structure.terms()[i].mechanism.hints.collinear_with {
+            if !v.contains(n) && candidates.iter().any(|c| c.name() == *n) {
+                v.push(n);
+            }
+        }
+        v
+    };
+    (0..names.len()).map(of).collect()
 }

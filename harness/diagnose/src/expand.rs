@@ -10,6 +10,9 @@ use rayon::prelude::*;
 /// Share of the best gain from which a candidate is fitted out.
 const REFINED_SHARE: f64 = 0.25;
 
+/// How a fit goes on that is worth it.
+const SLOW: Options = Options { iterations: 60, tolerance: 1e-5, hopeless: 0.0, ceiling: f64::INFINITY };
+
 /// The term that a candidate of this search has been given.
 fn added(f: &Fitted) -> &Term {
     f.structure.last().expect("one has been added")
@@ -31,7 +34,7 @@ impl Search {
         }
         best.sort_by(|a, b| a.chi2().total_cmp(&b.chi2()));
         let top = best.first().map_or(0.0, |b| from.chi2() - b.chi2());
-        if top < 0.5 * DETECT_TOLERANCE {
+        if top < DETECT_TOLERANCE {
             return best;
         }
         // refine: what is among the best, and what is strongly nonlinear and so may have been missed
@@ -52,13 +55,12 @@ impl Search {
                 }
             })
             .collect();
-        let slow = Options { iterations: 60, ..Options::default() };
         let refined: Vec<(usize, Fitted)> = refine
             .into_par_iter()
             .map(|(i, starts)| {
                 let term = added(&best[i]);
                 // go on from where the quick fit stopped
-                let slowly = |start: &Point| from.with(term.clone(), start.clone(), &slow);
+                let slowly = |start: &Point| from.with(term.clone(), start.clone(), &SLOW);
                 let mut out = slowly(best[i].point());
                 if starts > 1 {
                     let other = from.add(term, starts + 1, &Options { iterations: 18, ..Options::default() });
@@ -77,12 +79,17 @@ impl Search {
         let mut v = best;
         v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         if keep > 3 {
-            self.families(from, &mut v, &sifted, &slow, &|_| true);
-            let (improved, sifted) = self.warm_started(from, &mut v, quick, &slow, starts);
-            self.families(from, &mut v, &sifted, &slow, &|name| improved.contains(&name));
-            self.carry_on(&mut v);
+            self.families(from, &mut v, &sifted, &SLOW, &|_| true);
         }
         v
+    }
+
+    /// `v`, one more effect beside `from`, best first, once more from where the best few have led, and carried on.
+    pub fn expand_further(&self, from: &Fitted, v: &mut Vec<Fitted>) {
+        let quick = Options { iterations: 12, hopeless: 2.0, ..Options::default() };
+        let (improved, sifted) = self.warm_started(from, v, &quick, &SLOW, 2);
+        self.families(from, v, &sifted, &SLOW, &|name| improved.contains(&name));
+        self.carry_on(v);
     }
 
     /// Named candidates with one more effect than `from`, best first.
@@ -90,14 +97,6 @@ impl Search {
         let quick = Options { iterations, hopeless: 3.0, ..Options::default() };
         let mut v = self.expand(from, &quick, starts, keep);
         v.retain(Fitted::is_named);
-        v
-    }
-
-    /// The best few named candidates with one more effect than `from`.
-    pub fn further(&self, from: &Fitted, most: usize) -> Vec<Fitted> {
-        let mut v = self.beside(from, 12, 2, 6);
-        v.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
-        v.truncate(most);
         v
     }
 }

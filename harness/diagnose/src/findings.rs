@@ -7,7 +7,6 @@ use crate::decide::Decision;
 use crate::experiment::{ties, Tie};
 use crate::figure::figure;
 use crate::gates::{gates, little_measured};
-use crate::heldout::HeldOut;
 use crate::intervals::{intervals, Intervals};
 use crate::latent::{latent, Latent};
 use crate::map::{map, Cell};
@@ -56,23 +55,13 @@ pub struct Findings {
 const QUIET: usize = 64;
 
 /// Works the findings out. `stage` is called with what is done next.
-pub fn gather(
-    c: &Campaign,
-    search: &Search,
-    d: &Decision,
-    before: &HeldOut,
-    after: Option<&HeldOut>,
-    stage: &dyn Fn(&str),
-) -> Findings {
+pub fn gather(c: &Campaign, search: &Search, d: &Decision, stage: &dyn Fn(&str)) -> Findings {
     let overdispersion = d.overdispersion.1.max(1.0);
     stage("mapping the misfit");
     let mut f = Findings { map: map(&d.base, &d.chosen), caveats: caveats(c, d), ..Findings::default() };
     stage("drawing nulls");
-    let gain = d.base.chi2() - d.singles.iter().map(|s| s.chi2()).fold(f64::INFINITY, f64::min);
-    let gain = gain.max(d.base.chi2() - d.chosen.chi2());
-    f.alarm = alarm(search, &d.base, &d.chosen, if gain.is_finite() { gain } else { 0.0 });
-    stage("scoring the rivals on levels they did not see");
-    f.rivals = rivals(d, after.map(|a| a.nrmse));
+    f.alarm = alarm(search, &d.base, &d.chosen, d.gain);
+    f.rivals = rivals(d);
     if d.detected {
         stage("finding intervals");
         f.intervals = intervals(&d.chosen, overdispersion);
@@ -90,7 +79,7 @@ pub fn gather(
         stage("finding the force it takes");
         f.latent = named_part(d).and_then(|r| latent(&r));
     }
-    f.gates = gates(d, before, after);
+    f.gates = gates(d, &f.remainder);
     f.caveats.extend(disagreement(c, d));
     f.caveats.extend(cut_short(d));
     if !d.names_something() {

@@ -17,8 +17,10 @@ const BEHIND: f64 = 0.1;
 const EXTENDED: f64 = 1.05;
 /// Share of the base's overdispersion from which what the best leaves is more than a form that is not quite the one present.
 const LEFT: f64 = 0.05;
-/// The best few, which are fitted on, and whose base parameters others start warm from, where the best leaves more than noise.
+/// The best few, which are fitted on where they leave more than noise.
 const BEST: usize = 2;
+/// Mechanisms that are fitted warm, from the base parameters of the best one.
+const WARM: usize = 4;
 /// Changes of the exponent from which the best candidates are fitted again.
 const PERTURBATIONS: [f64; 3] = [-0.3, 0.0, 0.3];
 
@@ -32,7 +34,7 @@ fn keep_better(v: &mut [Fitted], found: Vec<(usize, Fitted)>) {
 }
 
 impl Search {
-    /// Warm starts: every mechanism sifted once more from the base parameters of the best few, for a base that has absorbed
+    /// Warm starts: every mechanism sifted once more from the base parameters of the best, for a base that has absorbed
     /// part of what is missing hides the rest of it. Only where the best leaves more than noise. Names of what came out
     /// better, and all that was sifted.
     pub(super) fn warm_started(
@@ -51,20 +53,13 @@ impl Search {
         let gain = (from.chi2() - best.chi2()).max(0.0);
         let reach = best.chi2() + BEHIND * gain;
         let problem = from.problem();
-        let warm: Vec<Fitted> = v
-            .iter()
-            .take(BEST)
-            .map(|c| {
-                let theta = c.fit.point.theta[..problem.model.parameters.len()].to_vec();
-                let mut start = from.clone();
-                start.fit.point = problem.evaluate(theta, c.fit.point.locals.clone());
-                start
-            })
-            .filter(|f| f.chi2().is_finite())
-            .collect();
-        let list = self.candidates();
-        let mut sifted: Vec<Fitted> = warm.iter().flat_map(|f| self.screen(f, &list, starts, quick)).collect();
-        sifted.sort_by(|a, b| a.chi2().total_cmp(&b.chi2()));
+        let mut warm = from.clone();
+        let theta = best.fit.point.theta[..problem.model.parameters.len()].to_vec();
+        warm.fit.point = problem.evaluate(theta, best.fit.point.locals.clone());
+        if !warm.chi2().is_finite() {
+            return (Vec::new(), Vec::new());
+        }
+        let sifted = self.screen(&warm, &self.candidates(), starts, quick);
         let mut promising: Vec<&Fitted> = Vec::new();
         for f in sifted.iter().filter(|s| s.chi2() <= reach) {
             if promising.iter().all(|p| p.added() != f.added()) {
@@ -73,6 +68,7 @@ impl Search {
         }
         let fitted: Vec<Fitted> = promising
             .into_par_iter()
+            .take(WARM)
             .map(|f| Fitted::from(&self.data, f.structure.clone(), f.fit.point.clone(), slow))
             .collect();
         let mut improved = Vec::new();

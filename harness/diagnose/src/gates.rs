@@ -2,11 +2,10 @@
 
 use super::candidate::WHITE;
 use super::decide::Decision;
-use super::heldout::HeldOut;
-use super::material::remainder;
+use super::material::{remainder, Remainder};
 
-/// Reasons why what `d` names is not to be relied on; empty where there is none, or no mechanism was named.
-pub fn gates(d: &Decision, before: &HeldOut, after: Option<&HeldOut>) -> Vec<String> {
+/// Reasons why what `d` names, leaving `left`, is not to be relied on; empty where there is none, or no mechanism was named.
+pub fn gates(d: &Decision, left: &Remainder) -> Vec<String> {
     let mut v = Vec::new();
     if !d.names_something() {
         return v;
@@ -15,13 +14,13 @@ pub fn gates(d: &Decision, before: &HeldOut, after: Option<&HeldOut>) -> Vec<Str
     if !bounds.is_empty() {
         v.push(format!("{} rests at a bound: its value is the bound's, not the recordings'.", bounds.join(", ")));
     }
-    if after.is_some_and(|a| a.nrmse > before.nrmse) {
+    if d.after.as_ref().is_some_and(|a| a.nrmse > d.before.nrmse) {
         let what = if d.evidence.levels > 1 { "levels" } else { "recordings" };
         v.push(format!("With the mechanisms named, {what} not seen are predicted worse than without."));
     }
     v.extend(little_measured(d));
     if d.overdispersion.1 > WHITE {
-        let (left, was) = (remainder(&d.chosen, false).share_of_range, remainder(&d.base, false).share_of_range);
+        let (left, was) = (left.share_of_range, remainder(&d.base, false).share_of_range);
         if left > was - left {
             v.push(format!(
                 "The fit stays far from the recordings: of a slow misfit of {:.2} % of range it leaves {:.2} %.",

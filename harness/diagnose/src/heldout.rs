@@ -9,16 +9,27 @@ use rayon::prelude::*;
 use record::{Channel, Kind};
 use std::sync::Arc;
 
-/// Predictions of every recording, by channel, and their misfit (mean of rms over range).
+/// A fit that has not seen some of the recordings.
 #[derive(Clone)]
+pub struct Fold {
+    /// Indices of the recordings left out.
+    pub out: Vec<usize>,
+    pub fitted: Fitted,
+}
+
+/// Predictions of every recording, by channel, and their misfit (mean of rms over range).
+#[derive(Clone, Default)]
 pub struct HeldOut {
     pub readings: Vec<[Vec<f64>; 3]>,
     pub nrmse: f64,
     /// What each recording was predicted with: the model's parameters and the recording's own.
     pub points: Vec<(Vec<f64>, Vec<f64>)>,
+    /// The fits that predicted them.
+    pub folds: Vec<Fold>,
 }
 
 /// Predictions in which every fold chose its own names.
+#[derive(Clone, Default)]
 pub struct Folds {
     /// Indices of the recordings that each fold left out, and the names it chose.
     pub names: Vec<(Vec<usize>, Vec<&'static str>)>,
@@ -54,9 +65,7 @@ impl Folds {
 /// Recordings left out together: a level, or where there is one only, each recording by itself.
 fn groups(data: &Data) -> Vec<Vec<usize>> {
     let n = data.records.len();
-    let mut levels: Vec<usize> = data.records.iter().map(|r| r.level).collect();
-    levels.sort_unstable();
-    levels.dedup();
+    let levels = data.levels();
     if levels.len() > 1 {
         levels.iter().map(|l| (0..n).filter(|r| data.records[*r].level == *l).collect()).collect()
     } else {
@@ -118,8 +127,14 @@ fn predicted(full: &Fitted, fitted: &Fitted, out: &[usize]) -> Vec<Predicted> {
 /// Predicts every recording with `candidate` refitted without its level.
 pub fn held_out(candidate: &Fitted) -> HeldOut {
     let data = &*candidate.data;
-    let parts: Vec<Vec<Predicted>> =
-        groups(data).par_iter().map(|out| predicted(candidate, &without(candidate, out), out)).collect();
+    let (folds, parts): (Vec<Fold>, Vec<Vec<Predicted>>) = groups(data)
+        .into_par_iter()
+        .map(|out| {
+            let fitted = without(candidate, &out);
+            let of = predicted(candidate, &fitted, &out);
+            (Fold { out, fitted }, of)
+        })
+        .unzip();
     let mut readings: Vec<[Vec<f64>; 3]> = vec![Default::default(); data.records.len()];
     let mut points = vec![Default::default(); data.records.len()];
     for (r, y, p) in parts.into_iter().flatten() {
@@ -127,31 +142,31 @@ pub fn held_out(candidate: &Fitted) -> HeldOut {
         points[r] = p;
     }
     let nrmse = misfit(data, &readings);
-    HeldOut { readings, nrmse, points }
+    HeldOut { readings, nrmse, points, folds }
 }
 
-/// Every recording predicted without its level by the likeliest of `candidates` (the simulation as given first), each
-/// fold weighing them on the recordings it has.
-pub fn folds(candidates: &[Fitted], table: &Table) -> Option<Folds> {
-    let data = candidates.first()?.data.clone();
-    let parts: Vec<(Vec<usize>, Vec<&'static str>, Vec<Predicted>)> = groups(&data)
+/// Every recording predicted without its level by the likeliest of `choices` (the simulation as given first), each fold
+/// weighing them on the recordings it has.
+pub fn folds(choices: &[(&Fitted, &HeldOut)], table: &Table) -> Folds {
+    let Some((given, by_given)) = choices.first() else { return Folds::default() };
+    let names: Vec<(Vec<usize>, usize)> = (0..by_given.folds.len())
         .into_par_iter()
-        .map(|out| {
-            let fits: Vec<Fitted> = candidates.iter().map(|c| without(c, &out)).collect();
-            let likeliest = likeliest(&fits, table);
-            let said = predicted(&candidates[likeliest], &fits[likeliest], &out);
-            (out, candidates[likeliest].names(), said)
+        .map(|k| {
+            let fits: Vec<&Fitted> = choices.iter().map(|(_, h)| &h.folds[k].fitted).collect();
+            (by_given.folds[k].out.clone(), likeliest(&fits, table))
         })
         .collect();
-    let mut readings: Vec<[Vec<f64>; 3]> = vec![Default::default(); data.records.len()];
-    for (r, y, _) in parts.iter().flat_map(|p| p.2.iter()) {
-        readings[*r].clone_from(y);
+    let mut readings: Vec<[Vec<f64>; 3]> = vec![Default::default(); given.data.records.len()];
+    for (out, chosen) in &names {
+        for r in out {
+            readings[*r].clone_from(&choices[*chosen].1.readings[*r]);
+        }
     }
-    Some(Folds { names: parts.into_iter().map(|(out, names, _)| (out, names)).collect(), readings })
+    Folds { names: names.into_iter().map(|(out, i)| (out, choices[i].0.names())).collect(), readings }
 }
 
 /// Index of the likeliest of `fits`, the simulation as given first, by their evidence.
-fn likeliest(fits: &[Fitted], table: &Table) -> usize {
+fn likeliest(fits: &[&Fitted], table: &Table) -> usize {
     let (at, structures): (Vec<usize>, Vec<_>) =
         fits.iter().enumerate().filter_map(|(i, f)| Some((i, weighed(f)?))).unzip();
     let posterior = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 2 }, table);
@@ -163,7 +178,7 @@ const ENDS: [f64; 3] = [1.0, 2.0, 4.0];
 
 /// Names that recordings cut so many contact times after the touch give, by the likeliest of `candidates` (the
 /// simulation as given first); only ends that cut some recording.
-pub fn windows(candidates: &[Fitted], table: &Table) -> Vec<(f64, Vec<&'static str>)> {
+pub fn windows(candidates: &[&Fitted], table: &Table) -> Vec<(f64, Vec<&'static str>)> {
     let Some(given) = candidates.first() else { return Vec::new() };
     let data = &given.data;
     if data.kind == Kind::Indentation {
@@ -195,7 +210,7 @@ pub fn windows(candidates: &[Fitted], table: &Table) -> Vec<(f64, Vec<&'static s
                     Fitted::from(&cut, c.structure.clone(), start, &options)
                 })
                 .collect();
-            Some((end, candidates[likeliest(&fits, table)].names()))
+            Some((end, candidates[likeliest(&fits.iter().collect::<Vec<_>>(), table)].names()))
         })
         .collect()
 }

@@ -129,7 +129,7 @@ mod tests {
             .base()
             .candidates()
             .into_iter()
-            .find(|t| t.mechanism.name == "clipping" && t.form.label == "acceleration, hard")
+            .find(|t| t.mechanism.hints.limits_reading && t.form.label == "acceleration, hard")
             .unwrap();
         let wrong = base.add(&clip, 2, &Options::default()).unwrap();
         let (_, found) = unclipped(&wrong).unwrap();

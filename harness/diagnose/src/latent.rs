@@ -14,7 +14,7 @@ pub use estimate::response::Place;
 use estimate::response::Response;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use record::{Channel, Kind};
+use record::Kind;
 
 /// d(t) of one recording with the half width of its 95 % band.
 #[derive(Clone, Debug)]
@@ -49,14 +49,8 @@ const PENALTIES: [f64; 12] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 1e2,
 pub fn latent(reference: &Fitted) -> Option<Latent> {
     let data = &reference.data;
     let problem = reference.problem();
-    let places: Vec<Place> = if data.kind == Kind::Indentation {
-        vec![Place::Contact]
-    } else {
-        let all = [Place::Contact, Place::Motion].into_iter();
-        all.chain(Channel::ALL.into_iter().filter(|c| data.has(*c)).map(Place::Reading)).collect()
-    };
     type Tried = (Place, f64, Vec<(Record, f64)>);
-    let mut tried: Vec<Tried> = places
+    let mut tried: Vec<Tried> = Place::all(data)
         .into_par_iter()
         .filter_map(|p| {
             let parts: Vec<(Record, f64)> = (0..data.records.len())

@@ -21,14 +21,6 @@ pub struct Effect {
     pub depth: Option<f64>,
 }
 
-impl Effect {
-    /// The largest of its changes, 1.
-    pub fn largest(&self) -> f64 {
-        let all = [self.peak_force, self.restitution, self.contact_time, self.depth];
-        all.into_iter().flatten().map(f64::abs).fold(0.0, f64::max)
-    }
-}
-
 /// What is left that no mechanism named explains.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Remainder {

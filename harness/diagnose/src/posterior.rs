@@ -10,8 +10,10 @@ use serde::Deserialize;
 
 /// The word for a cause that no vocabulary holds.
 pub const UNKNOWN: &str = "unknown";
+/// Probability below which a cause is not worked on: it stands outside of every credible set.
+pub const POSSIBLE: f64 = 0.05;
 /// Size of a discrepancy from which on it is no small print, share of force.
-const LARGE: f64 = 0.03;
+pub const LARGE: f64 = 0.03;
 
 /// What turns evidence into probabilities.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
@@ -43,6 +45,8 @@ pub struct Table {
     pub bound: f64,
     pub worse: f64,
     pub one_level: f64,
+    /// Weight of the ln of how many times better a structure predicts levels not seen than the simulation as given.
+    pub heldout: f64,
     /// Probability that a set has to add up to, to hold the cause with 95 %.
     pub level: f64,
 }
@@ -64,6 +68,8 @@ pub struct Cause {
     pub probability: f64,
     /// Index of the structure of these names that is likeliest, among those weighed; None of an unknown cause.
     pub structure: Option<usize>,
+    /// Share of it, 0 to 1, with a discrepancy beside the names that is no small print: 3 % of force or more.
+    pub large: f64,
 }
 
 impl Cause {
@@ -107,12 +113,17 @@ fn canonical(names: &[&'static str]) -> Vec<&'static str> {
 #[derive(Default)]
 struct Gathered {
     ln: Vec<f64>,
+    /// Of those, the ones with a large discrepancy.
+    large: Vec<f64>,
     best: Option<(f64, usize)>,
 }
 
 impl Gathered {
-    fn add(&mut self, ln: f64, structure: Option<usize>) {
+    fn add(&mut self, ln: f64, structure: Option<usize>, is_large: bool) {
         self.ln.push(ln);
+        if is_large {
+            self.large.push(ln);
+        }
         if let Some(i) = structure {
             if self.best.is_none_or(|b| ln > b.0) {
                 self.best = Some((ln, i));
@@ -125,12 +136,12 @@ impl Posterior {
     /// Of what was weighed, by `table`.
     pub fn new(e: &Evidences, table: &Table) -> Posterior {
         let mut causes: Vec<(Vec<&'static str>, Gathered)> = Vec::new();
-        let mut add = |names: Vec<&'static str>, ln: f64, structure: Option<usize>| {
+        let mut add = |names: Vec<&'static str>, ln: f64, structure: Option<usize>, is_large: bool| {
             let i = causes.iter().position(|c| c.0 == names).unwrap_or_else(|| {
                 causes.push((names, Gathered::default()));
                 causes.len() - 1
             });
-            causes[i].1.add(ln, structure);
+            causes[i].1.add(ln, structure, is_large);
         };
         let size_weight = |i: usize| if i == 0 { table.none } else { table.size * (i - 1) as f64 };
         let mut left = f64::INFINITY;
@@ -146,18 +157,18 @@ impl Posterior {
                 for (i, ln) in of.iter().enumerate().filter(|(_, ln)| ln.is_finite()) {
                     let ln = ln + size_weight(i) + drifts as f64 * table.drift;
                     if !w.named {
-                        add(vec![UNKNOWN], ln + table.stand_in, None);
+                        add(vec![UNKNOWN], ln + table.stand_in, None, false);
                     } else if SIZES[i] >= LARGE {
-                        add(vec![UNKNOWN], ln + table.large, None);
-                        add(canonical(&w.names), ln + table.large_known, Some(at));
+                        add(vec![UNKNOWN], ln + table.large, None, true);
+                        add(canonical(&w.names), ln + table.large_known, Some(at), true);
                     } else {
-                        add(canonical(&w.names), ln, Some(at));
+                        add(canonical(&w.names), ln, Some(at), false);
                     }
                 }
             }
         }
         for ln in e.unknown.iter().flat_map(|u| &u.ln).filter(|ln| ln.is_finite()) {
-            add(vec![UNKNOWN], ln + table.own, None);
+            add(vec![UNKNOWN], ln + table.own, None, false);
         }
         let left = if left.is_finite() { left.max(1.0) } else { 1.0 };
         let mass: Vec<f64> = causes.iter().map(|c| ln_sum(&c.1.ln)).collect();
@@ -174,7 +185,7 @@ impl Posterior {
                 let given = e.structures[i].names.is_empty();
                 let of = |is: bool, weight: f64| if is && !given { weight } else { 0.0 };
                 of(e.structures[i].at_bound, table.bound)
-                    + of(e.is_worse(i), table.worse)
+                    + if e.is_worse(i) { table.worse } else { table.heldout * e.better(i).unwrap_or(0.0) }
                     + of(e.levels < 2, table.one_level)
             })
         };
@@ -191,7 +202,8 @@ impl Posterior {
                 let structure = gathered.best.map(|b| b.1);
                 // names as the structure has them: of collinear ones the one that was fitted
                 let names = structure.map_or(names, |i| e.structures[i].names.clone());
-                Cause { names, probability: (s - whole).exp(), structure }
+                let large = (ln_sum(&gathered.large) - ln_sum(&gathered.ln)).exp();
+                Cause { names, probability: (s - whole).exp(), structure, large }
             })
             .collect();
         causes.sort_by(|a, b| b.probability.total_cmp(&a.probability));
@@ -214,6 +226,11 @@ impl Posterior {
     /// Probability that the cause is in no vocabulary.
     pub fn unknown(&self) -> f64 {
         self.causes.iter().filter(|c| c.is_unknown()).map(|c| c.probability).sum()
+    }
+
+    /// Probability that several mechanisms of the vocabulary are missing.
+    pub fn of_several(&self) -> f64 {
+        self.causes.iter().filter(|c| c.names.len() > 1).map(|c| c.probability).sum()
     }
 
     /// Probability that `name` is among what is missing.
@@ -270,6 +287,7 @@ mod tests {
             bound: -1.0,
             worse: -1.0,
             one_level: -0.5,
+            heldout: 0.0,
             level: 0.95,
         }
     }

@@ -1,7 +1,6 @@
 //! The candidates beside the one chosen, each with the score that counts: on levels it did not see.
 
 use super::decide::Decision;
-use super::heldout::held_out;
 
 /// A candidate and how it did.
 #[derive(Clone, Debug)]
@@ -20,36 +19,23 @@ pub struct Rival {
     pub named: bool,
 }
 
-/// Rivals whose held-out score is worked out.
-const SCORED: usize = 3;
-
-/// Every single candidate, best first; the chosen one, the ties and the best few wrong ones with held-out scores.
-pub fn rivals(d: &Decision, after: Option<f64>) -> Vec<Rival> {
+/// Every single candidate, best first; with the misfit on levels not seen of those that the decision predicted them with.
+pub fn rivals(d: &Decision) -> Vec<Rival> {
     let chosen = d.chosen.names();
     let tied: Vec<&str> = d.ties.iter().flatten().copied().collect();
-    let mut scored = 0;
     d.singles
         .iter()
         .map(|s| {
             let term = &s.structure.terms()[0];
             let name = term.name();
-            let is_chosen = chosen.contains(&name);
-            let gain = d.base.chi2() - s.chi2();
-            let heldout = if d.detected && chosen == [name] {
-                after
-            } else if d.detected && scored < SCORED && gain > 0.0 {
-                scored += 1;
-                Some(held_out(s).nrmse)
-            } else {
-                None
-            };
+            let heldout = d.evidence.structures.iter().filter(|w| w.names == [name]).find_map(|w| w.heldout);
             Rival {
                 name: name.to_string(),
                 form: term.form.label.to_string(),
                 origin: term.mechanism.origin.name(),
-                gain,
+                gain: d.base.chi2() - s.chi2(),
                 heldout,
-                chosen: is_chosen,
+                chosen: chosen.contains(&name),
                 tied: tied.contains(&name),
                 named: term.mechanism.named,
             }

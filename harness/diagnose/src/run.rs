@@ -1,14 +1,15 @@
 //! One campaign from recordings to verdict.
 
 use super::bootstrap::bootstrap;
+use super::candidate::Candidate;
 use super::decide::Decision;
 use super::element::{packed, Packed};
 use super::findings::{gather, Findings};
 use super::heldout::{held_out, HeldOut};
+use super::propose::Pool;
 use super::search::Search;
 use super::sensors::against;
 use super::verdict::Verdict;
-use super::weigh::weigh_second;
 use estimate::condition::{condition, Invalid};
 use estimate::fitted::Fitted;
 use estimate::prepare::Prepared;
@@ -63,16 +64,17 @@ pub enum Failure {
 /// Fall of chi^2 from which the speeds are taken to have been measured elsewhere than the base fit had it.
 const ELSEWHERE: f64 = 10.0;
 
-/// The data with the speeds measured elsewhere, if the decision's model fits that better: where the simulation as given
-/// lacks gravity, the base fit cannot decide.
-fn measured_elsewhere(c: &Campaign, d: &Decision) -> Option<Data> {
+/// The data with the speeds measured elsewhere, if the best of the structures tried fits that better: where the simulation
+/// as given lacks gravity, the base fit cannot decide.
+fn measured_elsewhere(c: &Campaign, pool: &Pool) -> Option<Data> {
     let reported_at_touch = c.recordings.iter().all(|r| r.impact_speed.is_some());
-    if c.kind != Kind::DropTest || !reported_at_touch || !d.detected {
+    let best = pool.fits.iter().min_by(|a, b| a.cost().total_cmp(&b.cost()))?;
+    if c.kind != Kind::DropTest || !reported_at_touch || best.structure.terms().is_empty() {
         return None;
     }
-    let other = Arc::new(d.chosen.data.with_speeds_elsewhere());
-    let from = &d.chosen.fit.point;
-    let there = d.chosen.on(other);
+    let other = Arc::new(best.data.with_speeds_elsewhere());
+    let from = &best.fit.point;
+    let there = best.on(other);
     let start = there.problem().evaluate(from.theta.clone(), from.locals.clone());
     let fit = there.problem().fit(start, &Options::default());
     (fit.point.chi2 < from.chi2 - ELSEWHERE).then(|| (*there.data).clone())
@@ -132,23 +134,19 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     }
     stage("searching for what is missing")?;
     let mut search = Search::new(&prepared);
-    let mut decision = search.decide(base);
-    if let Some(other) = measured_elsewhere(c, &decision) {
+    let mut pool = search.propose(base);
+    if let Some(other) = measured_elsewhere(c, &pool) {
         stage("searching once more, the speeds measured elsewhere")?;
         prepared.data = Arc::new(other);
         search = Search::new(&prepared);
-        decision = search.decide(converged_base(&prepared));
+        pool = search.propose(converged_base(&prepared));
     }
     stage("predicting levels not seen")?;
-    let before = held_out(&decision.base);
-    if decision.detected && !decision.chosen.structure.terms().is_empty() {
-        let after = held_out(&decision.chosen);
-        weigh_second(&search, &mut decision, &before, after);
-    }
-    stage("weighing the evidence")?;
-    let mut after = decision.settle(&before);
+    let mut decision = Decision::new(pool);
+    stage("choosing names without each level, and in shorter windows")?;
+    decision.choose_again();
     stage("working out the answer")?;
-    let mut findings = gather(c, &search, &decision, &before, after.as_ref(), settings.stage);
+    let mut findings = gather(c, &search, &decision, settings.stage);
     findings.sensors = against(c, settings.others);
     if settings.bootstrap > 0 {
         let n = settings.bootstrap;
@@ -156,7 +154,7 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
             (settings.stage)(&format!("judging null {} of {n}", i + 1));
             !(settings.stopped)()
         };
-        let b = bootstrap(c, &prepared.guess, &decision.base, n, decision.false_alarm_probability, &each);
+        let b = bootstrap(c, &prepared.guess, &decision.base, n, decision.strength(), &each);
         stage("writing")?;
         findings.bootstrap = Some(b);
     }
@@ -166,29 +164,30 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     let law = if holds { decision.chosen.physics().law } else { decision.base.physics().law };
     let element = if settings.element {
         stage("running the recordings through the element")?;
-        let through = after.as_ref().filter(|_| relied_on).map(|a| (&decision.chosen, a));
+        let through = decision.after.as_ref().filter(|_| relied_on).map(|a| (&decision.chosen, a));
         packed(&prepared.data, &law, through).map_err(|e| format!("{e:#}"))
     } else {
         Err("not asked for".into())
     };
     // what is predicted with the mechanisms is what the FMU does
-    if let (Some(a), Some(t)) = (&mut after, element.as_ref().ok().and_then(|e| e.through.as_ref())) {
+    if let (Some(a), Some(t)) = (&mut decision.after, element.as_ref().ok().and_then(|e| e.through.as_ref())) {
         a.readings.clone_from(&t.readings);
         a.nrmse = t.nrmse;
     }
-    if let (Some(a), Some(f)) = (&mut after, &decision.folds) {
+    if let (Some(a), Some(f)) = (&mut decision.after, &decision.folds) {
         f.put_in(a, &decision.chosen);
     }
     if let Err(e) = &element {
         findings.caveats.push(format!("HysteresisContact.fmu is not written: {e}."));
     }
-    let verdict = Verdict::new(c, &decision, &findings, &before, after.as_ref(), element.as_ref().ok());
+    let verdict = Verdict::new(c, &decision, &findings, element.as_ref().ok());
+    let Decision { before, after, .. } = decision;
     Ok(Outcome { verdict, before, after, law, findings, element, data: prepared.data })
 }
 
 /// The outcome where nothing can be judged.
 fn unjudged(c: &Campaign, data: Arc<Data>, reason: String, before: Option<HeldOut>) -> Outcome {
-    let before = before.unwrap_or(HeldOut { readings: Vec::new(), nrmse: f64::NAN, points: Vec::new() });
+    let before = before.unwrap_or(HeldOut { nrmse: f64::NAN, ..HeldOut::default() });
     Outcome {
         verdict: Verdict::invalid(c, &reason, before.nrmse.is_finite().then_some(before.nrmse)),
         data,

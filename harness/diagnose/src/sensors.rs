@@ -4,6 +4,7 @@
 use super::candidate::DETECT;
 use estimate::simplex::{minimise, Options};
 use estimate::structure::flat;
+use mechanisms::lowpass_lag;
 use mechanisms::signal::{between, pole};
 use record::{largest, range, Campaign, Channel, Recording};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -72,6 +73,11 @@ impl Against {
     /// Whether this sensor lags behind the other: beyond what recordings scatter by, and with a better fit to show for it.
     pub fn lags(&self) -> bool {
         self.lag.low > 0.0 && self.readings.iter().map(|r| r.fall).sum::<f64>() > DETECT
+    }
+
+    /// The mechanism that a lag stands for; None where this sensor does not lag.
+    pub fn mechanism(&self) -> Option<&'static str> {
+        self.lags().then_some(lowpass_lag::MECHANISM.name)
     }
 }
 

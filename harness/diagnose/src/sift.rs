@@ -62,7 +62,7 @@ impl Search {
             (nonlinear && !s.is_empty())
                 || beyond_tolerance
                 || ((rank <= FORMS_A_MECHANISM || plain)
-                    && (score(s) >= least.max(1.0) || small || unranked || far && rank == 1 || top <= 20.0))
+                    && (score(s) >= least.max(1.0) || small || unranked || far && rank == 1))
         });
         let fitted = |(t, s): &(&Term, Vec<Start>), options: &Options| -> Option<(f64, Fitted)> {
             let s = &s[..s.len().min(if t.form.linear { 1 } else { starts })];

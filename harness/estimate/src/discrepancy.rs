@@ -8,6 +8,7 @@ use crate::fitted::Fitted;
 use crate::problem::Data;
 use crate::response::{Place, Response};
 use law::Parameters as Law;
+use mechanisms::physics::Physics;
 use plant::simulate::{law_of, Trace};
 use rayon::prelude::*;
 use record::{largest, Channel, Kind};
@@ -33,31 +34,75 @@ const RESOLVED: f64 = 0.2;
 /// Columns of a campaign: by recording, then by column, the whitened change of its readings by an amplitude of 1.
 pub type Columns = Vec<Vec<Vec<f64>>>;
 
-/// One recording's path, as the columns need it.
+/// One recording's path and readings, as the columns need them.
 struct Path<'a> {
     fitted: &'a Fitted,
     record: usize,
     trace: Trace,
-    physics: mechanisms::physics::Physics,
+    readings: [Vec<f64>; 3],
+    physics: Physics,
 }
 
-impl<'a> Path<'a> {
+/// Every recording's path through a fit, simulated once.
+pub struct Paths<'a> {
+    fitted: &'a Fitted,
+    of: Vec<Path<'a>>,
+}
+
+impl<'a> Paths<'a> {
     /// Of every recording of `fitted`; None where one cannot be simulated.
-    fn all(fitted: &'a Fitted) -> Option<Vec<Path<'a>>> {
+    pub fn new(fitted: &'a Fitted) -> Option<Paths<'a>> {
         let problem = fitted.problem();
-        (0..fitted.data.records.len())
+        let of: Option<Vec<Path<'a>>> = (0..fitted.data.records.len())
             .into_par_iter()
             .map(|record| {
-                let (trace, _) = fitted.predict(record);
+                let (trace, readings) = fitted.predict(record);
                 let mut physics = problem.physics(&fitted.fit.point.theta);
                 let local = problem.local(&fitted.fit.point.locals[record]);
                 let own: Law = law_of(&physics, &fitted.data.records[record].setup, &local);
                 physics.law = own;
-                trace.ok.then_some(Path { fitted, record, trace, physics })
+                trace.ok.then_some(Path { fitted, record, trace, readings, physics })
             })
-            .collect()
+            .collect();
+        Some(Paths { fitted, of: of? })
     }
 
+    /// The columns that the recordings share.
+    pub fn shared(&self) -> Columns {
+        let most = |of: &dyn Fn(&Trace) -> f64| self.of.iter().map(|p| of(&p.trace)).fold(0.0, f64::max).max(1e-300);
+        let depth = most(&|t| t.position.iter().cloned().fold(0.0, f64::max));
+        let speed = most(&|t| {
+            let touching = t.velocity.iter().zip(&t.position).filter(|(_, x)| **x > 0.0);
+            touching.map(|(v, _)| v.abs()).fold(0.0, f64::max)
+        });
+        let mut top = [1e-300f64; 3];
+        for r in &self.fitted.data.records {
+            for (t, y) in top.iter_mut().zip(&r.y) {
+                *t = t.max(y.as_ref().map_or(0.0, |y| largest(y)));
+            }
+        }
+        self.of.par_iter().map(|p| p.shared(depth, speed, top)).collect()
+    }
+
+    /// Columns of what each recording may have of its own at `place`: piecewise linear in time, 1 where the contact force
+    /// has its campaign's peak (or the channel its largest reading).
+    pub fn own(&self, place: Place) -> Columns {
+        let data = &self.fitted.data;
+        let scale = match place {
+            Place::Reading(c) => data.range[c.index()],
+            _ => data.scales.peak,
+        };
+        self.of.par_iter().map(|p| p.own(place, scale)).collect()
+    }
+
+    /// Columns of what each recording's instruments may do besides: a drift over the recording and the hum of the mains, by
+    /// channel; amplitudes of standard deviation 1.
+    pub fn instruments(&self) -> Columns {
+        self.of.par_iter().map(Path::instruments).collect()
+    }
+}
+
+impl Path<'_> {
     fn time(&self) -> &[f64] {
         &self.fitted.data.records[self.record].setup.time
     }
@@ -71,25 +116,6 @@ impl<'a> Path<'a> {
         let data: &Data = &self.fitted.data;
         data.compared(self.record).flat_map(|c| data.whitened(self.record, c, &y[c.index()])).collect()
     }
-}
-
-/// The columns that the recordings of `fitted` share; None where one cannot be simulated.
-pub fn shared(fitted: &Fitted) -> Option<Columns> {
-    let paths = Path::all(fitted)?;
-    let most = |of: &dyn Fn(&Trace) -> f64| paths.iter().map(|p| of(&p.trace)).fold(0.0, f64::max).max(1e-300);
-    let depth = most(&|t| t.position.iter().cloned().fold(0.0, f64::max));
-    let speed = most(&|t| {
-        let touching = t.velocity.iter().zip(&t.position).filter(|(_, x)| **x > 0.0);
-        touching.map(|(v, _)| v.abs()).fold(0.0, f64::max)
-    });
-    let data = &fitted.data;
-    let mut top = [1e-300f64; 3];
-    for r in &data.records {
-        for (t, y) in top.iter_mut().zip(&r.y) {
-            *t = t.max(y.as_ref().map_or(0.0, |y| largest(y)));
-        }
-    }
-    Some(paths.par_iter().map(|p| p.shared(depth, speed, top)).collect())
 }
 
 impl Path<'_> {
@@ -120,11 +146,10 @@ impl Path<'_> {
             }
         }
         let channels: Vec<Channel> = data.compared(self.record).collect();
-        let (_, y) = self.fitted.predict(self.record);
         // a column of a channel that this recording lacks is zero in it
         let lacking = || vec![0.0; channels.len() * n];
         for c in Channel::ALL.into_iter().filter(|c| data.has(*c) && (moving || *c != Channel::Penetration)) {
-            let of = &y[c.index()];
+            let of = &self.readings[c.index()];
             for power in [2, 3] {
                 if !channels.contains(&c) {
                     out.push(lacking());
@@ -190,18 +215,6 @@ fn ringing(force: &[f64], time: &[f64], frequency: f64) -> Vec<f64> {
 /// Knots over which a recording's own unknown is spread.
 const KNOTS: usize = 16;
 
-/// Columns of what each recording may have of its own at `place`: piecewise linear in time, 1 where the contact force
-/// has its campaign's peak (or the channel its largest reading). None where a recording cannot be simulated.
-pub fn own(fitted: &Fitted, place: Place) -> Option<Columns> {
-    let paths = Path::all(fitted)?;
-    let data = &fitted.data;
-    let scale = match place {
-        Place::Reading(c) => data.range[c.index()],
-        _ => data.scales.peak,
-    };
-    Some(paths.par_iter().map(|p| p.own(place, scale)).collect())
-}
-
 impl Path<'_> {
     fn own(&self, place: Place, scale: f64) -> Vec<Vec<f64>> {
         let data: &Data = &self.fitted.data;
@@ -237,13 +250,6 @@ impl Path<'_> {
 const DRIFT: f64 = 5.0;
 /// Frequencies of the mains, Hz.
 const MAINS: [f64; 2] = [50.0, 60.0];
-
-/// Columns of what each recording's instruments may do besides: a drift over the recording and the hum of the mains, by
-/// channel; amplitudes of standard deviation 1. None where a recording cannot be simulated.
-pub fn instruments(fitted: &Fitted) -> Option<Columns> {
-    let paths = Path::all(fitted)?;
-    Some(paths.par_iter().map(Path::instruments).collect())
-}
 
 impl Path<'_> {
     fn instruments(&self) -> Vec<Vec<f64>> {

@@ -127,25 +127,6 @@ impl Fitted {
         overdispersion_of(records.map(|(r, (_, residual))| (r.setup.time.len(), &residual[..])), most)
     }
 
-    /// By channel, for flight and for contact: sum over batches of what [`Fitted::overdispersion`] is the mean of, and
-    /// their number. None where a simulation fails.
-    pub fn batches_by_contact(&self) -> Option<[[(f64, f64); 2]; 3]> {
-        let left = self.residuals()?;
-        let mut sums: [[(f64, f64); 2]; 3] = Default::default();
-        for (r, (trace, residual)) in left.iter().enumerate() {
-            let n = self.data.records[r].setup.time.len();
-            for (channel, e) in self.data.compared(r).zip(residual.chunks(n)) {
-                for (w, f) in e.chunks_exact(BATCH).zip(trace.force.chunks_exact(BATCH)) {
-                    let touching = usize::from(4 * f.iter().filter(|f| f.abs() > 0.0).count() > BATCH);
-                    let s = &mut sums[channel.index()][touching];
-                    s.0 += batch_square(w, MOST);
-                    s.1 += 1.0;
-                }
-            }
-        }
-        Some(sums)
-    }
-
     /// With one more term, fitted from `start`.
     pub fn with(&self, term: Term, start: Point, options: &Options) -> Fitted {
         Fitted::from(&self.data, self.structure.with(term), start, options)

@@ -1,5 +1,6 @@
 //! The rig linearised about a simulated path: what a small force, or a small error of a reading, does to the readings.
 
+use crate::problem::Data;
 use law::Memory;
 use mechanisms::physics::Physics;
 use plant::chain::readings;
@@ -18,6 +19,15 @@ pub enum Place {
 }
 
 impl Place {
+    /// Every place at which something can enter the recordings of `data`.
+    pub fn all(data: &Data) -> Vec<Place> {
+        if data.kind == Kind::Indentation {
+            return vec![Place::Contact];
+        }
+        let channels = Channel::ALL.into_iter().filter(|c| data.has(*c)).map(Place::Reading);
+        [Place::Contact, Place::Motion].into_iter().chain(channels).collect()
+    }
+
     /// The part of the system it belongs to, as the verdict names it.
     pub fn origin(self) -> &'static str {
         match self {

@@ -129,12 +129,8 @@ impl Fitted {
         let s = &c.scales;
         let mut p = Physics::default();
         term.form.apply(values, c, &mut p);
-        if p.base_compliance.stiffness <= 0.0 || p.base_compliance.reads {
-            return None;
-        }
-        // the stop is held by its spring, and by its inertia for as long as the contact lasts
-        let held = p.base_compliance.stiffness + p.base_compliance.mass * (std::f64::consts::PI / s.duration).powi(2);
-        let share = (s.force / held / s.depth).min(MOST_COMPLIANCE);
+        let share = p.base_compliance.share_of_approach(s.force, s.depth, s.duration)?;
+        let share = share.min(MOST_COMPLIANCE);
         Some(-self.fit.point.theta[1] * (1.0 - share).ln())
     }
 

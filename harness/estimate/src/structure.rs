@@ -16,7 +16,7 @@ const MASS: f64 = 0.002;
 /// Standard deviations beyond which a calibration's tolerance is no tolerance.
 const WIDEST: f64 = 6.0;
 /// Terms that the base holds by itself where the simulation lists them.
-const GRAVITY_TERM: &str = "gravity";
+const GRAVITY_TERM: &str = mechanisms::gravity::MECHANISM.name;
 const HYSTERESIS_TERM: &str = "hysteresis_damping";
 /// Samples in a row at one reading that make a flat top.
 const FLAT: usize = 4;

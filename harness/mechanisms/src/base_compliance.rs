@@ -42,6 +42,14 @@ impl BaseCompliance {
         let growth = if h < 0.0 { 1.0 / (1.0 - 2.0 * h).sqrt() } else { 1.0 + h };
         self.stiffness * growth * u + self.damping * w
     }
+
+    /// Share of an approach of `depth`, m, that a stop standing on the transducer's far side takes of a contact of `force`,
+    /// N, and `duration`, s; held by its spring, and by its inertia for as long as the contact lasts. None where the stop is
+    /// rigid, or its spring is what the force channel reads.
+    pub fn share_of_approach(&self, force: f64, depth: f64, duration: f64) -> Option<f64> {
+        let held = self.stiffness + self.mass * (std::f64::consts::PI / duration).powi(2);
+        (self.stiffness > 0.0 && !self.reads).then_some(force / held / depth)
+    }
 }
 
 impl Part for BaseCompliance {

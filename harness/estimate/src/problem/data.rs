@@ -65,6 +65,14 @@ impl Data {
         v
     }
 
+    /// The levels of its recordings, in order, each once.
+    pub fn levels(&self) -> Vec<usize> {
+        let mut levels: Vec<usize> = self.records.iter().map(|r| r.level).collect();
+        levels.sort_unstable();
+        levels.dedup();
+        levels
+    }
+
     /// Whether any recording has the channel.
     pub fn has(&self, c: Channel) -> bool {
         self.records.iter().any(|r| r.y[c.index()].is_some())

@@ -71,8 +71,7 @@ pub fn probability(p: f64) -> String {
 
 /// What held-out predictions were made of: levels where there are several, else recordings, else the rest of the one.
 pub fn unseen(o: &Outcome) -> &'static str {
-    let levels = o.data.records.iter().map(|r| r.level).max().map_or(0, |l| l + 1);
-    match (levels, o.data.records.len()) {
+    match (o.data.levels().len(), o.data.records.len()) {
         (0 | 1, 0 | 1) => "the rest of the recording, which the fit of its first half cycle did not see,",
         (0 | 1, _) => "recordings the fit did not see",
         _ => "levels the fit did not see",
@@ -165,9 +164,9 @@ pub fn sensors(o: &Outcome) -> Vec<String> {
     let of = |a: &Against| {
         let (before, after) = a.misfit();
         let ms = |s: f64| figure(1e3 * s, "");
-        let lag = if a.lags() {
+        let lag = if let Some(mechanism) = a.mechanism() {
             format!(
-                "lags behind by {} ms (95 %: {} to {}; a first-order low-pass, lowpass_lag: the misfit between the two goes \
+                "lags behind by {} ms (95 %: {} to {}; a first-order low-pass, {mechanism}: the misfit between the two goes \
                  from {:.2} % to {:.2} % of range)",
                 ms(a.lag.value),
                 ms(a.lag.low),

@@ -1,0 +1,237 @@
+//! Which structures are weighed: mechanisms added one at a time beside what is likeliest, for as long as that leaves more than
+//! noise. What is not worth trying is left out here; what is believed is for the posterior to say.
+
+use super::candidate::Candidate;
+use super::evidence::{unknown, weighed, Evidences};
+use super::posterior::{Posterior, Table, POSSIBLE};
+use super::search::Search;
+use estimate::fitted::Fitted;
+use estimate::problem::Options;
+use rayon::prelude::*;
+
+/// Fall of chi^2, and share of it, from which a base that had stalled is searched beside once more.
+const STALLED: f64 = 100.0;
+const STALLED_SHARE: f64 = 0.02;
+/// Structures of one mechanism that are weighed.
+const SINGLES: usize = 8;
+/// Overdispersion of one mechanism's residual up to which nothing is sought beside it where it gained more than this.
+const WHITE_ALONE: f64 = 1.05;
+const FAINT: f64 = 3000.0;
+/// First mechanisms beside which a second is sought, and seconds weighed beside each.
+const FIRSTS: usize = 2;
+const SECONDS: usize = 4;
+/// Overdispersion of what a pair leaves from which either of its mechanisms is exchanged for what does better beside the
+/// other, and rounds of that.
+const EXCHANGED: f64 = 1.1;
+const EXCHANGES: usize = 2;
+/// Overdispersion of what several leave from which another is sought, how many are weighed, and mechanisms at most.
+const FURTHER: f64 = 3.0;
+const OTHERS: usize = 5;
+const MOST: usize = 3;
+
+/// How what is left of several mechanisms is fitted.
+const SLOW: Options = Options { iterations: 60, tolerance: 1e-5, hopeless: 0.0, ceiling: f64::INFINITY };
+/// chi^2 within which two fits of one structure are the same fit.
+const SAME: f64 = 0.5;
+
+/// The structures tried, each with its evidence.
+pub struct Pool {
+    /// The simulation as given first; in the order of the structures in `evidence`.
+    pub fits: Vec<Fitted>,
+    pub evidence: Evidences,
+    /// Single mechanisms, best form each, best first.
+    pub singles: Vec<Fitted>,
+    table: Table,
+}
+
+fn sorted_forms(f: &Fitted) -> Vec<(&'static str, &'static str)> {
+    let mut forms = f.structure.forms();
+    forms.sort_unstable();
+    forms
+}
+
+impl Pool {
+    fn new(base: &Fitted, singles: Vec<Fitted>) -> Pool {
+        let evidence = Evidences { levels: base.data.levels().len(), ..Evidences::default() };
+        let mut pool = Pool { fits: Vec::new(), evidence, singles: Vec::new(), table: Table::calibrated() };
+        pool.take(vec![base.clone()]);
+        pool.take_singles(singles);
+        pool
+    }
+
+    /// Weighs the best of `singles`.
+    fn take_singles(&mut self, singles: Vec<Fitted>) {
+        let calibrations = singles.iter().skip(SINGLES).filter(|s| s.calibrates());
+        self.take(singles.iter().take(SINGLES).chain(calibrations).cloned().collect());
+        self.singles = singles;
+    }
+
+    /// Whether one cause alone makes up the credible set, and it is not an unknown one.
+    fn is_settled(&self) -> bool {
+        matches!(self.posterior().credible_set(), [one] if !one.is_unknown())
+    }
+
+    /// Weighs `fits` and keeps them; of one structure the better fit.
+    fn take(&mut self, fits: Vec<Fitted>) {
+        let mut new: Vec<Fitted> = Vec::new();
+        for f in fits {
+            let is_known = |g: &Fitted| sorted_forms(g) == sorted_forms(&f) && g.chi2() <= f.chi2() + SAME;
+            if !self.fits.iter().chain(&new).any(is_known) {
+                new.push(f);
+            }
+        }
+        let weighed: Vec<_> = new.into_par_iter().filter_map(|f| weighed(&f).map(|w| (f, w))).collect();
+        for (f, w) in weighed {
+            match self.fits.iter().position(|g| sorted_forms(g) == sorted_forms(&f)) {
+                Some(i) => (self.fits[i], self.evidence.structures[i]) = (f, w),
+                None => {
+                    self.fits.push(f);
+                    self.evidence.structures.push(w);
+                }
+            }
+        }
+    }
+
+    /// What the structures tried so far come to.
+    pub fn posterior(&self) -> Posterior {
+        Posterior::new(&self.evidence, &self.table)
+    }
+
+    /// The likeliest structures with `count` mechanisms of the vocabulary, one for each set of names, the likeliest
+    /// first, as long as they are possible beside that.
+    fn likeliest(&self, count: usize) -> Vec<Fitted> {
+        let causes = self.posterior().causes;
+        let of = causes.iter().filter(|c| !c.is_unknown() && c.names.len() == count);
+        let most = of.clone().next().map_or(0.0, |c| c.probability);
+        let of = of.filter(|c| c.probability > POSSIBLE * most).filter_map(|c| c.structure);
+        of.map(|i| self.fits[i].clone()).collect()
+    }
+
+    /// Fall of chi^2 by the best structure tried.
+    pub fn gain(&self) -> f64 {
+        let best = self.fits.iter().map(|f| f.chi2()).fold(f64::INFINITY, f64::min);
+        self.fits.first().map_or(0.0, |base| (base.chi2() - best).max(0.0))
+    }
+}
+
+impl Search {
+    /// A better base: nothing added, started from where a candidate had led the base's parameters.
+    fn polish(&self, base: &mut Fitted, singles: &[Fitted]) {
+        let g = base.structure.model().parameters.len();
+        for c in singles.iter().take(3) {
+            let start = base.problem().evaluate(c.fit.point.theta[..g].to_vec(), c.fit.point.locals.clone());
+            let f = base.problem().fit(start, &Options::default());
+            if f.point.chi2 < base.chi2() - 1.0 {
+                base.fit = f;
+            }
+        }
+    }
+
+    /// Every mechanism beside `base`, best form each, best first; `base` fitted better where they have led to that.
+    fn singles(&self, base: &mut Fitted) -> Vec<Fitted> {
+        let quick = Options { iterations: 12, hopeless: 2.0, ..Options::default() };
+        let mut singles = self.expand(base, &quick, 2, 6);
+        let before = base.chi2();
+        self.polish(base, &singles);
+        if base.chi2() < before - STALLED.max(STALLED_SHARE * before) {
+            // what was compared with a base that had stalled says nothing
+            singles = self.expand(base, &quick, 2, 6);
+            self.polish(base, &singles);
+        }
+        singles.retain(|c| c.chi2() <= base.chi2() + 1.0);
+        singles
+    }
+
+    /// The structures that may be behind the recordings, weighed.
+    pub fn propose(&self, mut base: Fitted) -> Pool {
+        let singles = self.singles(&mut base);
+        let mut pool = Pool::new(&base, singles);
+        let alone = pool.likeliest(1);
+        let beside = [Some(&base), alone.first()];
+        pool.evidence.unknown = beside.into_iter().flatten().flat_map(unknown).collect();
+        if !pool.is_settled() {
+            let mut singles = std::mem::take(&mut pool.singles);
+            self.expand_further(&base, &mut singles);
+            singles.retain(|c| c.chi2() <= base.chi2() + 1.0);
+            pool.take_singles(singles);
+        }
+        let alone = pool.likeliest(1);
+        let flat = self.structure.base().context.flat.is_some();
+        let limited = pool.singles.iter().find(|c| flat && c.structure.has(|h| h.limits_reading)).cloned();
+        let nothing = pool.posterior().causes.first().is_none_or(|c| c.names.is_empty());
+        match (limited, alone.first()) {
+            // what shows in the readings without any fit comes first
+            (Some(first), _) => pool.take(self.beside(&first, 9, 2, 6).into_iter().take(SECONDS).collect()),
+            (None, Some(first)) if !nothing && !is_explained(&base, first) => {
+                self.pairs(&mut pool, &alone);
+                self.further(&mut pool);
+            }
+            _ => return pool,
+        }
+        // of several mechanisms, each may do without one
+        for f in [2, 3].into_iter().flat_map(|count| pool.likeliest(count).into_iter().take(1)).collect::<Vec<_>>() {
+            pool.take((0..f.structure.terms().len()).filter_map(|i| f.without(i, &SLOW)).collect());
+        }
+        pool
+    }
+
+    /// A second mechanism beside the likeliest few; and each of a pair exchanged for what does better beside the other, as
+    /// long as that leads on and leaves more than noise.
+    fn pairs(&self, pool: &mut Pool, alone: &[Fitted]) {
+        let mut searched: Vec<Vec<(&str, &str)>> = Vec::new();
+        let firsts = alone.iter().take(FIRSTS).cloned().chain(self.plainer(&pool.fits[0], &alone[0]));
+        for first in firsts.collect::<Vec<_>>() {
+            searched.push(sorted_forms(&first));
+            pool.take(self.seconds(&first));
+        }
+        for _ in 0..EXCHANGES {
+            let Some(pair) = pool.likeliest(2).into_iter().next() else { return };
+            let is_possible = pool.posterior().of_several() >= POSSIBLE;
+            if !is_possible || pair.overdispersion() < EXCHANGED {
+                return;
+            }
+            for i in 0..pair.structure.terms().len() {
+                let Some(kept) = pair.without(i, &SLOW) else { continue };
+                if !searched.contains(&sorted_forms(&kept)) {
+                    searched.push(sorted_forms(&kept));
+                    pool.take(self.seconds(&kept));
+                }
+            }
+            if pool.likeliest(2).first().is_some_and(|p| p.names() == pair.names()) {
+                return;
+            }
+        }
+    }
+
+    /// The best few with a second mechanism beside `first`.
+    fn seconds(&self, first: &Fitted) -> Vec<Fitted> {
+        self.beside(first, 9, 1, 3).into_iter().take(SECONDS).collect()
+    }
+
+    /// Further mechanisms beside several, where those are the likeliest cause and leave far more than noise.
+    fn further(&self, pool: &mut Pool) {
+        for count in 2..MOST {
+            let likeliest = pool.posterior().causes.into_iter().next();
+            let several = likeliest.filter(|c| c.names.len() == count && !c.is_unknown()).and_then(|c| c.structure);
+            let Some(several) = several.map(|i| pool.fits[i].clone()) else { return };
+            if several.overdispersion() < FURTHER {
+                return;
+            }
+            pool.take(self.beside(&several, 12, 2, 6).into_iter().take(OTHERS).collect());
+        }
+    }
+
+    /// `first` in the form of fewest parameters, where its best form has more: those may stand in for a second mechanism.
+    fn plainer(&self, base: &Fitted, first: &Fitted) -> Option<Fitted> {
+        let term = first.structure.terms().first()?;
+        let forms = self.candidates().into_iter().filter(|t| t.name() == term.name());
+        let plain = forms.min_by_key(|t| t.form.parameters.len())?;
+        let has_fewer = plain.form.parameters.len() < term.form.parameters.len();
+        has_fewer.then(|| base.add(&plain, 2, &Options::default())).flatten()
+    }
+}
+
+/// Whether one mechanism leaves noise alone, and gained so much that another one could not hide in it.
+fn is_explained(base: &Fitted, first: &Fitted) -> bool {
+    first.overdispersion() <= WHITE_ALONE && first.gain(base) >= FAINT
+}

@@ -1,0 +1,370 @@
+//! How a verdict is built from the decision and the findings.
+
+use super::*;
+use crate::decide::Decision;
+use crate::element::Packed;
+use crate::evidence::{self, Evidences};
+use crate::experiment;
+use crate::findings::Findings;
+use crate::map;
+use crate::phases::{phases, shares, PHASES};
+use crate::posterior::LARGE;
+use crate::rivals::Rival;
+use crate::sensors::{Against, Mean, Reading};
+use crate::unclipped;
+use mechanisms::mechanism::Origin;
+use record::{Campaign, Channel};
+
+impl Verdict {
+    /// The verdict of a campaign.
+    pub fn new(c: &Campaign, d: &Decision, f: &Findings, packed: Option<&Packed>) -> Verdict {
+        let terms = if d.detected { d.chosen.structure.terms() } else { &[] };
+        let named = (0..terms.len()).filter(|i| terms[*i].mechanism.named);
+        let quality = |nrmse: f64, fitted: &estimate::fitted::Fitted| Quality {
+            heldout_nrmse: Some(nrmse),
+            chi2: Some(fitted.chi2()),
+            converged: Some(fitted.fit.converged),
+        };
+        Verdict {
+            format: FORMAT,
+            campaign: c.folder.clone(),
+            invalid: None,
+            mismatch: mismatch(d, f, (0..terms.len()).map(|i| place(c, d, &f.map, i)).collect()),
+            missing: named.map(|i| missing(d, f, i)).collect(),
+            unexplained: Unexplained { detected: d.unexplained, text: unexplained(d, f) },
+            fit: FitQuality {
+                before: quality(d.before.nrmse, &d.base),
+                after: quality(d.after.as_ref().map_or(d.before.nrmse, |a| a.nrmse), &d.chosen),
+                base_bias: Some(bias(d, f)),
+                folds_agree: d.folds.as_ref().map(|f| f.agreement(&d.chosen.names())),
+                windows: d
+                    .windows
+                    .iter()
+                    .map(|(end, names)| Window { contact_times: *end, mechanisms: names.clone() })
+                    .collect(),
+            },
+            candidates: Some(f.rivals.iter().map(candidate).collect()),
+            map: Some(f.map.iter().map(|m| cell(c, m)).collect()),
+            caveats: Some(f.caveats.clone()),
+            experiment: f.ties.iter().flatten().find_map(|t| t.proposals.first()).map(promised),
+            without_clipping: f.unclipped.as_ref().map(|(ch, of)| of.iter().map(|u| without_clip(*ch, u)).collect()),
+            other_sensors: f.sensors.iter().map(other_sensor).collect(),
+            latent_force: f.latent.as_ref().map(|l| LatentForce {
+                origin: l.place.origin(),
+                phase: PHASES[l.phase],
+                unit: l.place.unit(),
+                places: l.scores.iter().map(|(p, g)| LatentPlace { what: p.words(), chi2_gain: *g }).collect(),
+            }),
+            element: Some(element(d, f, packed)),
+            posterior: d
+                .posterior
+                .causes
+                .iter()
+                .map(|c| Cause { mechanisms: c.names.clone(), probability: c.probability })
+                .collect(),
+            credible_set: d.posterior.credible_set().iter().map(|c| Names { mechanisms: c.names.clone() }).collect(),
+            material: Some(d.chosen.names().into_iter().zip(f.material.iter().copied()).collect()),
+            remainder: Some(f.remainder.clone()),
+            evidence: Some(evidence(&d.evidence)),
+        }
+    }
+
+    /// The verdict where nothing can be judged, for `reason`; `before`: misfit over range of the simulation as given, on
+    /// levels its fit did not see.
+    pub fn invalid(c: &Campaign, reason: &str, before: Option<f64>) -> Verdict {
+        let quality = Quality { heldout_nrmse: before, chi2: None, converged: None };
+        Verdict {
+            format: FORMAT,
+            campaign: c.folder.clone(),
+            invalid: Some(Text { text: reason.into() }),
+            mismatch: Mismatch {
+                detected: false,
+                false_alarm_probability: 1.0,
+                places: Vec::new(),
+                nulls: None,
+                bootstrap: None,
+            },
+            missing: Vec::new(),
+            unexplained: Unexplained { detected: false, text: String::new() },
+            fit: FitQuality {
+                before: quality,
+                after: quality,
+                base_bias: None,
+                folds_agree: None,
+                windows: Vec::new(),
+            },
+            candidates: None,
+            map: None,
+            caveats: None,
+            experiment: None,
+            without_clipping: None,
+            other_sensors: Vec::new(),
+            latent_force: None,
+            element: None,
+            posterior: Vec::new(),
+            credible_set: Vec::new(),
+            material: None,
+            remainder: None,
+            evidence: None,
+        }
+    }
+}
+
+fn mismatch(d: &Decision, f: &Findings, places: Vec<Place>) -> Mismatch {
+    let by_nulls = f.alarm.as_ref().map_or(1.0, |a| a.probability);
+    Mismatch {
+        detected: d.detected,
+        false_alarm_probability: f.bootstrap.map_or(by_nulls, |b| b.probability()),
+        places,
+        nulls: f.alarm.as_ref().map(|a| Nulls {
+            drawn: a.nulls,
+            as_bad: a.as_bad,
+            directions: a.directions,
+            independent: a.independent,
+            chi2_gain: a.gain,
+        }),
+        bootstrap: f.bootstrap.map(|b| Bootstrapped { nulls: b.nulls, detected: b.detected, as_bad: b.as_bad }),
+    }
+}
+
+/// Term `i` of what was chosen, as a name.
+fn missing(d: &Decision, f: &Findings, i: usize) -> Missing {
+    let t = &d.chosen.structure.terms()[i];
+    let intervals = f.intervals.get(i);
+    let parameters = intervals.iter().flat_map(|v| &v.of);
+    let profiled = intervals.is_some_and(|v| v.profiled);
+    Missing {
+        mechanism: t.mechanism.name,
+        form: t.form.label,
+        probability: probability(d, i),
+        parameters: parameters
+            .map(|p| (p.name.to_string(), Parameter { value: p.value, unit: p.unit, ci95: [p.low, p.high] }))
+            .collect(),
+        intervals_by: if profiled { "profile likelihood" } else { "covariance" },
+        also_possible: d.ties.get(i).cloned().unwrap_or_default(),
+        text: format!("{}. {}", t.mechanism.sentence, t.mechanism.cure),
+        cure: t.mechanism.cure,
+        equation: t.mechanism.equation,
+        source: t.mechanism.source,
+        tie: f.ties.get(i).and_then(Option::as_ref).map(|tie| Tie {
+            set: tie.set.clone(),
+            trace_sigmas: tie.trace,
+            rho: tie.rho,
+            p_right: tie.p_right,
+            experiments: tie.proposals.iter().map(promised).collect(),
+        }),
+    }
+}
+
+fn promised(p: &experiment::Proposal) -> Experiment {
+    Experiment { name: p.name, text: p.text.clone(), separation_sigmas: p.sigmas, p_right: p.p_right }
+}
+
+fn candidate(r: &Rival) -> CandidateScore {
+    CandidateScore {
+        mechanism: r.name.clone(),
+        form: r.form.clone(),
+        origin: r.origin,
+        chi2_gain: r.gain,
+        heldout_nrmse: r.heldout,
+    }
+}
+
+fn cell(c: &Campaign, m: &map::Cell) -> Cell {
+    Cell {
+        level: c.levels.get(m.level).map(|l| l.1.clone()),
+        phase: PHASES[m.phase],
+        channel: m.channel.name(),
+        before: m.before,
+        after: m.after,
+    }
+}
+
+fn without_clip(channel: Channel, u: &unclipped::Unclipped) -> Unclipped {
+    Unclipped {
+        recording: u.file.clone(),
+        channel: channel.name(),
+        unit: channel.unit(),
+        read: u.read,
+        peak: u.peak,
+        ci95: [u.peak - 1.96 * u.sd, u.peak + 1.96 * u.sd],
+        clipped: u.clipped,
+    }
+}
+
+fn other_sensor(a: &Against) -> OtherSensor {
+    let mean = |m: &Mean, unit| Parameter { value: m.value, unit, ci95: [m.low, m.high] };
+    let (before, after) = a.misfit();
+    let reading = |r: &Reading| OtherReading {
+        recording: r.file.clone(),
+        lag: r.lag,
+        gain: r.gain,
+        nrmse: BeforeAfter { before: r.before, after: r.after },
+        unit: a.channel.unit(),
+        read: r.read,
+        without_limit: r.expected,
+        limited: r.limited,
+    };
+    OtherSensor {
+        campaign: a.other.clone(),
+        channel: a.channel.name(),
+        mechanism: a.mechanism(),
+        lag: mean(&a.lag, "s"),
+        gain: mean(&a.gain, "1"),
+        nrmse: BeforeAfter { before, after },
+        recordings: a.readings.iter().map(reading).collect(),
+    }
+}
+
+fn element(d: &Decision, f: &Findings, packed: Option<&Packed>) -> Element {
+    let mut parts: Vec<Origin> = Vec::new();
+    if d.detected {
+        parts.extend(d.chosen.structure.terms().iter().filter(|t| t.mechanism.named).map(|t| t.mechanism.origin));
+    }
+    let right = !parts.contains(&Origin::Contact) && !d.unexplained;
+    let text = if !f.gates.is_empty() {
+        "the FMU holds the simulation as given, calibrated; what is named is not in it, for it is not to be relied on"
+    } else if d.unexplained {
+        "the FMU holds what is known, calibrated; what stays unexplained is not in it"
+    } else if !d.detected {
+        "the contact element is right: the FMU holds it calibrated to these recordings"
+    } else if right {
+        "the contact element is right: the FMU holds it calibrated beside what has to be corrected elsewhere"
+    } else if parts.iter().all(|p| *p == Origin::Contact) {
+        "the FMU holds the mechanism found, switched on and calibrated"
+    } else {
+        "the FMU holds the contact's share of what was found, switched on and calibrated; correct the rest where it sits"
+    };
+    let through = packed.and_then(|p| p.through.as_ref());
+    Element {
+        right,
+        text,
+        fmu: packed.map(|_| "HysteresisContact.fmu"),
+        starts: packed
+            .map(|p| p.starts.iter().map(|(n, value, unit)| (*n, StartValue { value: *value, unit })).collect()),
+        predictions_run_through_it: packed.map(|_| through.is_some()),
+        largest_difference_over_range: through.map(|t| t.difference),
+    }
+}
+
+/// Probability that term `term`'s mechanism is missing; evenly shared with names that no recordings part from it.
+fn probability(d: &Decision, term: usize) -> f64 {
+    let t = &d.chosen.structure.terms()[term];
+    let held = |n: &&&str| d.ties.get(term).is_some_and(|tie| tie.contains(n));
+    let alike = t.mechanism.hints.collinear_with.iter().filter(held).count();
+    d.posterior.of(t.name()) / (1 + alike) as f64
+}
+
+fn unexplained(d: &Decision, f: &Findings) -> String {
+    if !d.unexplained {
+        return String::new();
+    }
+    if let Some(s) = d.excess_scatter {
+        return format!(
+            "the contact's stiffness differs by {:.1} % (rms) between recordings of the same level, where repeats scatter \
+             by {:.1} %: something between the recordings moved it (temperature, wear, a changed setting)",
+            100.0 * s,
+            100.0 * d.chosen.data.repeat_scatter
+        );
+    }
+    let what = match d.chosen.structure.terms().iter().find(|t| !t.mechanism.named) {
+        Some(t) => format!("{} (a stand-in, fitted as: {})", t.mechanism.sentence, t.form.label),
+        None if d.names_something() => {
+            format!("beside what is named, {:.0} % of force or more is likelier to be left than less", 100.0 * LARGE)
+        }
+        None => format!("the residual is overdispersed, {:.1} times white noise", d.overdispersion.1),
+    };
+    match &f.latent {
+        Some(l) => format!("{what}. {}", l.text),
+        None => what,
+    }
+}
+
+fn bias(d: &Decision, f: &Findings) -> BaseBias {
+    let (b, a) = (&d.base.fit.point.theta, &d.chosen.fit.point.theta);
+    let of = |i: usize| if d.detected { b[i] - a[i] } else { 0.0 };
+    let parameter = |b: &crate::bias::Bias| ParameterBias {
+        name: b.name,
+        unit: b.unit.clone(),
+        before: b.before,
+        after: b.after,
+        percent: b.percent,
+        sigmas: b.sigmas,
+    };
+    BaseBias { ln_force_at_reference_depth: of(0), exponent: of(1), parameters: f.bias.iter().map(parameter).collect() }
+}
+
+/// Where the cause of term `i` sits.
+fn place(c: &Campaign, d: &Decision, map: &[map::Cell], i: usize) -> Place {
+    let t = &d.chosen.structure.terms()[i];
+    let shares = shares(&d.chosen, i);
+    let strongest = (0..4).max_by(|a, b| shares[*a].total_cmp(&shares[*b])).unwrap_or(1);
+    let mut by_channel = [0.0; 3];
+    let mut by_level = vec![0.0; c.levels.len()];
+    for m in map {
+        by_channel[m.channel.index()] += m.gain.max(0.0);
+        by_level[m.level] += m.gain.max(0.0);
+    }
+    let channel = (0..3).max_by(|a, b| by_channel[*a].total_cmp(&by_channel[*b])).unwrap_or(0);
+    let channel = Channel::ALL[channel].name();
+    let most = by_level.iter().cloned().fold(0.0, f64::max);
+    let levels = c.levels.iter().zip(&by_level).filter(|(l, g)| l.0.is_finite() && **g >= 0.3 * most);
+    let span = span(d, strongest, &by_level);
+    let phase = PHASES[strongest];
+    Place {
+        origin: t.mechanism.origin.name(),
+        phase,
+        channel,
+        share: shares[strongest],
+        levels: levels.map(|(l, _)| l.0).collect(),
+        recording: span.as_ref().map(|s| s.0.clone()),
+        t_start: span.as_ref().map(|s| s.1),
+        t_end: span.as_ref().map(|s| s.2),
+        text: format!(
+            "{} acts most in the {phase} phase and shows most clearly in {channel}",
+            if t.mechanism.named { t.mechanism.name } else { "what is missing" },
+        ),
+    }
+}
+
+/// (recording, first and last sample time) of a phase's first stretch in the first recording of the level that shows most.
+fn span(d: &Decision, which: usize, by_level: &[f64]) -> Option<(String, f64, f64)> {
+    let level = (0..by_level.len()).max_by(|a, b| by_level[*a].total_cmp(&by_level[*b]))?;
+    let data = &d.chosen.data;
+    let r = data.records.iter().position(|r| r.level == level)?;
+    let (trace, _) = d.chosen.predict(r);
+    let rec = &data.records[r];
+    // its first stretch
+    let phases = phases(&trace);
+    let first = phases.iter().position(|p| *p == which)?;
+    let length = phases[first..].iter().take_while(|p| **p == which).count();
+    Some((rec.file.clone(), rec.setup.time[first], rec.setup.time[first + length - 1]))
+}
+
+fn evidence(e: &Evidences) -> Evidence {
+    let finite = |v: &[f64]| v.iter().map(|x| x.is_finite().then_some(*x)).collect();
+    let structure = |w: &evidence::Weighed| WeighedStructure {
+        mechanisms: w.names.clone(),
+        forms: w.forms.clone(),
+        named: w.named,
+        parameters: w.parameters,
+        chi2: w.chi2,
+        ln_evidence: finite(&w.ln[0]),
+        ln_evidence_drifting: finite(&w.ln[1]),
+        overdispersion: w.overdispersion,
+        overdispersion_left: w.left.is_finite().then_some(w.left),
+        at_bound: w.at_bound,
+        heldout_nrmse: w.heldout,
+    };
+    Evidence {
+        sizes: evidence::SIZES.to_vec(),
+        own_sizes: evidence::OWN_SIZES.to_vec(),
+        levels: e.levels,
+        structures: e.structures.iter().map(structure).collect(),
+        unknown: e
+            .unknown
+            .iter()
+            .map(|u| WeighedUnknown { beside: u.beside.clone(), place: u.place.words(), ln_evidence: finite(&u.ln) })
+            .collect(),
+    }
+}
