@@ -64,6 +64,7 @@ impl Decision {
             next = unpredicted(&posterior, &fits, &evidence);
         }
         let at = likeliest(&posterior, &fits, &evidence);
+        predicted[at].get_or_insert_with(|| held_out(&fits[at]));
         let chosen = fits[at].clone();
         let base = fits[0].clone();
         // what differs between recordings of one level is seen by no force within one
