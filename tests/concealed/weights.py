@@ -30,10 +30,10 @@ PARAMETERS = {
     "drift": (-2.0, 1.0),                      # ln weight of instruments that drift and hum
     "size": (0.0, 0.5),                        # ln weight of a discrepancy by step of its size
     "none": (0.0, 1.0),                        # ln weight of no discrepancy at all
-    "bound": (-1.0, 1.0),                      # ln weight of a structure with a parameter at a bound, of one that predicts levels not seen
-    "worse": (-4.0, 1.0),                      # worse than the simulation as given, of any name where there is one level only
+    "bound": (-1.0, 1.0),                      # ln weight of a structure with a parameter at a bound, of any name where there is one level only
     "one_level": (-0.5, 0.5),
-    "heldout": (0.5, 0.5),                     # ln weight of a structure that predicts levels not seen e times better than the simulation as given
+    "heldout": (0.5, 0.5),                     # weight of the ln of how many times better, and worse, a structure predicts levels not seen
+    "worse": (-20.0, 10.0),                    # than the simulation as given does
 }
 START = np.array([v[0] for v in PARAMETERS.values()])
 WIDTH = np.array([v[1] for v in PARAMETERS.values()])
@@ -89,7 +89,7 @@ def posterior(feature, theta):
     for h, of in sets.items():
         ln = np.array([x[2] + weight(x[0], x[1]) + t["drift"] * x[5] for x in of])
         mass[h], best = logsumexp(ln), of[int(ln.argmax())]
-        doubt[h] = t["bound"] * best[3] + (t["worse"] if best[4] < 0.0 else t["heldout"] * best[4]) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN))
+        doubt[h] = t["bound"] * best[3] + t["heldout"] * max(best[4], 0.0) + t["worse"] * max(-best[4], 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN))
         top = max(top, mass[h])
     temperature = np.exp(t["temperature"]) * left ** t["overdispersion"]
     prior = lambda h: 0.0 if h == NOTHING else t["unknown"] if h == UNKNOWN else t["single"] if len(h) == 1 else t["pair"]
@@ -113,7 +113,7 @@ class Stacked:
             left, levels, sets = feature
             for h, of in sets.items():
                 ends.append(len(rows))
-                rows += [(ln, KINDS.index(kind), -1 if i is None else i, bound, better < 0.0, max(better, 0.0), drifts) for kind, i, ln, bound, better, drifts in of]
+                rows += [(ln, KINDS.index(kind), -1 if i is None else i, bound, max(-better, 0.0), max(better, 0.0), drifts) for kind, i, ln, bound, better, drifts in of]
                 prior = "" if h == NOTHING else "unknown" if h == UNKNOWN else "single" if len(h) == 1 else "pair"
                 hyps.append((k, left, levels < 2 and h not in (NOTHING, UNKNOWN), PRIORS.index(prior), h == want))
         self.ln, self.kind, self.size, self.bound, self.worse, self.better, self.drifts = np.array(rows, float).T

@@ -1,10 +1,10 @@
 //! The decision: which names are given, whether the cause is unknown, or nothing is missing; by the posterior over what was
 //! tried and by what each predicts of levels not seen.
 
-use super::candidate::Candidate;
+use super::candidate::{Candidate, WHITE};
 use super::evidence::Evidences;
 use super::heldout::{folds, held_out, windows, Folds, HeldOut};
-use super::posterior::{Posterior, Table, POSSIBLE};
+use super::posterior::{Cause, Posterior, Table, POSSIBLE};
 use super::propose::Pool;
 use estimate::fitted::Fitted;
 
@@ -72,7 +72,9 @@ impl Decision {
         let scatters = excess_scatter.is_some();
         let (nothing, unknown) = (posterior.nothing(), posterior.unknown());
         let is_unknown = unknown > nothing.max(1.0 - nothing - unknown);
-        let leaves_much = at > 0 && posterior.causes.iter().any(|c| c.structure == Some(at) && c.large > 0.5);
+        let left = chosen.overdispersion();
+        let is_large = |c: &Cause| c.structure == Some(at) && c.large > 0.5;
+        let leaves_much = at > 0 && left > WHITE && posterior.causes.iter().any(is_large);
         let mut choices = Vec::new();
         if at > 0 && chosen.is_named() {
             let near = posterior.causes.iter().filter(|c| !c.names.is_empty()).filter_map(|c| c.structure);
@@ -84,7 +86,7 @@ impl Decision {
             detected: at > 0 || is_unknown || scatters,
             unexplained: is_unknown || scatters || leaves_much,
             ties: rivals(&posterior, &chosen),
-            overdispersion: (base.overdispersion(), chosen.overdispersion()),
+            overdispersion: (base.overdispersion(), left),
             before: predicted[0].take().unwrap_or_default(),
             after: predicted[at].take(),
             folds: None,

@@ -16,7 +16,9 @@ pub fn gates(d: &Decision, left: &Remainder) -> Vec<String> {
     }
     if d.after.as_ref().is_some_and(|a| a.nrmse > d.before.nrmse) {
         let what = if d.evidence.levels > 1 { "levels" } else { "recordings" };
-        v.push(format!("With the mechanisms named, {what} not seen are predicted worse than without."));
+        v.push(format!(
+            "With the mechanisms named, {what} not seen would be predicted worse; they are predicted by the simulation as given."
+        ));
     }
     v.extend(little_measured(d));
     if d.overdispersion.1 > WHITE {

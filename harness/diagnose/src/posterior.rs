@@ -40,13 +40,13 @@ pub struct Table {
     /// ln weight of the discrepancy's sizes, a step, and of none at all.
     pub size: f64,
     pub none: f64,
-    /// ln weight of a structure with a parameter at a bound, of one that predicts levels not seen worse than the simulation
-    /// as given, and of any name where there is one level only.
+    /// ln weight of a structure with a parameter at a bound, and of any name where there is one level only.
     pub bound: f64,
-    pub worse: f64,
     pub one_level: f64,
-    /// Weight of the ln of how many times better a structure predicts levels not seen than the simulation as given.
+    /// Weights of the ln of how many times better a structure predicts levels not seen than the simulation as given, and of
+    /// how many times worse.
     pub heldout: f64,
+    pub worse: f64,
     /// Probability that a set has to add up to, to hold the cause with 95 %.
     pub level: f64,
 }
@@ -183,9 +183,11 @@ impl Posterior {
         let doubt = |gathered: &Gathered| {
             gathered.best.map_or(0.0, |(_, i)| {
                 let given = e.structures[i].names.is_empty();
+                let better = e.better(i).unwrap_or(0.0);
                 let of = |is: bool, weight: f64| if is && !given { weight } else { 0.0 };
                 of(e.structures[i].at_bound, table.bound)
-                    + if e.is_worse(i) { table.worse } else { table.heldout * e.better(i).unwrap_or(0.0) }
+                    + table.heldout * better.max(0.0)
+                    + table.worse * (-better).max(0.0)
                     + of(e.levels < 2, table.one_level)
             })
         };

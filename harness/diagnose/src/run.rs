@@ -177,6 +177,10 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     if let (Some(a), Some(f)) = (&mut decision.after, &decision.folds) {
         f.put_in(a, &decision.chosen);
     }
+    // what would be predicted worse is predicted by the simulation as given: a name is no reason to do worse
+    if let Some(a) = decision.after.as_mut().filter(|a| a.nrmse > decision.before.nrmse) {
+        a.clone_from(&decision.before);
+    }
     if let Err(e) = &element {
         findings.caveats.push(format!("HysteresisContact.fmu is not written: {e}."));
     }
