@@ -11,6 +11,7 @@ pub const SIZES: [f64; 6] = [0.0, 0.001, 0.003, 0.01, 0.03, 0.1];
 pub const OWN_SIZES: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
 /// Sizes of the shared discrepancy beside it.
 const SHARED_BESIDE: [f64; 2] = [0.0, 0.01];
+
 /// A structure, weighed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weighed {
@@ -31,6 +32,24 @@ pub struct Weighed {
     pub at_bound: bool,
     /// Misfit over range on levels its fit did not see, where it was worked out.
     pub heldout: Option<f64>,
+}
+
+impl Weighed {
+    /// A fit of which no evidence is known.
+    pub fn without_evidence(f: &Fitted) -> Weighed {
+        Weighed {
+            names: f.names(),
+            forms: f.structure.terms().iter().map(|t| t.form.label).collect(),
+            named: f.is_named(),
+            parameters: f.parameters() as usize,
+            chi2: f.chi2(),
+            overdispersion: f.overdispersion(),
+            left: f64::NAN,
+            at_bound: !f.at_bounds().is_empty(),
+            heldout: None,
+            ln: [Vec::new(), Vec::new()],
+        }
+    }
 }
 
 /// A cause outside the vocabulary, beside a structure, weighed.
@@ -80,18 +99,7 @@ pub fn weighed(f: &Fitted) -> Option<Weighed> {
     let all = reduced.iter().zip(&ln).flat_map(|(r, ln)| ln.iter().zip(SIZES).map(move |(ln, size)| (r, size, *ln)));
     let (likeliest, size, _) = all.filter(|(_, _, ln)| ln.is_finite()).max_by(|a, b| a.2.total_cmp(&b.2))?;
     let left = likeliest.as_ref().and_then(|r| r.overdispersion(size));
-    Some(Weighed {
-        names: f.names(),
-        forms: f.structure.terms().iter().map(|t| t.form.label).collect(),
-        named: f.is_named(),
-        parameters: f.parameters() as usize,
-        chi2: f.chi2(),
-        overdispersion: f.overdispersion(),
-        left: finite(left),
-        at_bound: !f.at_bounds().is_empty(),
-        heldout: None,
-        ln,
-    })
+    Some(Weighed { left: finite(left), ln, ..Weighed::without_evidence(f) })
 }
 
 /// The evidence of a cause in no vocabulary beside `f`, by the place at which it enters.

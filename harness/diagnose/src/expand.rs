@@ -10,8 +10,10 @@ use rayon::prelude::*;
 /// Share of the best gain from which a candidate is fitted out.
 const REFINED_SHARE: f64 = 0.25;
 
+/// How every mechanism is fitted at first.
+pub(super) const QUICK: Options = Options { iterations: 12, tolerance: 1e-5, hopeless: 2.0, ceiling: f64::INFINITY };
 /// How a fit goes on that is worth it.
-const SLOW: Options = Options { iterations: 60, tolerance: 1e-5, hopeless: 0.0, ceiling: f64::INFINITY };
+pub(super) const SLOW: Options = Options { iterations: 60, tolerance: 1e-5, hopeless: 0.0, ceiling: f64::INFINITY };
 
 /// The term that a candidate of this search has been given.
 fn added(f: &Fitted) -> &Term {
@@ -84,10 +86,9 @@ impl Search {
         v
     }
 
-    /// `v`, one more effect beside `from`, best first, once more from where the best few have led, and carried on.
+    /// `v`, one more effect beside `from`, best first, once more from where the best has led, and carried on.
     pub fn expand_further(&self, from: &Fitted, v: &mut Vec<Fitted>) {
-        let quick = Options { iterations: 12, hopeless: 2.0, ..Options::default() };
-        let (improved, sifted) = self.warm_started(from, v, &quick, &SLOW, 2);
+        let (improved, sifted) = self.warm_started(from, v, &QUICK, &SLOW, 2);
         self.families(from, v, &sifted, &SLOW, &|name| improved.contains(&name));
         self.carry_on(v);
     }

@@ -2,7 +2,8 @@
 //! noise. What is not worth trying is left out here; what is believed is for the posterior to say.
 
 use super::candidate::Candidate;
-use super::evidence::{unknown, weighed, Evidences};
+use super::evidence::{unknown, weighed, Evidences, Weighed};
+use super::expand::{QUICK, SLOW};
 use super::posterior::{Posterior, Table, POSSIBLE};
 use super::search::Search;
 use estimate::fitted::Fitted;
@@ -29,8 +30,6 @@ const FURTHER: f64 = 3.0;
 const OTHERS: usize = 5;
 const MOST: usize = 3;
 
-/// How what is left of several mechanisms is fitted.
-const SLOW: Options = Options { iterations: 60, tolerance: 1e-5, hopeless: 0.0, ceiling: f64::INFINITY };
 /// chi^2 within which two fits of one structure are the same fit.
 const SAME: f64 = 0.5;
 
@@ -52,15 +51,18 @@ fn sorted_forms(f: &Fitted) -> Vec<(&'static str, &'static str)> {
 
 impl Pool {
     fn new(base: &Fitted, singles: Vec<Fitted>) -> Pool {
-        let evidence = Evidences { levels: base.data.levels().len(), ..Evidences::default() };
-        let mut pool = Pool { fits: Vec::new(), evidence, singles: Vec::new(), table: Table::calibrated() };
-        pool.take(vec![base.clone()]);
+        // the simulation as given has its place even where its evidence cannot be worked out
+        let given = weighed(base).unwrap_or_else(|| Weighed::without_evidence(base));
+        let levels = base.data.levels().len();
+        let evidence = Evidences { structures: vec![given], levels, ..Evidences::default() };
+        let mut pool = Pool { fits: vec![base.clone()], evidence, singles: Vec::new(), table: Table::calibrated() };
         pool.take_singles(singles);
         pool
     }
 
-    /// Weighs the best of `singles`.
-    fn take_singles(&mut self, singles: Vec<Fitted>) {
+    /// Weighs the best of `singles`, those that do no worse than the simulation as given.
+    fn take_singles(&mut self, mut singles: Vec<Fitted>) {
+        singles.retain(|c| c.chi2() <= self.fits[0].chi2() + 1.0);
         let calibrations = singles.iter().skip(SINGLES).filter(|s| s.calibrates());
         self.take(singles.iter().take(SINGLES).chain(calibrations).cloned().collect());
         self.singles = singles;
@@ -129,16 +131,14 @@ impl Search {
 
     /// Every mechanism beside `base`, best form each, best first; `base` fitted better where they have led to that.
     fn singles(&self, base: &mut Fitted) -> Vec<Fitted> {
-        let quick = Options { iterations: 12, hopeless: 2.0, ..Options::default() };
-        let mut singles = self.expand(base, &quick, 2, 6);
+        let mut singles = self.expand(base, &QUICK, 2, 6);
         let before = base.chi2();
         self.polish(base, &singles);
         if base.chi2() < before - STALLED.max(STALLED_SHARE * before) {
             // what was compared with a base that had stalled says nothing
-            singles = self.expand(base, &quick, 2, 6);
+            singles = self.expand(base, &QUICK, 2, 6);
             self.polish(base, &singles);
         }
-        singles.retain(|c| c.chi2() <= base.chi2() + 1.0);
         singles
     }
 
@@ -152,7 +152,6 @@ impl Search {
         if !pool.is_settled() {
             let mut singles = std::mem::take(&mut pool.singles);
             self.expand_further(&base, &mut singles);
-            singles.retain(|c| c.chi2() <= base.chi2() + 1.0);
             pool.take_singles(singles);
         }
         let alone = pool.likeliest(1);
