@@ -20,6 +20,8 @@ PARAMETERS = {
     "temperature": (np.log(3.0), 1.0),         # ln; of the evidence
     "overdispersion": (1.0, 0.5),              # power of the least overdispersion left, on the temperature
     "tail": (np.log(4.0), 1.0),                # ln; from where on evidence counts by its logarithm
+    "noise_temperature": (0.0, 1.0),           # added to both where noise alone, without a discrepancy, has the most evidence
+    "noise_tail": (0.0, 1.0),
     "single": (-2.0, 1.0),                     # ln prior of one mechanism, of two, of a cause that nobody has named, over that of none
     "pair": (-4.0, 1.0),
     "unknown": (-2.0, 1.0),
@@ -79,19 +81,26 @@ def features(verdict):
     return max(1.0, min(left, default=1.0)), e.get("levels", 3), out
 
 
+def noise_alone(sets):
+    """1 where the most evidence of all is without a discrepancy: the laws are right to the noise; else 0."""
+    ln, size = max(((x[2], x[1]) for of in sets.values() for x in of), key=lambda v: v[0])
+    return float(size == 0)
+
+
 def posterior(feature, theta):
     """{set: probability}."""
     t = dict(zip(PARAMETERS, theta))
     left, levels, sets = feature
+    alone = noise_alone(sets)
     weight = lambda kind, i: t.get(kind, 0.0) + (0.0 if i is None else t["none"] if i == 0 else t["size"] * (i - 1))
-    top, tail = -np.inf, np.exp(t["tail"])
+    top, tail = -np.inf, np.exp(t["tail"] + t["noise_tail"] * alone)
     mass, doubt = {}, {}
     for h, of in sets.items():
         ln = np.array([x[2] + weight(x[0], x[1]) + t["drift"] * x[5] for x in of])
         mass[h], best = logsumexp(ln), of[int(ln.argmax())]
         doubt[h] = t["bound"] * best[3] + t["heldout"] * max(best[4], 0.0) + t["worse"] * max(-best[4], 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN))
         top = max(top, mass[h])
-    temperature = np.exp(t["temperature"]) * left ** t["overdispersion"]
+    temperature = np.exp(t["temperature"] + t["noise_temperature"] * alone) * left ** t["overdispersion"]
     prior = lambda h: 0.0 if h == NOTHING else t["unknown"] if h == UNKNOWN else t["single"] if len(h) == 1 else t["pair"]
     score = {h: prior(h) + doubt[h] - tail * np.log1p((top - m) / (tail * temperature)) for h, m in mass.items()}
     whole = logsumexp(list(score.values()))
@@ -108,9 +117,10 @@ class Stacked:
     """All cases' evidence in flat arrays, so that one loss costs a few array operations."""
 
     def __init__(self, cases):
-        rows, hyps, ends = [], [], []
+        rows, hyps, ends, alone = [], [], [], []
         for k, (feature, want, weight) in enumerate(cases):
             left, levels, sets = feature
+            alone.append(noise_alone(sets))
             for h, of in sets.items():
                 ends.append(len(rows))
                 rows += [(ln, KINDS.index(kind), -1 if i is None else i, bound, max(-better, 0.0), max(better, 0.0), drifts) for kind, i, ln, bound, better, drifts in of]
@@ -120,7 +130,7 @@ class Stacked:
         self.kind = self.kind.astype(int)
         self.case, self.left, self.one, self.prior, self.want = np.array(hyps, float).T
         self.case, self.prior, self.want = self.case.astype(int), self.prior.astype(int), self.want.astype(bool)
-        self.starts, self.n = np.array(ends), len(cases)
+        self.starts, self.n, self.alone = np.array(ends), len(cases), np.array(alone)
         self.lengths = np.diff([*ends, len(rows)])
         self.weight = np.array([w for _, _, w in cases])
 
@@ -135,7 +145,9 @@ class Stacked:
         doubt = t["bound"] * of_best(self.bound) + t["worse"] * of_best(self.worse) + t["heldout"] * of_best(self.better) + t["one_level"] * self.one
         top = np.full(self.n, -np.inf)
         np.maximum.at(top, self.case, mass)
-        tail, temperature = np.exp(t["tail"]), np.exp(t["temperature"]) * self.left ** t["overdispersion"]
+        alone = self.alone[self.case]
+        tail = np.exp(t["tail"] + t["noise_tail"] * alone)
+        temperature = np.exp(t["temperature"] + t["noise_temperature"] * alone) * self.left ** t["overdispersion"]
         score = np.array([t.get(k, 0.0) for k in PRIORS])[self.prior] + doubt - tail * np.log1p((top[self.case] - mass) / (tail * temperature))
         most = np.full(self.n, -np.inf)
         np.maximum.at(most, self.case, score)

@@ -4,11 +4,13 @@ use anyhow::{Context, Result};
 use record::Campaign;
 use std::path::Path;
 
-/// Reads the campaign in `dir` and leaves out the recordings without an impact.
+/// Reads the campaign in `dir`, leaves out the recordings without an impact, and of long ones what the impact does not
+/// reach.
 ///
 /// # Errors
 /// Everything wrong with it, a line each; or that no recording is left.
 pub fn load(dir: &Path) -> Result<Campaign> {
     let c = record::load(dir, &mechanisms::terms())?;
-    estimate::usable::usable(c).with_context(|| dir.display().to_string())
+    let c = estimate::usable::usable(c).with_context(|| dir.display().to_string())?;
+    Ok(estimate::window::windowed(c))
 }

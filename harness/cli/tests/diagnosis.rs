@@ -7,7 +7,7 @@ use report::diagnosis::summary;
 use std::path::Path;
 
 fn load(dir: &Path) -> Campaign {
-    record::load(dir, &mechanisms::terms()).unwrap()
+    estimate::window::windowed(record::load(dir, &mechanisms::terms()).unwrap())
 }
 
 fn outcome(recipe: &Recipe) -> Outcome {
@@ -65,6 +65,23 @@ fn hidden_friction_is_named_sized_and_improves_levels_not_seen() {
     let p = &o.verdict.missing[0].parameters["friction"];
     assert!((p.value - 0.8).abs() < 0.12, "{p:?}");
     assert!(o.after.unwrap().nrmse < o.before.nrmse);
+}
+
+#[test]
+fn long_and_dense_recordings_give_the_name_of_the_short_one_and_predictions_of_every_sample() {
+    // 0.2 s after the drop; and 50 samples for one
+    for (samples, interval) in [(20_000, 1e-5), (35_000, 2e-7)] {
+        let mut r = Recipe { samples, interval, ..Recipe::default() };
+        r.physics.guide_friction.coulomb = 0.8;
+        let o = outcome(&r);
+        assert_eq!(names(&o), ["guide_friction"], "{samples}");
+        assert!(o.data.samples() <= 3 * 10 * 2400, "{}", o.data.samples());
+        let judged = |c: &String| c.contains(&format!("of {} samples", 10 * samples));
+        assert!(o.findings.caveats.iter().any(judged), "{:?}", o.findings.caveats);
+        for y in o.after.unwrap().of_every_sample() {
+            assert!(y.iter().all(|y| y.len() == samples && y.iter().all(|v| v.is_finite())));
+        }
+    }
 }
 
 #[test]

@@ -3,9 +3,8 @@
 use mechanisms::load_history::LoadHistory;
 use mechanisms::physics::Physics;
 use plant::chain::readings;
-use plant::integrate::Control;
 use plant::recipe::{write_campaign, Recipe};
-use plant::simulate::{simulate, Local, Setup, TOLERANCE};
+use plant::simulate::{simulate, Local, Setup};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use record::Kind;
@@ -53,20 +52,8 @@ fn assert_truth(v: &Value, physics: &Physics, share: [f64; 3]) {
 }
 
 fn setup(kind: Kind, time: Vec<f64>, order: usize) -> Setup {
-    Setup {
-        kind,
-        time,
-        history: LoadHistory::alike(order as f64 - 1.0),
-        travel: 0.004,
-        preload: 0.0,
-        rate: 900.0,
-        imposed: Vec::new(),
-        imposed_rate: Vec::new(),
-        depth: 1e-4,
-        speed: 0.4,
-        duration: 1e-3,
-        control: Control::dense(TOLERANCE),
-    }
+    let drop = Setup::drop_test(time, 1e-4, 0.4, 1e-3);
+    Setup { kind, history: LoadHistory::alike(order as f64 - 1.0), travel: 0.004, rate: 900.0, ..drop }
 }
 
 /// Writes columns with noise of the standard deviations `sd`.

@@ -11,6 +11,8 @@ pub const DETECT_TOLERANCE: f64 = 11.0;
 pub const PENALTY: f64 = 4.0;
 /// Overdispersion up to which a residual counts as noise.
 pub const WHITE: f64 = 1.25;
+/// The same where one more effect could hide in what lies between.
+pub const WHITE_ALONE: f64 = 1.05;
 
 /// Mean square by which the stiffness of repeats differs, over that of repeat scatter, which no scatter has; and the
 /// degrees of freedom from which it is judged.

@@ -4,7 +4,7 @@
 use super::heldout::{misfit, HeldOut};
 use anyhow::{ensure, Context, Result};
 use estimate::fitted::Fitted;
-use estimate::problem::Data;
+use estimate::problem::{Data, Problem};
 use host::{Fmu, FmuElement, Names};
 use hysteresis_contact::variables::{Settings, PARAMETER_TABLE};
 use law::Parameters;
@@ -25,6 +25,8 @@ pub struct Packed {
 pub struct Through {
     /// As [`HeldOut::readings`].
     pub readings: Vec<[Vec<f64>; 3]>,
+    /// As [`HeldOut::whole`].
+    pub whole: Vec<[Vec<f64>; 3]>,
     /// Misfit over range of those, as [`HeldOut::nrmse`].
     pub nrmse: f64,
     /// Largest difference from the diagnosis' own simulation, over the range of its channel.
@@ -110,5 +112,14 @@ fn through(c: &Fitted, h: &HeldOut, fmu: &[u8]) -> Result<Through> {
         difference
     );
     let nrmse = misfit(data, &readings);
-    Ok(Through { readings, nrmse, difference })
+    let mut whole = Vec::new();
+    if let Some(data) = data.whole() {
+        let problem = Problem::new(&data, c.structure.model());
+        for (r, (theta, local)) in h.points.iter().enumerate() {
+            let (_, y) =
+                problem.predict_on(theta, r, local, &make, steps).with_context(|| data.records[r].file.clone())?;
+            whole.push(y);
+        }
+    }
+    Ok(Through { readings, whole, nrmse, difference })
 }

@@ -10,6 +10,9 @@ use rayon::prelude::*;
 /// Share of the best gain from which a candidate is fitted out.
 const REFINED_SHARE: f64 = 0.25;
 
+/// The same for a fit that has converged already.
+const RIVAL_SHARE: f64 = 0.75;
+
 /// How every mechanism is fitted at first.
 pub(super) const QUICK: Options = Options { iterations: 12, tolerance: 1e-5, hopeless: 2.0, ceiling: f64::INFINITY };
 /// How a fit goes on that is worth it.
@@ -47,7 +50,8 @@ impl Search {
             .filter_map(|(i, f)| {
                 let gain = from.chi2() - f.chi2();
                 let is_nonlinear = added(f).mechanism.hints.strongly_nonlinear;
-                if (rank < keep && (rank < 2 || gain > REFINED_SHARE * top))
+                if (rank < keep
+                    && (rank < 2 || gain > REFINED_SHARE * top && (!f.fit.converged || gain > RIVAL_SHARE * top)))
                     || (is_nonlinear && gain > 0.1 * top && keep > 3)
                 {
                     rank += 1;

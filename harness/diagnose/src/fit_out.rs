@@ -1,7 +1,7 @@
 //! Candidates fitted out: from the law that others have led to (warm starts), in every form of their mechanism, with
 //! further parameters, and from perturbed restarts out of local minima.
 
-use super::candidate::{Candidate, DETECT, WHITE};
+use super::candidate::{Candidate, DETECT, WHITE, WHITE_ALONE};
 use super::search::Search;
 use estimate::fitted::Fitted;
 use estimate::problem::{Options, Problem};
@@ -11,10 +11,10 @@ use rayon::prelude::*;
 /// Mechanisms fitted in every form, and the share of the best gain within which they have to lie.
 const FAMILIES: usize = 4;
 const FAMILY_SHARE: f64 = 0.25;
+/// The same where the best leaves noise alone: forms of one mechanism differ by less.
+const FAMILY_SHARE_WHITE: f64 = 0.1;
 /// Share of the best gain by which a form may lie above its mechanism's best after the first steps, to be fitted on.
 const BEHIND: f64 = 0.1;
-/// Overdispersion of the residual from which a form is extended.
-const EXTENDED: f64 = 1.05;
 /// Share of the base's overdispersion from which what the best leaves is more than a form that is not quite the one present.
 const LEFT: f64 = 0.05;
 /// The best few, which are fitted on where they leave more than noise.
@@ -100,9 +100,11 @@ impl Search {
         let named = |c: &Fitted| c.structure.last().is_some_and(|t| t.mechanism.named);
         // what stands in for the unknown absorbs some of everything: names are compared with the best name
         let best_named = v.iter().find(|c| named(c)).map_or(best, |c| c.cost());
+        let is_white = v.first().is_some_and(|c| c.overdispersion() <= WHITE_ALONE);
+        let share = if is_white { FAMILY_SHARE_WHITE } else { FAMILY_SHARE };
         let is_near = |c: &Fitted| {
             let best = if named(c) { best_named } else { best };
-            c.cost() - best < (FAMILY_SHARE * (from.chi2() - best)).max(DETECT)
+            c.cost() - best < (share * (from.chi2() - best)).max(DETECT)
         };
         let near = (0..v.len()).filter(|i| is_near(&v[*i])).take(FAMILIES);
         let near: Vec<usize> = near.filter(|i| asked(v[*i].added())).collect();
@@ -136,7 +138,7 @@ impl Search {
         let mut forms: Vec<(usize, Fitted)> = near.iter().map(|i| (*i, v[*i].clone())).collect();
         forms.extend(fitted);
         keep_better(v, forms.clone());
-        let coloured: Vec<usize> = near.iter().copied().filter(|i| v[*i].overdispersion() > EXTENDED).collect();
+        let coloured: Vec<usize> = near.iter().copied().filter(|i| v[*i].overdispersion() > WHITE_ALONE).collect();
         let extended: Vec<(usize, Fitted)> = forms
             .par_iter()
             .filter(|(i, _)| coloured.contains(i))
@@ -146,8 +148,10 @@ impl Search {
             })
             .collect();
         keep_better(v, extended);
+        let is_behind = |c: &Fitted| c.cost() - best > (BEHIND * gain).max(DETECT);
         let restarted: Vec<(usize, Fitted)> = near
             .into_par_iter()
+            .filter(|i| !is_behind(&v[*i]))
             .flat_map_iter(|i| PERTURBATIONS.map(|d| (i, d)))
             .filter_map(|(i, d)| Some((i, restarted_from(&v[i], d, options)?)))
             .collect();
@@ -158,7 +162,7 @@ impl Search {
     /// The best few fitted on until they have converged: bounces make valleys that are long, and what has not come to
     /// their end leaves more than its form does.
     pub(super) fn carry_on(&self, v: &mut [Fitted]) {
-        let unfinished = |c: &Fitted| !c.fit.converged && c.overdispersion() > EXTENDED;
+        let unfinished = |c: &Fitted| !c.fit.converged && c.overdispersion() > WHITE_ALONE;
         let few: Vec<(usize, &Fitted)> = v.iter().enumerate().take(BEST).filter(|(_, c)| unfinished(c)).collect();
         let found: Vec<(usize, Fitted)> = few.into_par_iter().map(|(i, c)| (i, c.carried_on())).collect();
         keep_better(v, found);

@@ -21,6 +21,8 @@ pub struct Fold {
 #[derive(Clone, Default)]
 pub struct HeldOut {
     pub readings: Vec<[Vec<f64>; 3]>,
+    /// The same of every sample of the recordings, where not all are judged; else empty.
+    pub whole: Vec<[Vec<f64>; 3]>,
     pub nrmse: f64,
     /// What each recording was predicted with: the model's parameters and the recording's own.
     pub points: Vec<(Vec<f64>, Vec<f64>)>,
@@ -33,8 +35,20 @@ pub struct HeldOut {
 pub struct Folds {
     /// Indices of the recordings that each fold left out, and the names it chose.
     pub names: Vec<(Vec<usize>, Vec<&'static str>)>,
-    /// Predictions by those.
+    /// Predictions by those, and of every sample, as [`HeldOut::whole`].
     pub readings: Vec<[Vec<f64>; 3]>,
+    pub whole: Vec<[Vec<f64>; 3]>,
+}
+
+impl HeldOut {
+    /// Predictions of every sample of each recording, judged or not.
+    pub fn of_every_sample(&self) -> &[[Vec<f64>; 3]] {
+        if self.whole.is_empty() {
+            &self.readings
+        } else {
+            &self.whole
+        }
+    }
 }
 
 impl Folds {
@@ -44,6 +58,9 @@ impl Folds {
             if *names != chosen.names() {
                 for r in out {
                     after.readings[*r].clone_from(&self.readings[*r]);
+                    if let (Some(to), Some(from)) = (after.whole.get_mut(*r), self.whole.get(*r)) {
+                        to.clone_from(from);
+                    }
                 }
             }
         }
@@ -62,15 +79,19 @@ impl Folds {
     }
 }
 
-/// Recordings left out together: a level, or where there is one only, each recording by itself.
+/// Folds at most: with many levels several are left out together, so that time grows with the recordings and not with
+/// their square.
+const FOLDS: usize = 10;
+
+/// Recordings left out together: a level, or where there is one only, each recording by itself; of more than [`FOLDS`]
+/// every tenth with the first, with the second, and so on.
 fn groups(data: &Data) -> Vec<Vec<usize>> {
     let n = data.records.len();
     let levels = data.levels();
-    if levels.len() > 1 {
-        levels.iter().map(|l| (0..n).filter(|r| data.records[*r].level == *l).collect()).collect()
-    } else {
-        (0..n).map(|r| vec![r]).collect()
-    }
+    let place = |r: usize| levels.partition_point(|l| *l < data.records[r].level);
+    let group = |r: usize| if levels.len() > 1 { place(r) % FOLDS } else { r % FOLDS };
+    let count = if levels.len() > 1 { levels.len() } else { n }.min(FOLDS);
+    (0..count).map(|k| (0..n).filter(|r| group(*r) == k).collect()).collect()
 }
 
 /// `candidate` fitted without the recordings `out`; of a single recording, to its first half cycle.
@@ -142,7 +163,14 @@ pub fn held_out(candidate: &Fitted) -> HeldOut {
         points[r] = p;
     }
     let nrmse = misfit(data, &readings);
-    HeldOut { readings, nrmse, points, folds }
+    let whole = match data.whole() {
+        Some(whole) => {
+            let problem = Problem::new(&whole, candidate.structure.model());
+            points.iter().enumerate().map(|(r, (theta, local))| problem.predict(theta, r, local).1).collect()
+        }
+        None => Vec::new(),
+    };
+    HeldOut { readings, whole, nrmse, points, folds }
 }
 
 /// Every recording predicted without its level by the likeliest of `choices` (the simulation as given first), each fold
@@ -157,12 +185,17 @@ pub fn folds(choices: &[(&Fitted, &HeldOut)], table: &Table) -> Folds {
         })
         .collect();
     let mut readings: Vec<[Vec<f64>; 3]> = vec![Default::default(); given.data.records.len()];
+    let mut whole = by_given.whole.clone();
     for (out, chosen) in &names {
+        let by = choices[*chosen].1;
         for r in out {
-            readings[*r].clone_from(&choices[*chosen].1.readings[*r]);
+            readings[*r].clone_from(&by.readings[*r]);
+            if let (Some(to), Some(from)) = (whole.get_mut(*r), by.whole.get(*r)) {
+                to.clone_from(from);
+            }
         }
     }
-    Folds { names: names.into_iter().map(|(out, i)| (out, choices[i].0.names())).collect(), readings }
+    Folds { names: names.into_iter().map(|(out, i)| (out, choices[i].0.names())).collect(), readings, whole }
 }
 
 /// Index of the likeliest of `fits`, the simulation as given first, by their evidence.

@@ -25,6 +25,10 @@ pub struct Table {
     pub overdispersion: f64,
     /// ln of the difference from which on evidence counts by its logarithm.
     pub tail: f64,
+    /// What is added to `temperature` and to `tail` where the most evidence of all is without a discrepancy: the laws
+    /// are right to the noise.
+    pub noise_temperature: f64,
+    pub noise_tail: f64,
     /// ln prior of one mechanism, of several, and of an unknown cause, over that of nothing.
     pub single: f64,
     pub pair: f64,
@@ -145,6 +149,8 @@ impl Posterior {
         };
         let size_weight = |i: usize| if i == 0 { table.none } else { table.size * (i - 1) as f64 };
         let mut left = f64::INFINITY;
+        // the most evidence of all, and whether it is without a discrepancy
+        let mut most = (f64::NEG_INFINITY, false);
         for (at, w) in e.structures.iter().enumerate() {
             if w.left.is_finite() {
                 left = left.min(w.left);
@@ -155,6 +161,9 @@ impl Posterior {
             }
             for (drifts, of) in w.ln.iter().enumerate() {
                 for (i, ln) in of.iter().enumerate().filter(|(_, ln)| ln.is_finite()) {
+                    if *ln > most.0 {
+                        most = (*ln, i == 0);
+                    }
                     let ln = ln + size_weight(i) + drifts as f64 * table.drift;
                     if !w.named {
                         add(vec![UNKNOWN], ln + table.stand_in, None, false);
@@ -169,11 +178,17 @@ impl Posterior {
         }
         for ln in e.unknown.iter().flat_map(|u| &u.ln).filter(|ln| ln.is_finite()) {
             add(vec![UNKNOWN], ln + table.own, None, false);
+            if *ln > most.0 {
+                most = (*ln, false);
+            }
         }
         let left = if left.is_finite() { left.max(1.0) } else { 1.0 };
         let mass: Vec<f64> = causes.iter().map(|c| ln_sum(&c.1.ln)).collect();
         let top = mass.iter().cloned().fold(f64::NEG_INFINITY, f64::max);
-        let (tail, temperature) = (table.tail.exp(), table.temperature.exp() * left.powf(table.overdispersion));
+        let noise_alone = f64::from(u8::from(most.1));
+        let tail = (table.tail + noise_alone * table.noise_tail).exp();
+        let temperature =
+            (table.temperature + noise_alone * table.noise_temperature).exp() * left.powf(table.overdispersion);
         let prior = |names: &[&str]| match names {
             [] => 0.0,
             [UNKNOWN] => table.unknown,
@@ -276,6 +291,8 @@ mod tests {
             temperature: 0.0,
             overdispersion: 1.0,
             tail: 20.0,
+            noise_temperature: 0.0,
+            noise_tail: 0.0,
             single: 0.0,
             pair: 0.0,
             unknown: 0.0,
@@ -302,6 +319,18 @@ mod tests {
         assert!((p.of("gravity") - want).abs() < 1e-6, "{p:?}");
         assert!((p.nothing() + p.of("gravity") - 1.0).abs() < 1e-12);
         assert_eq!(p.credible_set().len(), 1);
+    }
+
+    #[test]
+    fn where_the_laws_are_right_to_the_noise_evidence_counts_for_more() {
+        let table = Table { tail: 0.0, noise_tail: 2.0, ..plain() };
+        let of = |discrepancy: f64| {
+            let mut best = weighed(&["gravity"], true, 30.0);
+            best.ln[0][1] += discrepancy;
+            let structures = vec![weighed(&[], true, 0.0), best];
+            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3 }, &table).nothing()
+        };
+        assert!(of(-1.0) < 0.1 * of(1.0), "{} {}", of(-1.0), of(1.0));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Which structures are weighed: mechanisms added one at a time beside what is likeliest, for as long as that leaves more than
 //! noise. What is not worth trying is left out here; what is believed is for the posterior to say.
 
-use super::candidate::Candidate;
+use super::candidate::{Candidate, WHITE_ALONE};
 use super::evidence::{unknown, weighed, Evidences, Weighed};
 use super::expand::{QUICK, SLOW};
 use super::posterior::{Posterior, Table, POSSIBLE};
@@ -15,8 +15,7 @@ const STALLED: f64 = 100.0;
 const STALLED_SHARE: f64 = 0.02;
 /// Structures of one mechanism that are weighed.
 const SINGLES: usize = 8;
-/// Overdispersion of one mechanism's residual up to which nothing is sought beside it where it gained more than this.
-const WHITE_ALONE: f64 = 1.05;
+/// Gain of one mechanism that leaves noise alone from which nothing is sought beside it.
 const FAINT: f64 = 3000.0;
 /// First mechanisms beside which a second is sought, and seconds weighed beside each.
 const FIRSTS: usize = 2;

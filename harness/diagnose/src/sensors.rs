@@ -298,6 +298,7 @@ mod tests {
                 start_speed: None,
                 spring_preload: None,
                 time: (0..y.len()).map(|k| k as f64 * dt).collect(),
+                whole: None,
                 channels: [None, Some(y), None],
                 columns: Vec::new(),
                 rows: Vec::new(),

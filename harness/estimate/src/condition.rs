@@ -120,6 +120,7 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
             setup: Setup {
                 kind: c.kind,
                 time: r.time.clone(),
+                began: r.whole.as_ref().unwrap_or(&r.time)[0],
                 history: LoadHistory::default(),
                 travel: c.travel.unwrap_or(0.0),
                 preload: r.spring_preload.unwrap_or(0.0),
@@ -132,6 +133,7 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
                 control: plant::integrate::Control::dense(plant::simulate::TOLERANCE),
             },
             file: r.file.clone(),
+            whole: r.whole.clone(),
             level: r.level,
             y: r.channels.clone(),
             weight: [vec![1.0; n], vec![1.0; n], vec![1.0; n]],

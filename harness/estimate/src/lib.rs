@@ -21,5 +21,6 @@ pub mod structure;
 pub mod usable;
 pub mod vertices;
 mod watch;
+pub mod window;
 
 pub use watch::Watch;

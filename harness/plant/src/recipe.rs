@@ -19,6 +19,9 @@ pub struct Recipe {
     pub seed: u64,
     /// Whether the speeds given are those at touch, as the format has it; else those at the first sample.
     pub speed_at_touch: bool,
+    /// Samples of a recording, and the time between them, s.
+    pub samples: usize,
+    pub interval: f64,
 }
 
 impl Default for Recipe {
@@ -27,7 +30,7 @@ impl Default for Recipe {
         physics.law.elastic.stiffness = 2.0e7;
         physics.law.elastic.exponent = 1.5;
         physics.law.hysteresis_damping.coefficient = 4.0e6;
-        Recipe { physics, noise: [1.0, 2.0, 2e-6], seed: 1, speed_at_touch: false }
+        Recipe { physics, noise: [1.0, 2.0, 2e-6], seed: 1, speed_at_touch: false, samples: 700, interval: 1e-5 }
     }
 }
 
@@ -58,7 +61,7 @@ pub fn write_campaign(dir: &Path, recipe: &Recipe) -> std::io::Result<()> {
             let nominal = (2.0 * GRAVITY * height).sqrt();
             let speed = nominal * (1.0 + 0.01 * normal(&mut rng));
             let start = 1e-3 * (0.8 + 0.4 * rng.random::<f64>());
-            let time: Vec<f64> = (0..700).map(|i| 1e-5 * f64::from(i)).collect();
+            let time: Vec<f64> = (0..recipe.samples).map(|i| recipe.interval * i as f64).collect();
             let setup = Setup {
                 history: LoadHistory::alike(f64::from(order) - 1.0),
                 ..Setup::drop_test(time.clone(), 3e-4, speed, 2e-3)
@@ -69,7 +72,7 @@ pub fn write_campaign(dir: &Path, recipe: &Recipe) -> std::io::Result<()> {
             let zero = [normal(&mut rng), normal(&mut rng), 2e-6 * normal(&mut rng)];
             let mut csv = String::from("time [s],force [N],acceleration [m/s^2],penetration [m]\n");
             for (i, t) in time.iter().enumerate() {
-                csv += &format!("{t:.6e}");
+                csv += &format!("{t:.9e}");
                 for c in 0..3 {
                     csv += &format!(",{:.6e}", y[c][i] + zero[c] + recipe.noise[c] * normal(&mut rng));
                 }

@@ -16,6 +16,8 @@ pub struct Setup {
     pub kind: Kind,
     /// Sample times on the recording's own clock, s.
     pub time: Vec<f64>,
+    /// When the recording began, s: where a speed at its first sample was measured. Counts where it lies before `time`.
+    pub began: f64,
     /// Load the contact had taken before.
     pub history: LoadHistory,
     /// Contactor: distance from rest to the stop m, preload N, rate N/m.
@@ -44,6 +46,11 @@ impl Setup {
         }
     }
 
+    /// When the recording began, s: its first sample at the latest.
+    pub fn beginning(&self) -> f64 {
+        self.began.min(self.time[0])
+    }
+
     /// Forces on the body along +x other than contact and weight, N: the rig's own and those of all parts of `p`, at `t`
     /// s after release or touch, position `x` m, speed `v` m/s.
     #[inline]
@@ -61,6 +68,7 @@ impl Setup {
     pub fn drop_test(time: Vec<f64>, depth: f64, speed: f64, duration: f64) -> Setup {
         Setup {
             kind: Kind::DropTest,
+            began: time.first().copied().unwrap_or(f64::INFINITY),
             time,
             history: LoadHistory::default(),
             travel: 0.0,

@@ -214,7 +214,7 @@ fn free<'a>(
     if s.kind == Kind::DropTest {
         y = rig.along(0.0, local.speed);
         out.touch = clock;
-        rig.fall_apart((clock - s.time[0]).max(0.0), &mut y);
+        rig.fall_apart((clock - s.beginning()).max(0.0), &mut y);
         forward_from = s.time.partition_point(|t| *t < clock);
         out.ok = approach(p, s, local, y, &within(0.1 * s.duration), &mut out)?;
         if !out.ok {
@@ -272,14 +272,14 @@ fn free<'a>(
 fn approach(p: &Physics, s: &Setup, local: &Local, y: State, control: &Control, out: &mut Trace) -> Result<bool> {
     let clock = local.start;
     let mut i = s.time.partition_point(|t| *t < clock);
-    if i == 0 {
+    if i == 0 && s.beginning() >= clock {
         out.first_speed = local.speed;
         return Ok(true);
     }
     let mut rig = Rig::new(p, s, None).approaching();
     let mut back = y;
     rig.release(0.0, &mut back, true);
-    let ok = integrate(&mut rig, 0.0, &mut back, s.time[0] - clock, control, |r, st| {
+    let ok = integrate(&mut rig, 0.0, &mut back, s.beginning() - clock, control, |r, st| {
         let until = st.t0 + st.h;
         while i > 0 && s.time[i - 1] - clock >= until - 1e-15 {
             let tau = s.time[i - 1] - clock;
@@ -310,7 +310,7 @@ fn followed<'a>(
     let mut i = s.time.partition_point(|t| *t < clock);
     let y = if s.kind == Kind::DropTest {
         let mut y = motion.start(0.0, 0.0, local.speed);
-        motion.fall_apart((clock - s.time[0]).max(0.0), &mut y);
+        motion.fall_apart((clock - s.beginning()).max(0.0), &mut y);
         out.touch = clock;
         let first = Control { first: control.first.min(0.1 * s.duration), ..*control };
         out.ok = approach(p, s, local, y, &first, &mut out)?;

@@ -96,6 +96,8 @@ pub struct Recording {
     pub spring_preload: Option<f64>,
     /// s, strictly increasing
     pub time: Vec<f64>,
+    /// Times of all samples, s, where `time` holds a window of them or means; None: `time` holds all.
+    pub whole: Option<Vec<f64>>,
     /// Indexed by `Channel::index`.
     pub channels: [Option<Vec<f64>>; 3],
     /// The file's columns in order, to write predictions in the same units.
@@ -110,18 +112,17 @@ impl Recording {
         self.rows.first().map_or(self.time[0], |r| r.time)
     }
 
-    /// The sample that a row became; of a row left out the nearest in time.
+    /// The sample that a row became, of all that were taken; of a row left out the nearest in time.
     pub fn sample_of(&self, row: &Row) -> usize {
-        row.sample.unwrap_or_else(|| {
-            let next = self.time.partition_point(|t| *t < row.time).min(self.time.len() - 1);
-            let last = next.saturating_sub(1);
-            let nearer = (row.time - self.time[last]).abs() < (self.time[next] - row.time).abs();
-            if nearer {
-                last
-            } else {
-                next
-            }
-        })
+        row.sample.unwrap_or_else(|| nearest(self.whole.as_ref().unwrap_or(&self.time), row.time))
+    }
+
+    /// The sample that is judged, the nearest in time to a row.
+    pub fn judged_sample_of(&self, row: &Row) -> usize {
+        match self.whole {
+            Some(_) => nearest(&self.time, row.time),
+            None => self.sample_of(row),
+        }
     }
 }
 
@@ -164,6 +165,17 @@ impl Campaign {
         for r in &mut self.recordings {
             r.level = used.partition_point(|l| *l < r.level);
         }
+    }
+}
+
+/// Index of the time nearest to `t` in `time`, which increases and holds one at least.
+fn nearest(time: &[f64], t: f64) -> usize {
+    let next = time.partition_point(|u| *u < t).min(time.len() - 1);
+    let last = next.saturating_sub(1);
+    if (t - time[last]).abs() < (time[next] - t).abs() {
+        last
+    } else {
+        next
     }
 }
 

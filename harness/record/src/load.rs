@@ -57,6 +57,7 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
                     start_speed: l.start_speed,
                     spring_preload: l.spring_preload,
                     time: s.time,
+                    whole: None,
                     channels: s.channels,
                     columns: s.columns,
                     rows: s.rows,

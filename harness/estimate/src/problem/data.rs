@@ -10,6 +10,8 @@ use record::{Channel, Kind};
 pub struct Record {
     pub setup: Setup,
     pub file: String,
+    /// Times of all samples, s, where the setup's are a window of them or means; see [`Data::whole`].
+    pub whole: Option<Vec<f64>>,
     pub level: usize,
     /// SI readings by channel.
     pub y: [Option<Vec<f64>>; 3],
@@ -186,6 +188,7 @@ impl Data {
         let record = Record {
             setup,
             file: "r01.csv".into(),
+            whole: None,
             level: 0,
             y: [Some(y), None, None],
             weight: [vec![1.0; n], vec![1.0; n], vec![1.0; n]],
@@ -204,10 +207,41 @@ impl Data {
         }
     }
 
+    /// To predict every sample of the recordings, judged or not: the same with the setups' times in place of those
+    /// judged. None where all are judged.
+    pub fn whole(&self) -> Option<Data> {
+        if self.records.iter().all(|r| r.whole.is_none()) {
+            return None;
+        }
+        let mut d = self.clone();
+        for r in &mut d.records {
+            let Some(whole) = r.whole.clone() else { continue };
+            for imposed in [&mut r.setup.imposed, &mut r.setup.imposed_rate] {
+                if !imposed.is_empty() {
+                    *imposed = interpolated(&r.setup.time, imposed, &whole);
+                }
+            }
+            r.setup.time = whole;
+        }
+        Some(d)
+    }
+
     /// Samples compared in all.
     pub fn samples(&self) -> usize {
         (0..self.records.len()).map(|r| self.compared(r).map(|_| self.records[r].setup.time.len()).sum::<usize>()).sum()
     }
+}
+
+/// `y` read at `time`, on straight lines at the times `at`; beyond the ends as at the ends.
+fn interpolated(time: &[f64], y: &[f64], at: &[f64]) -> Vec<f64> {
+    let last = time.len() - 1;
+    at.iter()
+        .map(|t| match time.partition_point(|u| u <= t) {
+            0 => y[0],
+            i if i > last => y[last],
+            i => y[i - 1] + (y[i] - y[i - 1]) * (t - time[i - 1]) / (time[i] - time[i - 1]),
+        })
+        .collect()
 }
 
 pub(super) fn local_of(nuisances: &[Nuisance], v: &[f64]) -> Local {

@@ -21,6 +21,9 @@ pub struct Block {
     pub residual: Vec<f64>,
     /// Whitened sensitivities: globals first, then locals.
     pub columns: Vec<Vec<f64>>,
+    /// The residual where Gauss and Newton's step leads: what is fitted has taken its share of it to the last digit. A fit
+    /// that ended within its tolerance has not, and a signature that is nearly collinear with it would show that.
+    rest: Vec<f64>,
     /// Readings without the channels' zeros.
     bare: [Vec<f64>; 3],
     local: Option<nalgebra::Cholesky<f64, nalgebra::Dyn>>,
@@ -203,7 +206,8 @@ impl Problem<'_> {
         let part = self.part(point, r, active)?;
         let (a, b) = self.normal(&part, r, &point.locals[r]);
         let Part { residual, columns, bare, .. } = part;
-        Some((Block { residual, columns, bare, local: None, cross: DMatrix::zeros(0, 0) }, a, b))
+        let (rest, cross) = (Vec::new(), DMatrix::zeros(0, 0));
+        Some((Block { residual, columns, rest, bare, local: None, cross }, a, b))
     }
 
     /// The normal equations of recording `r` at a point, priors of the recording included. None where the simulation
@@ -220,19 +224,23 @@ impl Problem<'_> {
         // what sits at a bound has no freedom there
         let active: Vec<bool> = (0..g).map(|j| point.theta[j] > ps[j].lower && point.theta[j] < ps[j].upper).collect();
         let mut s = DMatrix::<f64>::zeros(g, g);
+        let mut q = DVector::<f64>::zeros(g);
         for (j, p) in ps.iter().enumerate() {
-            if let Some((_, sd)) = p.prior {
+            if let Some((m, sd)) = p.prior {
                 s[(j, j)] += 1.0 / (sd * sd);
+                q[j] += (m - point.theta[j]) / (sd * sd);
             }
             if !active[j] {
                 s[(j, j)] += 1.0;
+                q[j] = 0.0;
             }
         }
         let mut blocks = Vec::new();
+        let mut own = Vec::new();
         let made: Vec<_> =
             (0..self.data.records.len()).into_par_iter().map(|r| self.block(point, r, &active)).collect();
         for made in made {
-            let (mut b, a, _) = made?;
+            let (mut b, a, gradient) = made?;
             let mut c = a.view((g, g), (l, l)).into_owned();
             for i in 0..l {
                 c[(i, i)] += 1e-12 * (1.0 + a[(g + i, g + i)]);
@@ -240,14 +248,29 @@ impl Problem<'_> {
             let bt = a.view((g, 0), (l, g)).into_owned();
             let ch = c.cholesky()?;
             s += a.view((0, 0), (g, g)) - bt.transpose() * ch.solve(&bt);
+            let alone = ch.solve(&gradient.rows(g, l).into_owned());
+            q += gradient.rows(0, g) - bt.transpose() * &alone;
             b.local = Some(ch);
             b.cross = bt;
             blocks.push(b);
+            own.push(alone);
         }
         for j in 0..g {
             s[(j, j)] *= 1.0 + 1e-10;
         }
-        Some(Linear { blocks, reduced: s.cholesky() })
+        let reduced = s.cholesky();
+        let global = reduced.as_ref().map_or_else(|| DVector::zeros(g), |ch| ch.solve(&q));
+        for (b, own) in blocks.iter_mut().zip(&own) {
+            let local = match &b.local {
+                Some(ch) => own - ch.solve(&(&b.cross * &global)),
+                None => own.clone(),
+            };
+            b.rest.clone_from(&b.residual);
+            for (x, column) in global.iter().chain(local.iter()).zip(&b.columns) {
+                add_scaled(&mut b.rest, -x, column);
+            }
+        }
+        Some(Linear { blocks, reduced })
     }
 
     /// Covariance of the globals at a point, nuisances eliminated.
@@ -335,7 +358,7 @@ impl Linear {
         let mut ss = 0.0;
         let mut b = DVector::<f64>::zeros(g);
         for (bl, s) in self.blocks.iter().zip(s) {
-            sr += dot(s, &bl.residual);
+            sr += dot(s, &bl.rest);
             ss += dot(s, s);
             let l = bl.columns.len() - g;
             let local = DVector::from_iterator(l, (0..l).map(|i| dot(s, &bl.columns[g + i])));

@@ -27,7 +27,7 @@ fn csv(r: &Recording, y: &[Vec<f64>; 3]) -> String {
 }
 
 fn predictions(c: &Campaign, h: &HeldOut, dir: &Path) -> std::io::Result<()> {
-    for (r, y) in c.recordings.iter().zip(&h.readings) {
+    for (r, y) in c.recordings.iter().zip(h.of_every_sample()) {
         output::write(&dir.join(&r.file), csv(r, y).as_bytes())?;
     }
     Ok(())
@@ -57,7 +57,7 @@ fn unclipped(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
         let (Some(t), Some(y)) = (column("time"), column(channel.name())) else { continue };
         let mut s = format!("time [{}],{} [{}]\n", t.unit, y.name, y.unit);
         for row in &r.rows {
-            s += &format!("{:e},{:e}\n", row.time / t.to_si, u.curve[r.sample_of(row)] / y.to_si);
+            s += &format!("{:e},{:e}\n", row.time / t.to_si, u.curve[r.judged_sample_of(row)] / y.to_si);
         }
         output::write(&dir.join(&u.file), s.as_bytes())?;
     }

@@ -1,0 +1,150 @@
+//! What is judged of long recordings: a window around the impact, and means of samples where a contact holds more of them
+//! than its pulse does.
+
+use crate::impact::{pulse, push_of};
+use record::{Campaign, Kind, Recording};
+
+/// Samples up to which a recording is judged as it is.
+const LONG: usize = 2000;
+/// Samples that a contact keeps at least: a mean of so few moves a smooth pulse by 5e-6 of its peak.
+const CONTACT: usize = 400;
+/// Contact times kept before the first touch and after the last contact.
+const AROUND: usize = 2;
+/// Samples kept there at least, to learn the noise from.
+const QUIET: usize = 200;
+/// Samples kept from the first touch on at most: what follows many bounces says little more.
+const MOST: usize = 2000;
+
+/// The contacts in a recording, by sample.
+struct Contacts {
+    first: usize,
+    /// Samples of the first.
+    length: usize,
+    /// End of the last.
+    end: usize,
+}
+
+/// Means of `m` samples each; what is left at the end belongs to none.
+fn means(y: &[f64], m: usize) -> Vec<f64> {
+    y.chunks_exact(m).map(|b| b.iter().sum::<f64>() / m as f64).collect()
+}
+
+/// Finds the contacts; None where there is none.
+fn contacts(r: &Recording, mass: f64) -> Option<Contacts> {
+    let push = push_of(r, mass)?;
+    // in means, where many samples of noise would pass for a touch; as they are, where a contact is as short as that
+    let found = |m: usize| {
+        let y = means(&push, m);
+        let p = pulse(&y)?;
+        let last = (1..y.len()).rev().find(|i| y[*i] > p.level && y[i - 1] > p.level).unwrap_or(p.last);
+        Some(Contacts { first: m * p.first, length: m * (p.last - p.first).max(1), end: m * (last + 1) })
+    };
+    found(push.len().div_ceil(LONG)).or_else(|| found(1))
+}
+
+/// The samples of a recording that are judged, by index.
+fn window(kind: Kind, samples: usize, c: &Contacts, m: usize) -> (usize, usize) {
+    if kind == Kind::Indentation || samples <= LONG {
+        return (0, samples);
+    }
+    let around = (AROUND * c.length).max(QUIET * m);
+    // what comes before the touch of a contactor is its way there
+    let from = if kind == Kind::DropTest { c.first.saturating_sub(around) } else { 0 };
+    let to = (c.end + around).min(c.first + MOST * m).min(samples);
+    (from, to)
+}
+
+/// The campaign with a window around the impacts of long recordings, and means of their samples where a contact holds
+/// many; a warning says what is judged. What is short stays as it is.
+pub fn windowed(mut c: Campaign) -> Campaign {
+    let mass = c.moving_mass.unwrap_or(1.0);
+    let found: Option<Vec<Contacts>> = c.recordings.iter().map(|r| contacts(r, mass)).collect();
+    let Some(found) = found else { return c };
+    let of = |r: &Recording, k: &Contacts| if r.time.len() > LONG { k.length / CONTACT } else { 1 };
+    // noise is learnt of all recordings together: means of as many in each
+    let m = c.recordings.iter().zip(&found).map(|(r, k)| of(r, k)).min().unwrap_or(1).max(1);
+    let (mut all, mut judged) = (0, 0);
+    let (mut shortest, mut longest) = (f64::INFINITY, 0.0f64);
+    for (r, k) in c.recordings.iter_mut().zip(&found) {
+        let samples = r.time.len();
+        let (from, to) = window(c.kind, samples, k, m);
+        all += samples;
+        if m > 1 || to - from < samples {
+            let whole = std::mem::take(&mut r.time);
+            r.time = means(&whole[from..to], m);
+            for y in r.channels.iter_mut().flatten() {
+                *y = means(&y[from..to], m);
+            }
+            r.whole = Some(whole);
+        }
+        judged += r.time.len();
+        let length = r.time[r.time.len() - 1] - r.time[0];
+        (shortest, longest) = (shortest.min(length), longest.max(length));
+    }
+    if judged < all {
+        let of_means = if m > 1 { format!(", as means of {m}: the pulse holds no more") } else { String::new() };
+        c.warnings.push(format!(
+            "{} ms around each impact are judged, {judged} of {all} samples{of_means}; predictions are of every sample.",
+            lengths(1e3 * shortest, 1e3 * longest)
+        ));
+    }
+    c
+}
+
+/// One length, or from the shortest to the longest, to four digits.
+fn lengths(shortest: f64, longest: f64) -> String {
+    let digits = |v: f64| format!("{:.*}", (3.0 - v.log10().floor()).clamp(0.0, 9.0) as usize, v);
+    let (a, b) = (digits(shortest), digits(longest));
+    if a == b {
+        a
+    } else {
+        format!("{a} to {b}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plant::recipe::{write_campaign, Recipe};
+
+    fn campaign(samples: usize, interval: f64) -> Campaign {
+        let dir = tempfile::tempdir().unwrap();
+        write_campaign(dir.path(), &Recipe { samples, interval, ..Recipe::default() }).unwrap();
+        record::load(dir.path(), &mechanisms::terms()).unwrap()
+    }
+
+    #[test]
+    fn a_short_recording_stays_and_a_long_one_is_judged_around_its_impact() {
+        let short = windowed(campaign(700, 1e-5));
+        assert!(short.warnings.is_empty() && short.recordings.iter().all(|r| r.whole.is_none()));
+        let read = campaign(20_000, 1e-5);
+        let long = windowed(read.clone());
+        assert_eq!(long.warnings.len(), 1, "{:?}", long.warnings);
+        for (a, b) in long.recordings.iter().zip(&read.recordings) {
+            let whole = a.whole.as_ref().unwrap();
+            assert_eq!(whole.len(), 20_000);
+            let from = whole.iter().position(|t| *t == a.time[0]).unwrap();
+            assert!(a.time.len() < 2400, "{}", a.time.len());
+            // what is judged stands as it was read
+            for (y, all) in a.channels.iter().flatten().zip(b.channels.iter().flatten()) {
+                assert_eq!(y[..], all[from..from + y.len()]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_dense_recording_is_judged_by_means_that_keep_its_pulse() {
+        let dense = windowed(campaign(35_000, 2e-7));
+        let m = (dense.recordings[0].time[1] - dense.recordings[0].time[0]) / 2e-7;
+        assert!(m > 4.0, "{m}");
+        let (fine, coarse) = (campaign(35_000, 2e-7), &dense.recordings[3]);
+        let peak = |y: &[f64]| y.iter().cloned().fold(0.0, f64::max);
+        let force = |r: &Recording| peak(r.channels[0].as_ref().unwrap());
+        assert!((force(coarse) / force(&fine.recordings[3]) - 1.0).abs() < 0.02);
+        assert!(contacts(coarse, 0.5).unwrap().length >= CONTACT / 2);
+        // every row of the file knows its own sample and the nearest judged
+        let row = coarse.rows[12_345];
+        assert_eq!(coarse.sample_of(&row), 12_345);
+        assert!((coarse.time[coarse.judged_sample_of(&row)] - row.time).abs() <= 0.5 * m * 2e-7 + 1e-9);
+    }
+}
