@@ -8,7 +8,7 @@ use record::Kind;
 
 /// Error per step, relative to depth and speed of the impact, where it counts.
 pub const TOLERANCE: f64 = 1e-7;
-/// The same where candidates are sifted.
+/// The same where a fit has only to come near.
 pub const COARSE: f64 = 3e-6;
 /// What the model has to know of one recording, SI.
 #[derive(Clone, Debug)]
