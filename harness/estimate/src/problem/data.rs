@@ -123,7 +123,8 @@ impl Data {
         }
     }
 
-    /// The same with coarser integration, for fits that have only to come near. Bounces grow what a step leaves: there it stays as it is.
+    /// The same with coarser integration, for fits that have only to come near. Bounces grow what a step leaves: there
+    /// it stays as it is.
     pub fn coarse(&self) -> Data {
         let mut d = self.clone();
         if self.kind != Kind::ContactorOpening {
