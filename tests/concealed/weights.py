@@ -87,20 +87,25 @@ def noise_alone(sets):
     return float(size == 0)
 
 
+def scales(t, left, alone):
+    """(tail, temperature) of the table `t`, from the least overdispersion left and `noise_alone`; numbers or arrays."""
+    temperature = np.exp(t["temperature"] + t["noise_temperature"] * alone) * left ** t["overdispersion"]
+    return np.exp(t["tail"] + t["noise_tail"] * alone), temperature
+
+
 def posterior(feature, theta):
     """{set: probability}."""
     t = dict(zip(PARAMETERS, theta))
     left, levels, sets = feature
-    alone = noise_alone(sets)
+    tail, temperature = scales(t, left, noise_alone(sets))
     weight = lambda kind, i: t.get(kind, 0.0) + (0.0 if i is None else t["none"] if i == 0 else t["size"] * (i - 1))
-    top, tail = -np.inf, np.exp(t["tail"] + t["noise_tail"] * alone)
+    top = -np.inf
     mass, doubt = {}, {}
     for h, of in sets.items():
         ln = np.array([x[2] + weight(x[0], x[1]) + t["drift"] * x[5] for x in of])
         mass[h], best = logsumexp(ln), of[int(ln.argmax())]
         doubt[h] = t["bound"] * best[3] + t["heldout"] * max(best[4], 0.0) + t["worse"] * max(-best[4], 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN))
         top = max(top, mass[h])
-    temperature = np.exp(t["temperature"] + t["noise_temperature"] * alone) * left ** t["overdispersion"]
     prior = lambda h: 0.0 if h == NOTHING else t["unknown"] if h == UNKNOWN else t["single"] if len(h) == 1 else t["pair"]
     score = {h: prior(h) + doubt[h] - tail * np.log1p((top - m) / (tail * temperature)) for h, m in mass.items()}
     whole = logsumexp(list(score.values()))
@@ -145,9 +150,7 @@ class Stacked:
         doubt = t["bound"] * of_best(self.bound) + t["worse"] * of_best(self.worse) + t["heldout"] * of_best(self.better) + t["one_level"] * self.one
         top = np.full(self.n, -np.inf)
         np.maximum.at(top, self.case, mass)
-        alone = self.alone[self.case]
-        tail = np.exp(t["tail"] + t["noise_tail"] * alone)
-        temperature = np.exp(t["temperature"] + t["noise_temperature"] * alone) * self.left ** t["overdispersion"]
+        tail, temperature = scales(t, self.left, self.alone[self.case])
         score = np.array([t.get(k, 0.0) for k in PRIORS])[self.prior] + doubt - tail * np.log1p((top[self.case] - mass) / (tail * temperature))
         most = np.full(self.n, -np.inf)
         np.maximum.at(most, self.case, score)

@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// Share of the samples that chi^2 falls to at best: the noise is known to some per cent.
 const NOISE_AT_LEAST: f64 = 0.98;
 /// Gain in chi^2 that there may be in any case.
-pub const LITTLE: f64 = 100.0;
+const LITTLE: f64 = 100.0;
 /// Change of the residual beside the residual from which a start is too far off to lead anywhere.
 const FARTHEST: f64 = 10.0;
 /// Largest share of the depth that the compliance of the stop is assumed to have had, where a fit starts.

@@ -57,6 +57,9 @@ fn window(kind: Kind, samples: usize, c: &Contacts, m: usize) -> (usize, usize) 
 /// The campaign with a window around the impacts of long recordings, and means of their samples where a contact holds
 /// many; a warning says what is judged. What is short stays as it is.
 pub fn windowed(mut c: Campaign) -> Campaign {
+    if c.recordings.iter().all(|r| r.time.len() <= LONG) {
+        return c;
+    }
     let mass = c.moving_mass.unwrap_or(1.0);
     let found: Option<Vec<Contacts>> = c.recordings.iter().map(|r| contacts(r, mass)).collect();
     let Some(found) = found else { return c };

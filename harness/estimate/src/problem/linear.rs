@@ -40,6 +40,34 @@ pub(crate) struct Equations {
     pub b: DVector<f64>,
 }
 
+/// One recording's normal equations with its nuisances eliminated (Schur complement).
+struct Eliminated {
+    /// What the recording adds to the globals' normal matrix and gradient.
+    normal: DMatrix<f64>,
+    gradient: DVector<f64>,
+    local: nalgebra::Cholesky<f64, nalgebra::Dyn>,
+    cross: DMatrix<f64>,
+    /// The nuisances' step with the globals held.
+    alone: DVector<f64>,
+}
+
+impl Eliminated {
+    /// Of the normal matrix `a` and gradient `b`, `g` globals first. None where the nuisances' matrix fails.
+    fn new(a: &DMatrix<f64>, b: &DVector<f64>, g: usize) -> Option<Eliminated> {
+        let l = b.len() - g;
+        let mut c = a.view((g, g), (l, l)).into_owned();
+        for i in 0..l {
+            c[(i, i)] += 1e-12 * (1.0 + a[(g + i, g + i)]);
+        }
+        let cross = a.view((g, 0), (l, g)).into_owned();
+        let local = c.cholesky()?;
+        let alone = local.solve(&b.rows(g, l).into_owned());
+        let normal = a.view((0, 0), (g, g)) - cross.transpose() * local.solve(&cross);
+        let gradient = b.rows(0, g) - cross.transpose() * &alone;
+        Some(Eliminated { normal, gradient, local, cross, alone })
+    }
+}
+
 /// Change of a channel's readings over them (root mean squares) up to which a step's difference is a sensitivity; the
 /// change that a shorter step aims at, and the least share of a step that it is.
 const STRAIGHT: f64 = 0.03;
@@ -220,7 +248,7 @@ impl Problem<'_> {
     /// Linearises at a point.
     pub fn linearise(&self, point: &Point) -> Option<Linear> {
         let ps = &self.model.parameters;
-        let (g, l) = (ps.len(), self.nuisances.len());
+        let g = ps.len();
         // what sits at a bound has no freedom there
         let active: Vec<bool> = (0..g).map(|j| point.theta[j] > ps[j].lower && point.theta[j] < ps[j].upper).collect();
         let mut s = DMatrix::<f64>::zeros(g, g);
@@ -241,19 +269,13 @@ impl Problem<'_> {
             (0..self.data.records.len()).into_par_iter().map(|r| self.block(point, r, &active)).collect();
         for made in made {
             let (mut b, a, gradient) = made?;
-            let mut c = a.view((g, g), (l, l)).into_owned();
-            for i in 0..l {
-                c[(i, i)] += 1e-12 * (1.0 + a[(g + i, g + i)]);
-            }
-            let bt = a.view((g, 0), (l, g)).into_owned();
-            let ch = c.cholesky()?;
-            s += a.view((0, 0), (g, g)) - bt.transpose() * ch.solve(&bt);
-            let alone = ch.solve(&gradient.rows(g, l).into_owned());
-            q += gradient.rows(0, g) - bt.transpose() * &alone;
-            b.local = Some(ch);
-            b.cross = bt;
+            let e = Eliminated::new(&a, &gradient, g)?;
+            s += e.normal;
+            q += e.gradient;
+            b.local = Some(e.local);
+            b.cross = e.cross;
             blocks.push(b);
-            own.push(alone);
+            own.push(e.alone);
         }
         for j in 0..g {
             s[(j, j)] *= 1.0 + 1e-10;
@@ -314,7 +336,7 @@ impl Problem<'_> {
     /// None where the simulation or the normal matrix fails.
     pub fn decrement(&self, point: &Point) -> Option<f64> {
         let ps = &self.model.parameters;
-        let (g, l) = (ps.len(), self.nuisances.len());
+        let g = ps.len();
         let all = vec![true; g];
         let mut s = DMatrix::<f64>::zeros(g, g);
         let mut q = DVector::<f64>::zeros(g);
@@ -326,14 +348,9 @@ impl Problem<'_> {
         }
         for r in 0..self.data.records.len() {
             let (_, a, b) = self.block(point, r, &all)?;
-            let mut c = a.view((g, g), (l, l)).into_owned();
-            for i in 0..l {
-                c[(i, i)] += 1e-12 * (1.0 + a[(g + i, g + i)]);
-            }
-            let bt = a.view((g, 0), (l, g)).into_owned();
-            let ch = c.cholesky()?;
-            s += a.view((0, 0), (g, g)) - bt.transpose() * ch.solve(&bt);
-            q += b.rows(0, g) - bt.transpose() * ch.solve(&b.rows(g, l).into_owned());
+            let e = Eliminated::new(&a, &b, g)?;
+            s += e.normal;
+            q += e.gradient;
         }
         for j in 0..g {
             let held = (point.theta[j] <= ps[j].lower && q[j] <= 0.0) || (point.theta[j] >= ps[j].upper && q[j] >= 0.0);
