@@ -11,6 +11,7 @@ def verdict(rng, strength=30.0):
     for name in ln:
         ln[name] += rng.normal(0.0, 4.0) + (rng.uniform(0.0, strength) if name == cause else 0.0)
     structure = lambda names, value: dict(mechanisms=names, forms=names, named=True, at_bound=False, heldout_nrmse=None, overdispersion_left=1.1,
+                                          parameters=2 * len(names),
                                           ln_evidence=[value] * 6, ln_evidence_drifting=[value - 200.0] * 6)
     v = {"fit": {"before": {"heldout_nrmse": 0.01}},
          "evidence": {"sizes": [0.0, 0.001, 0.003, 0.01, 0.03, 0.1], "levels": 4,
@@ -61,3 +62,9 @@ def test_what_predicts_better_counts_more_and_what_predicts_worse_or_rests_at_a_
     worse = w.posterior(w.features(v), w.START)[frozenset({"gravity"})]
     v["evidence"]["structures"][1]["at_bound"] = True
     assert w.posterior(w.features(v), w.START)[frozenset({"gravity"})] < worse < plain
+
+
+def test_every_parameter_more_has_its_weight():
+    v, _ = verdict(np.random.default_rng(8))
+    of = lambda weight: w.posterior(w.features(v), w.START + np.array([weight * (k == "parameter") for k in w.PARAMETERS]))[frozenset({"gravity"})]
+    assert of(-1.0) < of(0.0)

@@ -5,6 +5,7 @@ is what makes the posterior of `of_verdict` say the cause with the least log los
 works the same posterior out.
 """
 import json
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
@@ -32,6 +33,7 @@ PARAMETERS = {
     "drift": (-2.0, 1.0),                      # ln weight of instruments that drift and hum
     "size": (0.0, 0.5),                        # ln weight of a discrepancy by step of its size
     "none": (0.0, 1.0),                        # ln weight of no discrepancy at all
+    "parameter": (0.0, 2.0),                   # ln weight of each parameter of the mechanisms added: forms were chosen among many
     "bound": (-1.0, 1.0),                      # ln weight of a structure with a parameter at a bound, of any name where there is one level only
     "one_level": (-0.5, 0.5),
     "heldout": (0.5, 0.5),                     # weight of the ln of how many times better, and worse, a structure predicts levels not seen
@@ -51,40 +53,57 @@ def canonical(names):
     return frozenset(names)
 
 
+class Entry(NamedTuple):
+    """One ln evidence of a cause; the numbers of a structure are 0 where the entry is of no structure."""
+    kind: str                # of KINDS
+    size: int                # index of the discrepancy's size; -1: of what each recording has of its own
+    ln: float                # ln evidence
+    drifts: bool = False     # with instruments that drift and hum
+    bound: bool = False      # a parameter of a mechanism rests at a bound
+    better: float = 0.0      # ln of how many times better it predicts levels not seen than the simulation as given does
+    parameters: int = 0      # of the mechanisms added
+
+
 def features(verdict):
-    """(least overdispersion left, levels, {set: [(kind, size index, ln evidence, at a bound, ln of how many times better it predicts levels not seen, drifting)]}), None where nothing was weighed."""
+    """(least overdispersion left, levels, {set: [Entry]}), None where nothing was weighed."""
     e = verdict.get("evidence")
     if not e:
         return None
     out = {}
     left = [s["overdispersion_left"] for s in e["structures"] if s["overdispersion_left"] is not None]
-    given = verdict["fit"]["before"]["heldout_nrmse"]
+    before = verdict["fit"]["before"]["heldout_nrmse"]
     for s in e["structures"]:
         names, held = canonical(s["mechanisms"]), s.get("heldout_nrmse")
-        better = float(np.log(given / held)) if names and held and given else 0.0
-        doubts = bool(names) and s["at_bound"], better
+        better = float(np.log(before / held)) if names and held and before else 0.0
         if not s["named"] and better < 0.0:     # a stand-in that follows what it has seen and predicts the rest worse stands for nothing
             continue
+        doubts = dict(bound=bool(names) and s["at_bound"], better=better)
         steady = [(False, i, ln) for i, ln in enumerate(s["ln_evidence"])]
         for drifts, i, ln in steady + [(True, i, ln) for i, ln in enumerate(s.get("ln_evidence_drifting", []))]:
             if ln is None:
                 continue
             if not s["named"]:
-                out.setdefault(UNKNOWN, []).append(("stand_in", i, ln, False, 0.0, drifts))
+                out.setdefault(UNKNOWN, []).append(Entry("stand_in", i, ln, drifts, parameters=s["parameters"]))
             elif e["sizes"][i] >= LARGE:
-                out.setdefault(UNKNOWN, []).append(("large", i, ln, False, 0.0, drifts))
-                out.setdefault(names, []).append(("large_known", i, ln, *doubts, drifts))
+                out.setdefault(UNKNOWN, []).append(Entry("large", i, ln, drifts, parameters=s["parameters"]))
+                out.setdefault(names, []).append(Entry("large_known", i, ln, drifts, parameters=s["parameters"], **doubts))
             else:
-                out.setdefault(names, []).append(("", i, ln, *doubts, drifts))
+                out.setdefault(names, []).append(Entry("", i, ln, drifts, parameters=s["parameters"], **doubts))
     for u in e["unknown"]:
-        out.setdefault(UNKNOWN, []).extend(("own", None, ln, False, 0.0, False) for ln in u["ln_evidence"] if ln is not None)
+        out.setdefault(UNKNOWN, []).extend(Entry("own", -1, ln) for ln in u["ln_evidence"] if ln is not None)
     return max(1.0, min(left, default=1.0)), e.get("levels", 3), out
 
 
 def noise_alone(sets):
     """1 where the most evidence of all is without a discrepancy: the laws are right to the noise; else 0."""
-    ln, size = max(((x[2], x[1]) for of in sets.values() for x in of), key=lambda v: v[0])
-    return float(size == 0)
+    return float(max((x for of in sets.values() for x in of), key=lambda x: x.ln).size == 0)
+
+
+def weighted(t, kind, size, ln, drifts, parameters):
+    """ln evidence with the table's weights, of entries' numbers (arrays); `kind` holds indices of KINDS."""
+    own = np.array([t.get(k, 0.0) for k in KINDS])[kind]
+    sizes = np.where(size < 0, 0.0, np.where(size == 0, t["none"], t["size"] * (size - 1)))
+    return ln + own + sizes + t["drift"] * drifts + t["parameter"] * parameters
 
 
 def scales(t, left, alone):
@@ -98,13 +117,12 @@ def posterior(feature, theta):
     t = dict(zip(PARAMETERS, theta))
     left, levels, sets = feature
     tail, temperature = scales(t, left, noise_alone(sets))
-    weight = lambda kind, i: t.get(kind, 0.0) + (0.0 if i is None else t["none"] if i == 0 else t["size"] * (i - 1))
     top = -np.inf
     mass, doubt = {}, {}
     for h, of in sets.items():
-        ln = np.array([x[2] + weight(x[0], x[1]) + t["drift"] * x[5] for x in of])
+        ln = weighted(t, [KINDS.index(x.kind) for x in of], *(np.array([getattr(x, k) for x in of]) for k in WEIGHTED))
         mass[h], best = logsumexp(ln), of[int(ln.argmax())]
-        doubt[h] = t["bound"] * best[3] + t["heldout"] * max(best[4], 0.0) + t["worse"] * max(-best[4], 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN))
+        doubt[h] = t["bound"] * best.bound + t["heldout"] * max(best.better, 0.0) + t["worse"] * max(-best.better, 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN))
         top = max(top, mass[h])
     prior = lambda h: 0.0 if h == NOTHING else t["unknown"] if h == UNKNOWN else t["single"] if len(h) == 1 else t["pair"]
     score = {h: prior(h) + doubt[h] - tail * np.log1p((top - m) / (tail * temperature)) for h, m in mass.items()}
@@ -128,11 +146,11 @@ class Stacked:
             alone.append(noise_alone(sets))
             for h, of in sets.items():
                 ends.append(len(rows))
-                rows += [(ln, KINDS.index(kind), -1 if i is None else i, bound, max(-better, 0.0), max(better, 0.0), drifts) for kind, i, ln, bound, better, drifts in of]
+                rows += [(KINDS.index(x.kind), *(getattr(x, k) for k in WEIGHTED), x.bound, max(-x.better, 0.0), max(x.better, 0.0)) for x in of]
                 prior = "" if h == NOTHING else "unknown" if h == UNKNOWN else "single" if len(h) == 1 else "pair"
                 hyps.append((k, left, levels < 2 and h not in (NOTHING, UNKNOWN), PRIORS.index(prior), h == want))
-        self.ln, self.kind, self.size, self.bound, self.worse, self.better, self.drifts = np.array(rows, float).T
-        self.kind = self.kind.astype(int)
+        kind, *self.entries, self.bound, self.worse, self.better = np.array(rows, float).T
+        self.kind = kind.astype(int)
         self.case, self.left, self.one, self.prior, self.want = np.array(hyps, float).T
         self.case, self.prior, self.want = self.case.astype(int), self.prior.astype(int), self.want.astype(bool)
         self.starts, self.n, self.alone = np.array(ends), len(cases), np.array(alone)
@@ -142,8 +160,7 @@ class Stacked:
     def loss(self, theta):
         """Mean log loss, each case with its weight, and the penalty that keeps the table near its start."""
         t = dict(zip(PARAMETERS, theta))
-        own = np.array([t.get(k, 0.0) for k in KINDS])[self.kind]
-        ln = self.ln + own + t["drift"] * self.drifts + np.where(self.size < 0, 0.0, np.where(self.size == 0, t["none"], t["size"] * (self.size - 1)))
+        ln = weighted(t, self.kind, *self.entries)
         mass = np.logaddexp.reduceat(ln, self.starts)
         best = ln == np.repeat(np.maximum.reduceat(ln, self.starts), self.lengths)
         of_best = lambda what: np.maximum.reduceat(np.where(best, what, 0.0), self.starts)
@@ -162,6 +179,7 @@ class Stacked:
 
 
 KINDS = ("", "stand_in", "own", "large", "large_known")
+WEIGHTED = ("size", "ln", "drifts", "parameters")      # an entry's numbers that `weighted` takes
 PRIORS = ("", "single", "pair", "unknown")
 
 

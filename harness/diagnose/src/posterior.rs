@@ -44,6 +44,8 @@ pub struct Table {
     /// ln weight of the discrepancy's sizes, a step, and of none at all.
     pub size: f64,
     pub none: f64,
+    /// ln weight of each parameter of the mechanisms added: forms were chosen among many.
+    pub parameter: f64,
     /// ln weight of a structure with a parameter at a bound, and of any name where there is one level only.
     pub bound: f64,
     pub one_level: f64,
@@ -159,12 +161,13 @@ impl Posterior {
             if !w.named && e.is_worse(at) {
                 continue;
             }
+            let of_parameters = table.parameter * w.parameters as f64;
             for (drifts, of) in w.ln.iter().enumerate() {
                 for (i, ln) in of.iter().enumerate().filter(|(_, ln)| ln.is_finite()) {
                     if *ln > most.0 {
                         most = (*ln, i == 0);
                     }
-                    let ln = ln + size_weight(i) + drifts as f64 * table.drift;
+                    let ln = ln + size_weight(i) + drifts as f64 * table.drift + of_parameters;
                     if !w.named {
                         add(vec![UNKNOWN], ln + table.stand_in, None, false);
                     } else if SIZES[i] >= LARGE {
@@ -303,6 +306,7 @@ mod tests {
             drift: 0.0,
             size: 0.0,
             none: 0.0,
+            parameter: 0.0,
             bound: -1.0,
             worse: -1.0,
             one_level: -0.5,
@@ -331,6 +335,17 @@ mod tests {
             Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3 }, &table).nothing()
         };
         assert!(of(-1.0) < 0.1 * of(1.0), "{} {}", of(-1.0), of(1.0));
+    }
+
+    #[test]
+    fn every_parameter_more_has_its_weight() {
+        let of = |parameters: usize| {
+            let name = Weighed { parameters, ..weighed(&["gravity"], true, 5.0) };
+            let structures = vec![weighed(&[], true, 0.0), name];
+            let table = Table { parameter: -2.0, ..plain() };
+            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3 }, &table).of("gravity")
+        };
+        assert!(of(3) < of(1), "{} {}", of(3), of(1));
     }
 
     #[test]
