@@ -14,12 +14,22 @@ pub const WHITE: f64 = 1.25;
 /// The same where one more effect could hide in what lies between.
 pub const WHITE_ALONE: f64 = 1.05;
 
+/// Share of what the base leaves beyond noise up to which what a candidate leaves is a form that is not quite the one
+/// present.
+const LEFT: f64 = 0.05;
+
 /// Mean square by which the stiffness of repeats differs, over that of repeat scatter, which no scatter has; and the
 /// degrees of freedom from which it is judged.
 const EXCESS_SCATTER: f64 = 12.0;
 const EXCESS_SCATTER_FREEDOM: f64 = 2.0;
 /// Share of that square which may stay where what the recordings differ by has been found.
 const EXCESS_SCATTER_LEFT: f64 = 0.2;
+
+/// Gain from which a candidate stands beside one that gains `top` and explains what there is: `share` of that, and in any
+/// case what lies less than [`DETECT`] behind it.
+pub fn least_beside(top: f64, share: f64) -> f64 {
+    (share * top).min(top - DETECT)
+}
 
 /// A fitted structure, weighed against others.
 pub trait Candidate {
@@ -29,6 +39,9 @@ pub trait Candidate {
     fn cost(&self) -> f64;
     /// Fall of chi^2 from `from`, less the penalty of every parameter beyond one.
     fn gain(&self, from: &Fitted) -> f64;
+    /// Whether it explains what `from` leaves: what is left is noise, or so little beside that that its form is not quite
+    /// the one present.
+    fn explains(&self, from: &Fitted) -> bool;
     /// Root mean square by which ln stiffness differs between recordings of one level, where that is more than repeats
     /// scatter by: something between the recordings changed it.
     fn excess_scatter(&self) -> Option<f64>;
@@ -49,6 +62,11 @@ impl Candidate for Fitted {
     fn gain(&self, from: &Fitted) -> f64 {
         let more = (self.parameters() - from.parameters() - 1.0).max(0.0);
         from.fit.point.chi2 - self.fit.point.chi2 - more * PENALTY
+    }
+
+    fn explains(&self, from: &Fitted) -> bool {
+        let left = self.overdispersion();
+        left <= WHITE || left - 1.0 <= LEFT * (from.overdispersion() - 1.0)
     }
 
     fn excess_scatter(&self) -> Option<f64> {

@@ -1,16 +1,17 @@
 //! One more effect: every mechanism sifted, the promising ones fitted.
 
-use super::candidate::{Candidate, DETECT_TOLERANCE, PENALTY};
+use super::candidate::{least_beside, Candidate, DETECT_TOLERANCE, PENALTY};
 use super::search::Search;
 use estimate::fitted::Fitted;
 use estimate::problem::{Options, Point};
 use estimate::structure::Term;
 use rayon::prelude::*;
 
-/// Share of the best gain from which a candidate is fitted out.
+/// Share of the best gain from which a candidate is fitted out, and from which one is that is strongly nonlinear.
 const REFINED_SHARE: f64 = 0.25;
-
-/// The same for a fit that has converged already.
+const NONLINEAR_SHARE: f64 = 0.1;
+/// The same for a fit that has converged already, and for every one where the best explains what there is: what is to
+/// stand beside that has to come near it.
 const RIVAL_SHARE: f64 = 0.75;
 
 /// How every mechanism is fitted at first.
@@ -43,6 +44,8 @@ impl Search {
             return best;
         }
         // refine: what is among the best, and what is strongly nonlinear and so may have been missed
+        let is_explained = best.first().is_some_and(|b| b.explains(from));
+        let least = |share: f64| if is_explained { least_beside(top, RIVAL_SHARE) } else { share * top };
         let mut rank = 0;
         let refine: Vec<(usize, usize)> = best
             .iter()
@@ -51,8 +54,8 @@ impl Search {
                 let gain = from.chi2() - f.chi2();
                 let is_nonlinear = added(f).mechanism.hints.strongly_nonlinear;
                 if (rank < keep
-                    && (rank < 2 || gain > REFINED_SHARE * top && (!f.fit.converged || gain > RIVAL_SHARE * top)))
-                    || (is_nonlinear && gain > 0.1 * top && keep > 3)
+                    && (rank < 2 || gain > least(REFINED_SHARE) && (!f.fit.converged || gain > RIVAL_SHARE * top)))
+                    || (is_nonlinear && gain > least(NONLINEAR_SHARE) && keep > 3)
                 {
                     rank += 1;
                     Some((i, if is_nonlinear { 2 } else { 1 }))

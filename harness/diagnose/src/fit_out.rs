@@ -1,7 +1,7 @@
 //! Candidates fitted out: from the law that others have led to (warm starts), in every form of their mechanism, with
 //! further parameters, and from perturbed restarts out of local minima.
 
-use super::candidate::{Candidate, DETECT, WHITE, WHITE_ALONE};
+use super::candidate::{Candidate, DETECT, WHITE_ALONE};
 use super::search::Search;
 use estimate::fitted::Fitted;
 use estimate::problem::{Options, Problem};
@@ -15,8 +15,6 @@ const FAMILY_SHARE: f64 = 0.25;
 const FAMILY_SHARE_WHITE: f64 = 0.1;
 /// Share of the best gain by which a form may lie above its mechanism's best after the first steps, to be fitted on.
 const BEHIND: f64 = 0.1;
-/// Share of the base's overdispersion from which what the best leaves is more than a form that is not quite the one present.
-const LEFT: f64 = 0.05;
 /// The best few, which are fitted on where they leave more than noise.
 const BEST: usize = 2;
 /// Mechanisms that are fitted warm, from the base parameters of the best one.
@@ -45,11 +43,7 @@ impl Search {
         slow: &Options,
         starts: usize,
     ) -> (Vec<&'static str>, Vec<Fitted>) {
-        let is_coloured = |c: &&Fitted| {
-            let overdispersion = c.overdispersion();
-            overdispersion > WHITE && overdispersion - 1.0 > LEFT * (from.overdispersion() - 1.0)
-        };
-        let Some(best) = v.first().filter(is_coloured) else { return (Vec::new(), Vec::new()) };
+        let Some(best) = v.first().filter(|c| !c.explains(from)) else { return (Vec::new(), Vec::new()) };
         let gain = (from.chi2() - best.chi2()).max(0.0);
         let reach = best.chi2() + BEHIND * gain;
         let problem = from.problem();

@@ -154,7 +154,7 @@ fn estimate(problem: &Problem<'_>, point: &Point, r: usize, place: Place) -> Opt
                 y[c.index()] = vec![sd; n];
                 columns.push(whole(y));
             }
-            Nuisance::Stiffness | Nuisance::Offset | Nuisance::Start | Nuisance::Speed => {
+            Nuisance::Stiffness | Nuisance::Offset | Nuisance::Tilt | Nuisance::Start | Nuisance::Speed => {
                 // differences of the simulation itself
                 let h = match nuisance {
                     Nuisance::Start => 1e-2 * s.duration,

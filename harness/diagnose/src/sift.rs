@@ -1,5 +1,6 @@
 //! Sifting: every form of every mechanism scored beside a fit, and those that promise something fitted, coarsely.
 
+use super::candidate::{least_beside, Candidate};
 #[cfg(doc)]
 use super::posterior::POSSIBLE;
 use super::search::Search;
@@ -22,9 +23,10 @@ const CLOSE_AT_LEAST: f64 = 1e-4;
 /// chi^2 a sample from which a fit is far from noise.
 const FAR: f64 = 5.0;
 /// Forms fitted first, and the share of their best gain that the others have to have come to when a fit looks whether to
-/// give up.
+/// give up; that share where the best of the first explains what there is.
 const LEADERS: usize = 6;
 const PACE: f64 = 0.1;
+const PACE_EXPLAINED: f64 = 0.5;
 /// Forms of one mechanism that are sifted by fitting.
 const FORMS_A_MECHANISM: usize = 2;
 
@@ -74,8 +76,16 @@ impl Search {
         // those that promise most set the pace for the rest
         let (leaders, rest) = scored.split_at(scored.len().min(LEADERS));
         let leaders: Vec<_> = leaders.par_iter().filter_map(|t| fitted(t, &options)).collect();
-        let pace = leaders.iter().map(|l| point.chi2 - l.chi2()).fold(0.0, f64::max);
-        let rest_options = Options { ceiling: options.ceiling.min(point.chi2 - PACE * pace), ..options };
+        let best = leaders.iter().min_by(|a, b| a.chi2().total_cmp(&b.chi2()));
+        let pace = best.map_or(0.0, |l| {
+            let gain = (point.chi2 - l.chi2()).max(0.0);
+            if l.explains(from) {
+                least_beside(gain, PACE_EXPLAINED).max(0.0)
+            } else {
+                PACE * gain
+            }
+        });
+        let rest_options = Options { ceiling: options.ceiling.min(point.chi2 - pace), ..options };
         let rest: Vec<_> = rest.par_iter().filter_map(|t| fitted(t, &rest_options)).collect();
         let mut v: Vec<Fitted> = leaders.into_iter().chain(rest).collect();
         v.sort_by(|a, b| a.chi2().total_cmp(&b.chi2()));

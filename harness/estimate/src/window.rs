@@ -5,15 +5,15 @@ use crate::impact::{pulse, push_of};
 use record::{Campaign, Kind, Recording};
 
 /// Samples up to which a recording is judged as it is.
-const LONG: usize = 2000;
+const LONG: usize = 4000;
 /// Samples that a contact keeps at least: a mean of so few moves a smooth pulse by 5e-6 of its peak.
 const CONTACT: usize = 400;
 /// Contact times kept before the first touch and after the last contact.
 const AROUND: usize = 2;
 /// Samples kept there at least, to learn the noise from.
 const QUIET: usize = 200;
-/// Samples kept from the first touch on at most: what follows many bounces says little more.
-const MOST: usize = 2000;
+/// Samples kept from the first touch on at most: bounces say much of the losses, but most of it is said by then.
+const MOST: usize = LONG;
 
 /// The contacts in a recording, by sample.
 struct Contacts {
@@ -127,7 +127,7 @@ mod tests {
             let whole = a.whole.as_ref().unwrap();
             assert_eq!(whole.len(), 20_000);
             let from = whole.iter().position(|t| *t == a.time[0]).unwrap();
-            assert!(a.time.len() < 2400, "{}", a.time.len());
+            assert!(a.time.len() < LONG + 400, "{}", a.time.len());
             // what is judged stands as it was read
             for (y, all) in a.channels.iter().flatten().zip(b.channels.iter().flatten()) {
                 assert_eq!(y[..], all[from..from + y.len()]);

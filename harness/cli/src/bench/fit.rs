@@ -73,6 +73,7 @@ fn nuisance_name(n: Nuisance) -> String {
         Nuisance::Speed => "speed".into(),
         Nuisance::Stiffness => "stiffness".into(),
         Nuisance::Offset => "offset".into(),
+        Nuisance::Tilt => "tilt".into(),
         Nuisance::Zero(c) => format!("zero {}", c.name()),
     }
 }
@@ -99,13 +100,7 @@ fn described(c: &Campaign, base: &Base, problem: &Problem<'_>, start: &[f64], be
     let s = data.scales;
     let local_steps: Vec<f64> = nuisances
         .iter()
-        .map(|n| match n {
-            Nuisance::Start => 2e-3 * s.duration,
-            Nuisance::Speed => 1e-3 * s.speed,
-            Nuisance::Stiffness => 2e-3,
-            Nuisance::Offset => 1e-3 * s.depth,
-            Nuisance::Zero(c) => 1e-3 * data.range[c.index()],
-        })
+        .map(|n| data.local_step(*n))
         .collect();
     let noise: Vec<_> = data.noise.iter().map(whitening).collect();
     let records: Vec<Value> = data

@@ -44,12 +44,26 @@ pub const STIFFNESS_SCALE: &str = "ln F_ref";
 /// Names the nuisances of a recording, in the order of its vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Nuisance {
+    /// Instant of touch or of release, s.
     Start,
+    /// Speed at touch, m/s.
     Speed,
+    /// ln of the factor on the contact's stiffness.
     Stiffness,
+    /// Zero of a channel, in its SI unit.
     Zero(Channel),
+    /// Reading of an imposed penetration at which the contact begins, m.
     Offset,
+    /// Slope of the force's free line over an imposed penetration, N/m: the instrument's own stiffness, or light that
+    /// interferes with its beam.
+    Tilt,
 }
+
+/// Share of the range of an imposed penetration by which the point of touch is uncertain: who sets it by eye, or where the
+/// force rises out of its noise, sets it late, and a pull before the touch hides it.
+const TOUCH_SHARE: f64 = 0.1;
+/// Share of the range of force that the free line rises by over the range of penetration.
+const TILT_SHARE: f64 = 0.003;
 
 impl Data {
     /// The nuisances of every recording of this campaign.
@@ -63,6 +77,9 @@ impl Data {
             if self.has(c) && !(self.kind == Kind::Indentation && c == Channel::Penetration) {
                 v.push(Nuisance::Zero(c));
             }
+        }
+        if self.kind == Kind::Indentation && self.has(Channel::Force) {
+            v.push(Nuisance::Tilt);
         }
         v
     }
@@ -96,7 +113,8 @@ impl Data {
             Nuisance::Stiffness => Some((0.0, self.repeat_scatter)),
             Nuisance::Zero(Channel::Penetration) => Some((0.0, (5e-6_f64).min(0.05 * self.range[2]))),
             Nuisance::Zero(c) => Some((0.0, 0.0012 * self.range[c.index()])),
-            Nuisance::Offset => Some((0.0, (5e-6_f64).min(0.02 * self.range[2]))),
+            Nuisance::Offset => Some((0.0, TOUCH_SHARE * self.range[2])),
+            Nuisance::Tilt => Some((0.0, self.tilt_scale())),
         }
     }
 
@@ -113,13 +131,20 @@ impl Data {
             .collect()
     }
 
-    pub(super) fn local_step(&self, n: Nuisance) -> f64 {
+    /// Slope of the free line that is usual, N/m.
+    fn tilt_scale(&self) -> f64 {
+        TILT_SHARE * self.range[0] / self.range[2]
+    }
+
+    /// Change of a nuisance by which its sensitivity is worked out.
+    pub fn local_step(&self, n: Nuisance) -> f64 {
         match n {
             Nuisance::Start => 2e-3 * self.scales.duration,
             Nuisance::Speed => 1e-3 * self.scales.speed,
             Nuisance::Stiffness => 2e-3,
             Nuisance::Zero(c) => 1e-3 * self.range[c.index()],
             Nuisance::Offset => 1e-3 * self.scales.depth,
+            Nuisance::Tilt => self.tilt_scale(),
         }
     }
 
@@ -185,7 +210,7 @@ impl Data {
             orders: 1.0,
             peak: force,
         };
-        let kind = setup.kind;
+        let (kind, depth) = (setup.kind, setup.depth);
         let record = Record {
             setup,
             file: "r01.csv".into(),
@@ -203,7 +228,7 @@ impl Data {
             records: vec![record],
             noise: [Noise::white(1.0); 3],
             scales,
-            range: [force, 0.0, 0.0],
+            range: [force, 0.0, depth],
             repeat_scatter: 0.006,
         }
     }
@@ -253,7 +278,7 @@ pub(super) fn local_of(nuisances: &[Nuisance], v: &[f64]) -> Local {
             Nuisance::Speed => l.speed = *x,
             Nuisance::Stiffness => l.stiffness = *x,
             Nuisance::Offset => l.offset = *x,
-            Nuisance::Zero(_) => {}
+            Nuisance::Zero(_) | Nuisance::Tilt => {}
         }
     }
     l

@@ -90,7 +90,7 @@ impl Problem<'_> {
         }
         let bare = readings(&phys, &trace, &rec.setup.time);
         let mut y = bare.clone();
-        self.add_zeros(&mut y, local);
+        self.add_zeros(r, &mut y, local);
         let mut residual = Vec::new();
         self.whiten_into(r, &y, Some(&rec.y), &mut residual);
         let mut columns = vec![Vec::new(); g + l];
@@ -114,7 +114,7 @@ impl Problem<'_> {
                 &trace
             };
             let mut z = readings(phys, t, &rec.setup.time);
-            self.add_zeros(&mut z, zeros);
+            self.add_zeros(r, &mut z, zeros);
             let mut largest = 0.0f64;
             for c in 0..3 {
                 let (mut change, mut all) = (0.0, 0.0);
@@ -154,7 +154,7 @@ impl Problem<'_> {
             let mut v = local.clone();
             v[i] += h;
             let lo2 = self.local(&v);
-            let again = !matches!(n, Nuisance::Zero(_));
+            let again = !matches!(n, Nuisance::Zero(_) | Nuisance::Tilt);
             first[g + i] = difference(&phys, &lo2, &v, again, h, &mut columns[g + i])?.0;
         }
         Some(Part { residual, columns, first, first_speed: trace.first_speed, bare })

@@ -90,7 +90,7 @@ impl<'a> Problem<'a> {
         let rec = &self.data.records[r];
         let t = simulate(&p, &rec.setup, &self.local(local));
         let mut y = readings(&p, &t, &rec.setup.time);
-        self.add_zeros(&mut y, local);
+        self.add_zeros(r, &mut y, local);
         (t, y)
     }
 
@@ -99,7 +99,7 @@ impl<'a> Problem<'a> {
         let (trace, limited) = self.predict(theta, r, local);
         let p = Physics { clipping: Default::default(), ..self.physics(theta) };
         let mut free = readings(&p, &trace, &self.data.records[r].setup.time);
-        self.add_zeros(&mut free, local);
+        self.add_zeros(r, &mut free, local);
         (trace, limited, free)
     }
 
@@ -135,17 +135,22 @@ impl<'a> Problem<'a> {
         let l = self.local(local);
         let t = simulate_on(element(&law_of(&p, &rec.setup, &l))?, steps, &p, &rec.setup, &l)?;
         let mut y = readings(&p, &t, &rec.setup.time);
-        self.add_zeros(&mut y, local);
+        self.add_zeros(r, &mut y, local);
         Ok((t, y))
     }
 
-    /// Puts the zeros of the recording's own instruments on what an ideal chain would read: an imposed penetration is
-    /// read from where its scale has its zero, not from the touch.
-    fn add_zeros(&self, y: &mut [Vec<f64>; 3], local: &[f64]) {
+    /// Puts the zeros of the instruments of recording `r` on what an ideal chain would read, and the slope of its free
+    /// line: an imposed penetration is read from where its scale has its zero, not from the touch.
+    fn add_zeros(&self, r: usize, y: &mut [Vec<f64>; 3], local: &[f64]) {
         for (n, z) in self.nuisances.iter().zip(local) {
             let channel = match n {
                 Nuisance::Zero(c) => *c,
                 Nuisance::Offset => Channel::Penetration,
+                Nuisance::Tilt => {
+                    let imposed = &self.data.records[r].setup.imposed;
+                    y[Channel::Force.index()].iter_mut().zip(imposed).for_each(|(v, x)| *v += z * x);
+                    continue;
+                }
                 _ => continue,
             };
             y[channel.index()].iter_mut().for_each(|v| *v += z);
@@ -229,6 +234,7 @@ impl<'a> Problem<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plant::noise::Noise;
     use plant::simulate::Setup;
     use record::Kind;
 
@@ -252,5 +258,50 @@ mod tests {
         let apart = |a: &[f64], by: f64| a.iter().zip(&read).map(|(a, b)| (a - b - by).abs()).fold(0.0, f64::max);
         assert!(apart(&y[2], 0.0) < 1e-15, "{:e}", apart(&y[2], 0.0));
         assert!(apart(&trace.position, -zero) < 1e-15, "the contact starts where the surface is");
+    }
+
+    #[test]
+    fn a_touch_set_late_and_a_tilted_free_line_leave_stiffness_and_exponent_right() {
+        // 2e5 N/m^1.5 to 0.2 mm; the zero stands 12 um late, the free line rises by 0.2 % of the largest force
+        let (k, p, late) = (2e5, 1.5, 12e-6);
+        let time: Vec<f64> = (0..400).map(|i| 1e-3 * f64::from(i)).collect();
+        let x = |t: f64| 2e-4 - 2e-3 * (t - 0.2).abs();
+        let read: Vec<f64> = time.iter().map(|t| x(*t) - late).collect();
+        let most = k * 2e-4f64.powf(p);
+        let force = |t: f64| k * x(t).max(0.0).powf(p) + 0.002 * most * (x(t) - late) / 4e-4;
+        let hum = |i: usize| 2e-4 * most * ((i * 7919 % 101) as f64 / 50.0 - 1.0);
+        let y: Vec<f64> = time.iter().enumerate().map(|(i, t)| force(*t) + hum(i)).collect();
+        let imposed_rate: Vec<f64> = time.iter().map(|t| if *t < 0.2 { 2e-3 } else { -2e-3 }).collect();
+        let setup = Setup {
+            kind: Kind::Indentation,
+            imposed: read,
+            imposed_rate,
+            ..Setup::drop_test(time, 2e-4, 2e-3, 0.4)
+        };
+        let mut data = Data { noise: [Noise::white(1e-4 * most); 3], ..Data::of_force(setup, 1.0, most, y) };
+        data.range[2] = 4e-4;
+        let parameter = |name: &str| Parameter {
+            name: name.into(),
+            lower: -50.0,
+            upper: 50.0,
+            step: 1e-3,
+            prior: None,
+            dynamic: true,
+        };
+        let model = Model::new(vec![parameter("ln k"), parameter("p")], |theta, physics: &mut Physics| {
+            physics.law.elastic.stiffness = theta[0].exp();
+            physics.law.elastic.exponent = theta[1];
+        });
+        let problem = Problem::new(&data, &model);
+        let fit = problem.fit(problem.start(vec![(0.5f64 * k).ln(), 1.4]), &Options::default());
+        let [ln_k, exponent] = fit.point.theta[..] else { panic!("two parameters") };
+        // what every recording has of its own may take some of the stiffness
+        assert!((exponent - p).abs() < 0.01, "{exponent}");
+        let at_depth = |ln_k: f64, p: f64| ln_k + p * 2e-4f64.ln();
+        assert!((at_depth(ln_k, exponent) - at_depth(k.ln(), p)).abs() < 0.01, "{ln_k} {exponent}");
+        let of = |what: Nuisance| problem.nuisances().iter().position(|n| *n == what).map(|i| fit.point.locals[0][i]);
+        assert!((of(Nuisance::Offset).expect("an offset") + late).abs() < 1e-6, "{:?}", fit.point.locals);
+        let tilt = 0.002 * most / 4e-4;
+        assert!((of(Nuisance::Tilt).expect("a tilt") - tilt).abs() < 0.2 * tilt, "{:?}", fit.point.locals);
     }
 }
