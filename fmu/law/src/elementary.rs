@@ -9,11 +9,8 @@
 //! e^y = 2^n 2^(j/128) e^r with |r| < ln 2/256. Common exponents take square root and products instead, with what
 //! the products' rounding leaves added, so that p = 1.5 and p = 1.5 + 1e-16 give the same curve.
 
-// with their paths, because the moving bar takes this file in too
-#[path = "elementary/tables.rs"]
 mod tables;
 #[cfg(test)]
-#[path = "elementary/tests.rs"]
 mod tests;
 
 use tables::{EXP, EXP_POLY, LN, LN2, LN_POLY, STEP, STEPS};

@@ -5,8 +5,8 @@
 //! and Lara 2005, on Taylor methods). The seat at x = -s is hit without rebound and left when the drive exceeds the
 //! hold.
 
-use crate::variables::Settings;
 use law::elementary::exp;
+use variables::Settings;
 
 /// Terms of the series: 0.5^24 / 24! is far below rounding.
 const TERMS: usize = 24;
@@ -42,7 +42,19 @@ fn shifted(f: &Push, s: f64) -> Push {
     [push_at(f, s), f[1] + s * (f[2] + s * f[3] / 2.0), f[2] + s * f[3], f[3]]
 }
 
-impl Settings {
+/// A bar of these parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Bar<'s>(pub &'s Settings);
+
+impl std::ops::Deref for Bar<'_> {
+    type Target = Settings;
+
+    fn deref(&self) -> &Settings {
+        self.0
+    }
+}
+
+impl Bar<'_> {
     /// Force that drives the bar at `x` m, `v` m/s, `t` s, N: spring, magnet, damper and weight, without the input.
     pub fn drive(&self, t: f64, x: f64, v: f64) -> f64 {
         let spring = self.spring_preload() - self.return_spring_rate() * (x + self.travel());
@@ -195,12 +207,11 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variables::Settings;
 
     fn bar(pairs: &[(&str, f64)]) -> Settings {
         let mut s = Settings::default();
         for (name, value) in pairs {
-            let i = crate::variables::PARAMETER_TABLE.iter().position(|p| p.name == *name).unwrap();
+            let i = variables::PARAMETER_TABLE.iter().position(|p| p.name == *name).unwrap();
             s.set(i, *value);
         }
         s
@@ -212,12 +223,12 @@ mod tests {
         let w = 20.0;
         let m = Motion { x: 0.01, v: 0.3, ..Motion::default() };
         let t = 0.7f64;
-        let long = s.advance(&m, 0.0, t, &[0.0; 4]).unwrap();
+        let long = Bar(&s).advance(&m, 0.0, t, &[0.0; 4]).unwrap();
         let x = 0.01 * (w * t).cos() + 0.3 / w * (w * t).sin();
         assert!((long.x - x).abs() < 1e-15, "{} {}", long.x, x);
         let mut short = m;
         for i in 0..100 {
-            short = s.advance(&short, f64::from(i) * t / 100.0, t / 100.0, &[0.0; 4]).unwrap();
+            short = Bar(&s).advance(&short, f64::from(i) * t / 100.0, t / 100.0, &[0.0; 4]).unwrap();
         }
         assert!((short.x - x).abs() < 1e-14 && (short.v - long.v).abs() < 1e-13);
     }
@@ -227,7 +238,7 @@ mod tests {
         let s = bar(&[("mass", 0.5), ("return_spring_rate", 0.0), ("travel", 0.0), ("spring_preload", 0.0)]);
         let f = [3.0, -40.0, 900.0, -5e4];
         let h = 0.01f64;
-        let m = s.advance(&Motion { v: 1.0, ..Motion::default() }, 0.0, h, &f).unwrap();
+        let m = Bar(&s).advance(&Motion { v: 1.0, ..Motion::default() }, 0.0, h, &f).unwrap();
         let v = 1.0 - (f[0] * h + f[1] * h * h / 2.0 + f[2] * h.powi(3) / 6.0 + f[3] * h.powi(4) / 24.0) / 0.5;
         let x = h
             - (f[0] * h * h / 2.0 + f[1] * h.powi(3) / 6.0 + f[2] * h.powi(4) / 24.0 + f[3] * h.powi(5) / 120.0) / 0.5;
@@ -247,17 +258,17 @@ mod tests {
             ("start_penetration", -0.004),
         ]);
         let free = 0.002 * (30.0f64 / 12.3).ln();
-        let m = s.begin();
+        let m = Bar(&s).begin();
         assert!(m.seated);
-        let before = s.advance(&m, 0.0, free * 0.999, &[0.0; 4]).unwrap();
+        let before = Bar(&s).advance(&m, 0.0, free * 0.999, &[0.0; 4]).unwrap();
         assert!(before.seated && before.x == -0.004);
-        let after = s.advance(&m, 0.0, free + 1e-3, &[0.0; 4]).unwrap();
+        let after = Bar(&s).advance(&m, 0.0, free + 1e-3, &[0.0; 4]).unwrap();
         // m v = integral of P - H exp(-t/tau) since the release
         let v = (12.3 * 1e-3 - 12.3 * 0.002 * (1.0 - (-0.5f64).exp())) / 0.5;
         assert!(!after.seated && (after.v - v).abs() < 1e-12, "{} {}", after.v, v);
         // thrown back: onto the seat, at rest there while the push holds it
-        let back = s.advance(&Motion { x: -0.003, v: -5.0, ..after }, 1.0, 1e-3, &[20.0, 0.0, 0.0, 0.0]).unwrap();
+        let back = Bar(&s).advance(&Motion { x: -0.003, v: -5.0, ..after }, 1.0, 1e-3, &[20.0, 0.0, 0.0, 0.0]).unwrap();
         assert!(back.seated && back.x == -0.004 && back.v == 0.0);
-        assert!(s.advance(&m, 0.0, 1e9, &[0.0; 4]).is_err());
+        assert!(Bar(&s).advance(&m, 0.0, 1e9, &[0.0; 4]).is_err());
     }
 }

@@ -1,11 +1,11 @@
 //! One bar: calls in their order, values in and out, steps. No pointer of a host's gets here, no formula stands here.
 
-use crate::bar::Motion;
+use crate::bar::{Bar, Motion};
 use crate::start;
 use crate::state::{self, State};
-use crate::variables::{by_reference, Kind, Variable, FIRST_PARAMETER, LOG_CATEGORIES, MODEL, SIGNALS};
 use face::start::GUID_LENGTH;
 use face::{error, Life, Model, Outcome, Phase, Refusal};
+use variables::{by_reference, Kind, Variable, FIRST_PARAMETER, LOG_CATEGORIES, MODEL, SIGNALS};
 
 /// Highest order of an input derivative that is taken.
 const INPUT_ORDERS: i32 = 3;
@@ -75,7 +75,7 @@ impl Model for Instance {
         self.state.life.require("fmi2ExitInitializationMode", &[Phase::Initialization])?;
         self.input_is_good()?;
         self.state.settings.validate().map_err(Refusal::Error)?;
-        self.state.motion = self.state.settings.begin();
+        self.state.motion = Bar(&self.state.settings).begin();
         self.state.life.phase = Phase::Stepping;
         Ok(())
     }
@@ -133,9 +133,9 @@ impl Model for Instance {
             2 => m.v,
             3 => {
                 self.input_is_good()?;
-                s.settings.acceleration(&m, s.life.time, s.push[0])
+                Bar(&s.settings).acceleration(&m, s.life.time, s.push[0])
             }
-            4 => s.settings.drive(s.life.time, m.x, m.v),
+            4 => Bar(&s.settings).drive(s.life.time, m.x, m.v),
             5 => 0.5 * s.settings.mass() * m.v * m.v,
             6 => m.work,
             _ => f64::from(u8::from(m.seated)),
@@ -214,7 +214,7 @@ impl Model for Instance {
         self.input_is_good()?;
         let s = &mut self.state;
         let from = s.motion;
-        let to = s.settings.advance(&from, s.life.time, step, &s.push).map_err(Refusal::Discard)?;
+        let to = Bar(&s.settings).advance(&from, s.life.time, step, &s.push).map_err(Refusal::Discard)?;
         if !(to.x.is_finite() && to.v.is_finite() && to.work.is_finite()) {
             return Err(Refusal::Discard(format!("under a force of {} N the bar moves to {} m", s.push[0], to.x)));
         }
@@ -241,7 +241,7 @@ impl Instance {
 
     fn motion(&self) -> Motion {
         if self.state.life.phase == Phase::Initialization {
-            self.state.settings.begin()
+            Bar(&self.state.settings).begin()
         } else {
             self.state.motion
         }

@@ -7,6 +7,5 @@ pub mod bar;
 pub mod instance;
 pub mod start;
 pub mod state;
-pub mod variables;
 
 face::export!(instance::Instance);

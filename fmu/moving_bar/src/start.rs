@@ -1,7 +1,7 @@
 //! Start values and GUID of this library: see [`face::start`].
 
-use crate::variables::{Settings, PARAMETERS};
 use face::start::{Block, GUID_LENGTH};
+use variables::{Settings, PARAMETERS};
 
 #[used]
 static BLOCK: Block<PARAMETERS> = Block::unpacked();

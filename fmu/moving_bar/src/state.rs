@@ -1,9 +1,9 @@
 //! The whole state of a bar, and its bytes.
 
 use crate::bar::{Motion, Push};
-use crate::variables::{Settings, PARAMETERS};
 use face::bytes::{number, seal, unseal};
 use face::{Life, Phase};
+use variables::{Settings, PARAMETERS};
 
 /// Everything that a later answer depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,7 +17,7 @@ const MASS: f64 = 0.002;
 const WIDEST: f64 = 6.0;
 /// Terms that the base holds by itself where the simulation lists them.
 const GRAVITY_TERM: &str = mechanisms::gravity::MECHANISM.name;
-const HYSTERESIS_TERM: &str = "hysteresis_damping";
+const HYSTERESIS_TERM: &str = <law::parts::HysteresisDamping as law::part::Part>::MECHANISM.name;
 /// Samples in a row at one reading that make a flat top.
 const FLAT: usize = 4;
 

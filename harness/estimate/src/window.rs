@@ -12,7 +12,8 @@ const CONTACT: usize = 400;
 const AROUND: usize = 2;
 /// Samples kept there at least, to learn the noise from.
 const QUIET: usize = 200;
-/// Samples kept from the first touch on at most: bounces say much of the losses, but most of it is said by then.
+/// Samples, or means, from the first touch on within which contacts are judged: bounces say much of the losses, but most
+/// of it is said by then.
 const MOST: usize = LONG;
 
 /// The contacts in a recording, by sample.
@@ -20,13 +21,18 @@ struct Contacts {
     first: usize,
     /// Samples of the first.
     length: usize,
-    /// End of the last.
+    /// End of the last that is judged.
     end: usize,
 }
 
 /// Means of `m` samples each; what is left at the end belongs to none.
 fn means(y: &[f64], m: usize) -> Vec<f64> {
     y.chunks_exact(m).map(|b| b.iter().sum::<f64>() / m as f64).collect()
+}
+
+/// Of how many samples a mean is taken where a contact holds `length` of them.
+fn means_of(length: usize) -> usize {
+    (length / CONTACT).max(1)
 }
 
 /// Finds the contacts; None where there is none.
@@ -36,8 +42,10 @@ fn contacts(r: &Recording, mass: f64) -> Option<Contacts> {
     let found = |m: usize| {
         let y = means(&push, m);
         let p = pulse(&y)?;
-        let last = (1..y.len()).rev().find(|i| y[*i] > p.level && y[i - 1] > p.level).unwrap_or(p.last);
-        Some(Contacts { first: m * p.first, length: m * (p.last - p.first).max(1), end: m * (last + 1) })
+        let length = m * (p.last - p.first).max(1);
+        let within = (p.first + MOST * means_of(length) / m).min(y.len());
+        let last = (1..within).rev().find(|i| y[*i] > p.level && y[i - 1] > p.level).unwrap_or(p.last);
+        Some(Contacts { first: m * p.first, length, end: m * (last + 1) })
     };
     found(push.len().div_ceil(LONG)).or_else(|| found(1))
 }
@@ -50,8 +58,7 @@ fn window(kind: Kind, samples: usize, c: &Contacts, m: usize) -> (usize, usize) 
     let around = (AROUND * c.length).max(QUIET * m);
     // what comes before the touch of a contactor is its way there
     let from = if kind == Kind::DropTest { c.first.saturating_sub(around) } else { 0 };
-    let to = (c.end + around).min(c.first + MOST * m).min(samples);
-    (from, to)
+    (from, (c.end + around).min(samples))
 }
 
 /// The campaign with a window around the impacts of long recordings, and means of their samples where a contact holds
@@ -63,9 +70,9 @@ pub fn windowed(mut c: Campaign) -> Campaign {
     let mass = c.moving_mass.unwrap_or(1.0);
     let found: Option<Vec<Contacts>> = c.recordings.iter().map(|r| contacts(r, mass)).collect();
     let Some(found) = found else { return c };
-    let of = |r: &Recording, k: &Contacts| if r.time.len() > LONG { k.length / CONTACT } else { 1 };
+    let of = |r: &Recording, k: &Contacts| if r.time.len() > LONG { means_of(k.length) } else { 1 };
     // noise is learnt of all recordings together: means of as many in each
-    let m = c.recordings.iter().zip(&found).map(|(r, k)| of(r, k)).min().unwrap_or(1).max(1);
+    let m = c.recordings.iter().zip(&found).map(|(r, k)| of(r, k)).min().unwrap_or(1);
     let (mut all, mut judged) = (0, 0);
     let (mut shortest, mut longest) = (f64::INFINITY, 0.0f64);
     for (r, k) in c.recordings.iter_mut().zip(&found) {

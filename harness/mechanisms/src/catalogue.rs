@@ -1,6 +1,7 @@
 //! The vocabulary as a table: every mechanism with its equation, source, forms and quantities.
 
 use crate::mechanism::{Context, Mechanism, Scales};
+use crate::physics::{Given, Physics};
 use crate::ALL;
 use record::Kind;
 
@@ -22,6 +23,8 @@ pub struct Entry {
     pub quantities: Vec<Quantity>,
     /// Kinds of campaigns that can show it.
     pub kinds: Vec<Kind>,
+    /// Keys by which a scenario holds it, in its table `[motion.NAME]`; empty where it has none there.
+    pub keys: Vec<Given>,
 }
 
 /// A campaign of `kind` with every channel, ten recordings and sizes of one.
@@ -54,7 +57,8 @@ pub fn catalogue() -> Vec<Entry> {
     let named = ALL.iter().filter(|m| m.named);
     named
         .map(|mechanism| {
-            let mut entry = Entry { mechanism, forms: Vec::new(), quantities: Vec::new(), kinds: Vec::new() };
+            let keys = Physics::keys().into_iter().filter(|k| k.mechanism == mechanism.name).collect();
+            let mut entry = Entry { mechanism, forms: Vec::new(), quantities: Vec::new(), kinds: Vec::new(), keys };
             for kind in Kind::ALL {
                 let c = plain(kind);
                 let forms = mechanism.forms(&c);
@@ -81,6 +85,22 @@ pub fn catalogue() -> Vec<Entry> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_key_of_a_scenario_is_a_quantity_of_its_mechanism_and_changes_its_part() {
+        let mut seen = 0;
+        for e in catalogue() {
+            for k in &e.keys {
+                let same = |q: &&Quantity| q.name == k.name && q.unit == k.unit;
+                assert!(e.quantities.iter().any(|q| same(&q)), "{}: {}", e.mechanism.name, k.name);
+                let mut p = Physics::default();
+                k.put(&mut p, 0.123);
+                assert!(k.allowed.holds(0.123) && p != Physics::default(), "{}: {}", e.mechanism.name, k.name);
+                seen += 1;
+            }
+        }
+        assert!(seen >= 18, "{seen}");
+    }
 
     #[test]
     fn every_named_mechanism_has_forms_a_source_and_quantities_with_units() {

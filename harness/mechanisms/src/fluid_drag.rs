@@ -1,7 +1,7 @@
 //! fluid_drag: the surrounding fluid drags on the body with the square of its speed
 
 use crate::mechanism::*;
-use crate::part::{Motion, Part};
+use crate::part::{Allowed, Key, Motion, Part};
 use record::Kind;
 
 /// F = -c v |v|^(n-1), n near 2 (Newton 1687; Rayleigh 1876), c falling to a share of itself where the boundary layer
@@ -51,6 +51,19 @@ impl FluidDrag {
 }
 
 impl Part for FluidDrag {
+    const KEYS: &'static [Key<Self>] = &[
+        Key { name: "drag", unit: "N s^2/m^2", allowed: Allowed::FromZero, put: |p, v| p.coefficient = v },
+        Key { name: "drag_power", unit: "1", allowed: Allowed::AboveZero, put: |p, v| p.power = v },
+        Key { name: "drag_back", unit: "1", allowed: Allowed::FromZero, put: |p, v| p.back = v },
+        Key { name: "drag_beyond", unit: "1", allowed: Allowed::FromZero, put: |p, v| p.beyond = v },
+        Key {
+            name: "drag_crisis_speed",
+            unit: "m/s",
+            allowed: Allowed::AboveZero,
+            put: |p, v| p.crisis_speed = Some(v),
+        },
+    ];
+
     #[inline]
     fn on_body(&self, at: &Motion, f: f64) -> f64 {
         if self.coefficient == 0.0 {

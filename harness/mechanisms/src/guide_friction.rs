@@ -2,7 +2,7 @@
 
 use crate::constants::SLIP_SPEED;
 use crate::mechanism::*;
-use crate::part::{Motion, Part};
+use crate::part::{Allowed, Key, Motion, Part};
 use record::Kind;
 
 /// F = -(F_c (1 + s exp(-(v/v_s)^2)) tanh(v/v_0) + c v) (Coulomb 1785; Stribeck 1902).
@@ -39,6 +39,13 @@ impl Default for GuideFriction {
 }
 
 impl Part for GuideFriction {
+    const KEYS: &'static [Key<Self>] = &[
+        Key { name: "friction", unit: "N", allowed: Allowed::FromZero, put: |p, v| p.coulomb = v },
+        Key { name: "friction_viscous", unit: "N s/m", allowed: Allowed::FromZero, put: |p, v| p.viscous = v },
+        Key { name: "stribeck_excess", unit: "1", allowed: Allowed::FromZero, put: |p, v| p.stribeck_excess = v },
+        Key { name: "stribeck_speed", unit: "m/s", allowed: Allowed::AboveZero, put: |p, v| p.stribeck_speed = v },
+    ];
+
     #[inline]
     fn on_body(&self, at: &Motion, mut f: f64) -> f64 {
         if self.coulomb != 0.0 {

@@ -25,6 +25,47 @@ pub struct Sampling {
     pub before: f64,
 }
 
+/// What values a key may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Allowed {
+    /// Any number.
+    Any,
+    /// 0 or more.
+    FromZero,
+    /// More than 0.
+    AboveZero,
+}
+
+impl Allowed {
+    /// Whether it allows `value`, which has to be a number.
+    pub fn holds(self, value: f64) -> bool {
+        value.is_finite()
+            && match self {
+                Allowed::Any => true,
+                Allowed::FromZero => value >= 0.0,
+                Allowed::AboveZero => value > 0.0,
+            }
+    }
+
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Allowed::Any => "a number",
+            Allowed::FromZero => "0 or more",
+            Allowed::AboveZero => "more than 0",
+        }
+    }
+}
+
+/// A quantity of a part that a scenario may give, by the name under which a diagnosis reports it.
+pub struct Key<P> {
+    pub name: &'static str,
+    /// SI; "1" for none.
+    pub unit: &'static str,
+    pub allowed: Allowed,
+    pub put: fn(&mut P, f64),
+}
+
 /// Factors by which earlier recordings have changed a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wear {
@@ -36,7 +77,9 @@ pub struct Wear {
 
 /// A part of the physics of a recording: its parameters, and what it adds. Every hook is neutral unless a part says
 /// otherwise; `Default` is the part that adds nothing.
-pub trait Part: Copy + Debug + Default + PartialEq {
+pub trait Part: Copy + Debug + Default + PartialEq + 'static {
+    /// What a scenario may give of it; empty where it cannot hold the part.
+    const KEYS: &'static [Key<Self>] = &[];
     /// Whether it has a mass that rides on the body ([`Part::riding_mass`]).
     const RIDES: bool = false;
 

@@ -1,7 +1,7 @@
 //! The whole forward model of one recording: the contact law, the mass, and the parts of every mechanism.
 
 use crate::load_history::LoadHistory;
-use crate::part::{Motion, Part, Sampling, Wear};
+use crate::part::{Allowed, Motion, Part, Sampling, Wear};
 use crate::*;
 use ::law::Parameters;
 
@@ -20,6 +20,25 @@ pub struct Rider {
     pub force: fn(&Physics, f64, f64) -> f64,
     /// Way to the nearest wall that it may strike, m.
     pub play: fn(&Physics, f64) -> f64,
+}
+
+/// A key of a scenario: a quantity of a part of the physics.
+#[derive(Clone, Copy, Debug)]
+pub struct Given {
+    /// Mechanism whose part it is of.
+    pub mechanism: &'static str,
+    pub name: &'static str,
+    /// SI; "1" for none.
+    pub unit: &'static str,
+    pub allowed: Allowed,
+    put: fn(&str, &mut Physics, f64),
+}
+
+impl Given {
+    /// Puts `value`, in its unit, into the part of `p`.
+    pub fn put(&self, p: &mut Physics, value: f64) {
+        (self.put)(self.name, p, value);
+    }
 }
 
 /// Composes [`Physics`] of the parts that act beside the contact law, in the order in which they act.
@@ -94,6 +113,23 @@ macro_rules! physics {
                 let f = 0.0;
                 $($(let f = Part::on_face(&self.$name, x, v, f);)?)*
                 f
+            }
+
+            /// What a scenario may give, of every part.
+            pub fn keys() -> Vec<Given> {
+                let mut all = Vec::new();
+                $($(all.extend(<$part as Part>::KEYS.iter().map(|k| Given {
+                    mechanism: $module::MECHANISM.name,
+                    name: k.name,
+                    unit: k.unit,
+                    allowed: k.allowed,
+                    put: |key, p, v| {
+                        if let Some(k) = <$part as Part>::KEYS.iter().find(|k| k.name == key) {
+                            (k.put)(&mut p.$name, v);
+                        }
+                    },
+                }));)?)*
+                all
             }
 
             /// Masses that may ride on the body at once.

@@ -1,7 +1,7 @@
 //! residual_magnetism: what is left of the magnet still pulls on the bar
 
 use crate::mechanism::*;
-use crate::part::{Motion, Part};
+use crate::part::{Allowed, Key, Motion, Part};
 use crate::physics::Physics;
 use record::Kind;
 
@@ -37,6 +37,12 @@ impl Default for ResidualMagnetism {
 }
 
 impl Part for ResidualMagnetism {
+    const KEYS: &'static [Key<Self>] = &[
+        Key { name: "magnet_force", unit: "N", allowed: Allowed::FromZero, put: |p, v| p.force = v },
+        Key { name: "magnet_gap", unit: "m", allowed: Allowed::AboveZero, put: |p, v| p.gap = v },
+        Key { name: "magnet_time", unit: "s", allowed: Allowed::AboveZero, put: |p, v| p.time = v },
+    ];
+
     #[inline]
     fn on_body(&self, at: &Motion, f: f64) -> f64 {
         if self.force == 0.0 {

@@ -1,7 +1,7 @@
 //! return_spring: a spring acts on the body
 
 use crate::mechanism::*;
-use crate::part::{Motion, Part};
+use crate::part::{Allowed, Key, Motion, Part};
 use record::Kind;
 
 /// F = -(P + r x + g x^3) (Hooke 1678; Duffing 1918).
@@ -35,6 +35,12 @@ pub struct ReturnSpring {
 }
 
 impl Part for ReturnSpring {
+    const KEYS: &'static [Key<Self>] = &[
+        Key { name: "spring_preload", unit: "N", allowed: Allowed::Any, put: |p, v| p.preload = v },
+        Key { name: "spring_rate", unit: "N/m", allowed: Allowed::FromZero, put: |p, v| p.rate = v },
+        Key { name: "spring_growth", unit: "N/m^3", allowed: Allowed::FromZero, put: |p, v| p.growth = v },
+    ];
+
     #[inline]
     fn on_body(&self, at: &Motion, f: f64) -> f64 {
         f - self.preload - (self.rate + self.growth * at.x * at.x) * at.x

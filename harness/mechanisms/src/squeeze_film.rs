@@ -1,7 +1,7 @@
 //! squeeze_film: a cushion of fluid builds up as the gap closes
 
 use crate::mechanism::*;
-use crate::part::{Motion, Part};
+use crate::part::{Allowed, Key, Motion, Part};
 use record::Kind;
 
 /// F = -c v (g/(gap + g))^n (Reynolds 1886; Stefan 1874).
@@ -50,6 +50,12 @@ impl SqueezeFilm {
 }
 
 impl Part for SqueezeFilm {
+    const KEYS: &'static [Key<Self>] = &[
+        Key { name: "squeeze_film", unit: "N s/m", allowed: Allowed::FromZero, put: |p, v| p.coefficient = v },
+        Key { name: "squeeze_gap", unit: "m", allowed: Allowed::AboveZero, put: |p, v| p.gap = v },
+        Key { name: "squeeze_power", unit: "1", allowed: Allowed::AboveZero, put: |p, v| p.power = v },
+    ];
+
     #[inline]
     fn on_body(&self, at: &Motion, f: f64) -> f64 {
         f - self.force(at)

@@ -10,9 +10,6 @@ pub use library::{library, Binary};
 
 use anyhow::{bail, ensure, Context, Result};
 use hysteresis_contact::variables::{self, Role, Settings, LOG_CATEGORIES, MODEL, PARAMETERS, PARAMETER_TABLE};
-#[path = "../../../fmu/moving_bar/src/variables.rs"]
-#[allow(dead_code)]
-mod moving_bar;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
@@ -93,7 +90,7 @@ impl Model {
 
     /// The moving bar, the contact's partner.
     pub fn moving_bar() -> Model {
-        use moving_bar as bar;
+        use moving_bar_variables as bar;
         let signals = (0..bar::SIGNALS.len()).map(|i| (i as u32, None));
         let parameters = (0..bar::PARAMETERS).map(|i| (bar::FIRST_PARAMETER + i as u32, Some((i, false))));
         let entry = |(reference, parameter)| {

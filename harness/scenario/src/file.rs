@@ -2,6 +2,7 @@
 
 use super::contact::{Contact, Faces, Fault};
 use super::locate::line_of;
+use super::motion::Motion;
 use super::GRAVITY;
 use anyhow::{anyhow, bail, Context, Result};
 use serde::Deserialize;
@@ -145,7 +146,7 @@ pub struct Scenario {
     /// gravity.
     #[serde(default)]
     pub gravity: bool,
-    /// Coulomb friction of the guide, N, >= 0, smoothed as tanh(v / (1 mm/s)).
+    /// Coulomb friction of the guide, N, >= 0, smoothed as tanh(v / (5 mm/s)).
     #[serde(default)]
     pub guide_friction: f64,
     /// From rest to the stop, m, > 0 (contactor).
@@ -169,6 +170,9 @@ pub struct Scenario {
     /// Rebound height taken as rest, m, >= 0.
     #[serde(default = "one_micrometre")]
     pub rest_height: f64,
+    /// Mechanisms that act on the body on its way.
+    #[serde(default)]
+    pub motion: Motion,
     /// The three masses.
     pub masses: Option<Masses>,
     /// The sensors' springs.
@@ -285,6 +289,11 @@ impl Scenario {
     fn check(&self) -> Result<(), Place> {
         self.check_bodies()?;
         need(zero(self.guide_friction), "guide_friction", "a force from 0 on, in N")?;
+        let once = "either this or [motion.guide_friction] friction, not both";
+        need(self.guide_friction == 0.0 || !self.motion.gives("guide_friction", "friction"), "guide_friction", once)?;
+        let once = "either this or [motion.residual_magnetism] magnet_force, not both";
+        let held = self.motion.gives("residual_magnetism", "magnet_force");
+        need(self.holding_force == 0.0 || !held, "holding_force", once)?;
         need((1..=10_000).contains(&self.most_impacts()), "impacts", "1 to 10000")?;
         need(zero(self.rest_height), "rest_height", "a height from 0 on, in m")?;
         match self.kind {

@@ -8,6 +8,7 @@ mod contact;
 mod file;
 mod interrupters;
 mod locate;
+mod motion;
 mod observed;
 mod outcome;
 mod plan;

@@ -3,7 +3,6 @@
 use super::plan::Case;
 use super::rig::{Bodies, State as RowState};
 use anyhow::Result;
-use mechanisms::guide_friction::GuideFriction;
 use mechanisms::part::Part;
 use mechanisms::physics::Physics;
 use mechanisms::residual_magnetism::ResidualMagnetism;
@@ -14,26 +13,26 @@ use plant::simulate::Setup;
 /// Events from this number on: the photo interrupters, from the top.
 pub(super) const INTERRUPTERS: usize = EVENTS;
 
-/// A case's motion, observed: beside it work on the contact, heat in guide and sensors, work against the holding force
-/// and impulse are integrated along, in this order; their error does not count.
+/// A case's motion, observed: beside it work on the contact, work against the guide and what else acts on the way with
+/// the heat in sensors, work against the holding force and impulse are integrated along, in this order; their error does not count.
 pub(super) struct Observed<'a> {
     case: &'a Case,
     /// The motion.
     pub(super) motion: Motion<'a>,
     setup: &'a Setup,
-    /// What takes energy from the bodies on the way: friction of the guide, and the holding force.
-    guide: GuideFriction,
+    /// What takes energy from the bodies on the way; the holding force of it.
+    physics: &'a Physics,
     holding: ResidualMagnetism,
     /// Positions of the photo interrupters still looked for, m, from the top.
     marks: Vec<f64>,
 }
 
 impl<'a> Observed<'a> {
-    pub(super) fn new(case: &'a Case, motion: Motion<'a>, setup: &'a Setup, physics: &Physics) -> Observed<'a> {
+    pub(super) fn new(case: &'a Case, motion: Motion<'a>, setup: &'a Setup, physics: &'a Physics) -> Observed<'a> {
         let marks = case.interrupters.map_or(Vec::new(), |p| {
             (0..p.count).map(|j| -(p.last_to_touch + (p.count - 1 - j) as f64 * p.spacing)).collect()
         });
-        Observed { case, motion, setup, guide: physics.guide_friction, holding: physics.residual_magnetism, marks }
+        Observed { case, motion, setup, physics, holding: physics.residual_magnetism, marks }
     }
 
     /// The state as a row has it.
@@ -80,8 +79,9 @@ impl System for Observed<'_> {
         let f = self.motion.force(t, y)?;
         let at = self.setup.motion(t, y[0], y[1]);
         dy[n] = f * self.motion.face(y).1;
-        dy[n + 1] = -self.guide.on_body(&at, 0.0) * at.v + self.damped(y);
-        dy[n + 2] = -self.holding.on_body(&at, 0.0) * at.v;
+        let held = self.holding.on_body(&at, 0.0);
+        dy[n + 1] = (held - self.physics.on_body(&at, 0.0)) * at.v + self.damped(y);
+        dy[n + 2] = -held * at.v;
         dy[n + 3] = f;
         Ok(())
     }

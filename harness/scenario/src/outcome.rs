@@ -84,7 +84,7 @@ pub struct Balance {
     pub residual: Option<f64>,
     /// With the contact's work integrated along the motion instead.
     pub residual_of_motion: f64,
-    /// Heat in guide friction and sensors' dampers at the end, J.
+    /// Work against guide friction and what else acts on the way, and heat in sensors' dampers, at the end, J.
     pub heat_outside_contact: f64,
     /// Work done against the holding force at the end, J.
     pub work_against_holding: f64,

@@ -5,6 +5,8 @@ use super::file::{Compare, Kind, Model, PhotoInterrupters, Scenario, Tip};
 use super::rig::{Bodies, Link, Rig, Spring};
 use super::GRAVITY;
 use law::Parameters;
+use mechanisms::physics::Physics;
+use mechanisms::residual_magnetism::ResidualMagnetism;
 use std::path::PathBuf;
 
 /// How a case begins.
@@ -69,7 +71,7 @@ impl Case {
     /// law::impact knows the answer.
     pub fn is_free_and_plain(&self) -> bool {
         let r = &self.rig;
-        let free = r.count() == 1 && r.gravity_after == 0.0 && r.friction == 0.0 && r.spring.is_none();
+        let free = r.count() == 1 && r.gravity_after == 0.0 && !r.acts_on_the_way() && r.spring.is_none();
         free && self.fmu.is_none() && self.law.is_power_law()
     }
 }
@@ -143,17 +145,22 @@ impl Scenario {
         };
         let after = if self.gravity { GRAVITY } else { 0.0 };
         let contactor = self.kind == Kind::ContactorOpening;
+        let mut parts = Physics::default();
+        parts.guide_friction.coulomb = self.guide_friction;
+        if contactor && self.holding_force > 0.0 {
+            parts.residual_magnetism =
+                ResidualMagnetism { force: self.holding_force, gap: f64::INFINITY, time: self.holding_time };
+        }
+        self.motion.put(&mut parts);
         Rig {
             bodies,
             gravity_before: if contactor { after } else { GRAVITY },
             gravity_after: after,
-            friction: self.guide_friction,
+            parts,
             spring: contactor.then_some(Spring {
                 travel: self.travel,
                 preload: self.spring_preload,
                 rate: self.return_spring_rate,
-                holding_force: self.holding_force,
-                holding_time: self.holding_time,
             }),
         }
     }

@@ -8,7 +8,6 @@
 use law::Parameters;
 use mechanisms::attached_mass::AttachedMass;
 use mechanisms::physics::Physics;
-use mechanisms::residual_magnetism::ResidualMagnetism;
 use mechanisms::sensor_resonance::Tip;
 use plant::simulate::Setup;
 
@@ -56,10 +55,6 @@ pub struct Spring {
     pub preload: f64,
     /// Spring rate, N/m.
     pub rate: f64,
-    /// Holding force at the first instant, N.
-    pub holding_force: f64,
-    /// Time constant with which it fades, s.
-    pub holding_time: f64,
 }
 
 /// A rig without its contact.
@@ -71,8 +66,9 @@ pub struct Rig {
     pub gravity_before: f64,
     /// Gravity along +x from the first touch on, m/s^2.
     pub gravity_after: f64,
-    /// Coulomb friction of the guide on the body, N.
-    pub friction: f64,
+    /// Parts that act on the body on its way: friction of the guide, the holding force, and what else a scenario gives;
+    /// its law, mass and gravity count for nothing.
+    pub parts: Physics,
     /// What drives it, for a contactor.
     pub spring: Option<Spring>,
 }
@@ -81,7 +77,7 @@ pub struct Rig {
 pub struct Places {
     /// Work done on the contact, J.
     pub work: usize,
-    /// Heat in guide and sensors, J.
+    /// Work against guide and other forces on the way, and heat in the sensors, J.
     pub heat: usize,
     /// Work done against the holding force, J.
     pub holding: usize,
@@ -96,6 +92,11 @@ impl Rig {
             Bodies::One(_) => 1,
             Bodies::Three { .. } => 3,
         }
+    }
+
+    /// Whether anything but weight, spring and contact acts on the body.
+    pub fn acts_on_the_way(&self) -> bool {
+        self.parts != Physics::default()
     }
 
     /// Length of the state: position and velocity of tip, body, accelerometer; then [`Places`].
@@ -125,12 +126,7 @@ impl Rig {
     /// The bodies and the forces on them, under `gravity` along +x, m/s^2. Of the law only what tells a depth from a
     /// speed is used: the force is the contact element's.
     pub fn physics(&self, law: &Parameters, gravity: f64) -> Physics {
-        let mut p = Physics { law: *law, mass: self.mass(), gravity, ..Physics::default() };
-        p.guide_friction.coulomb = self.friction;
-        if let Some(s) = self.spring.filter(|s| s.holding_force > 0.0) {
-            p.residual_magnetism =
-                ResidualMagnetism { force: s.holding_force, gap: f64::INFINITY, time: s.holding_time };
-        }
+        let mut p = Physics { law: *law, mass: self.mass(), gravity, ..self.parts };
         if let Bodies::Three { accelerometer, tip, accelerometer_spring: a, transducer: t, .. } = self.bodies {
             p.sensor_resonance = Tip { mass: tip, stiffness: t.stiffness, damping: t.damping };
             p.attached_mass =

@@ -8,6 +8,7 @@ use super::results::compare_exact;
 use super::rig::State as RowState;
 use anyhow::{bail, Result};
 use host::Element;
+use mechanisms::physics::Physics;
 use plant::integrate::{Advance, Control, State, Stepper};
 use plant::motion::{
     Contact, Motion, BODY_SURFACE, BODY_TURN, CENTRE, FORCE_RATE, FORCE_SIGN, SPRUNG_SURFACE, SPRUNG_TURN, SURFACE,
@@ -93,8 +94,21 @@ fn start(case: &Case) -> Result<(f64, f64, f64)> {
     Ok(match (case.start, rig.spring) {
         (Start::Held, Some(s)) => {
             // the bar leaves when the holding force has faded to what the rest overcomes
-            let free = s.preload - rig.friction + rig.mass() * rig.gravity_before;
-            let t = if s.holding_force > free { s.holding_time * (s.holding_force / free).ln() } else { 0.0 };
+            let (held, p) =
+                (rig.parts.residual_magnetism, Physics { residual_magnetism: Default::default(), ..rig.parts });
+            let at_rest = rig.setup().motion(0.0, -s.travel, 0.0);
+            let drive = p.on_body(&at_rest, s.preload) + rig.mass() * rig.gravity_before;
+            let free = drive - p.guide_friction.coulomb * (1.0 + p.guide_friction.stribeck_excess);
+            if free <= 0.0 {
+                bail!("the bar never leaves: friction and the forces of [motion] hold it against {:.4} N", s.preload);
+            }
+            let t = if held.force > free { held.time * (held.force / free).ln() } else { 0.0 };
+            if !t.is_finite() {
+                bail!(
+                    "the bar never leaves: the magnet holds it with {} N and has no magnet_time to fade in",
+                    held.force
+                );
+            }
             (t, -s.travel, 0.0)
         }
         (Start::Touch(v), _) => (0.0, 0.0, v),

@@ -79,6 +79,28 @@ fn contacts_with_a_memory_are_the_same_to_the_last_bit() {
     }
 }
 
+#[test]
+fn what_acts_on_the_way_is_the_same_to_the_last_bit() {
+    let more = "[motion.fluid_drag]\ndrag = 0.9\ndrag_back = 1.4\n[motion.squeeze_film]\nsqueeze_film = 2.0\nsqueeze_gap = 1e-4\n\
+                [motion.return_spring]\nspring_preload = 1.5\nspring_rate = 300.0\n\
+                [motion.guide_friction]\nfriction_viscous = 0.2\nstribeck_excess = 0.5\n";
+    let put = |p: &mut Physics| {
+        (p.fluid_drag.coefficient, p.fluid_drag.back) = (0.9, 1.4);
+        (p.squeeze_film.coefficient, p.squeeze_film.gap) = (2.0, 1e-4);
+        (p.return_spring.preload, p.return_spring.rate) = (1.5, 300.0);
+        (p.guide_friction.viscous, p.guide_friction.stribeck_excess) = (0.2, 0.5);
+    };
+    let (o, t) = drop_test(more, put, CONTROL);
+    // a film before the transducer pushes on it as well
+    let free = Trace { force: o.rows.iter().map(|r| r.force).chain([0.0]).collect(), ..t.clone() };
+    same_bits(&o, &free);
+    assert!(o.rows.iter().zip(&t.force).any(|(r, f)| r.force != *f));
+    assert!(o.balance.residual_of_motion < 1e-7, "{:?}", o.balance);
+    let (plain, _) = drop_test("", |_| {}, CONTROL);
+    let apart = |a: &Outcome| a.bounces[0].rebound_height.unwrap();
+    assert!(apart(&o) < 0.9 * apart(&plain), "{} {}", apart(&o), apart(&plain));
+}
+
 /// A contactor opening and its recording: two impacts, against a holding force that fades.
 fn opening(control: Control) -> (Outcome, Trace) {
     let text = format!(

@@ -98,10 +98,7 @@ fn described(c: &Campaign, base: &Base, problem: &Problem<'_>, start: &[f64], be
     let data = problem.data;
     let nuisances = data.nuisances();
     let s = data.scales;
-    let local_steps: Vec<f64> = nuisances
-        .iter()
-        .map(|n| data.local_step(*n))
-        .collect();
+    let local_steps: Vec<f64> = nuisances.iter().map(|n| data.local_step(*n)).collect();
     let noise: Vec<_> = data.noise.iter().map(whitening).collect();
     let records: Vec<Value> = data
         .records

@@ -34,8 +34,11 @@ fn quantities(e: &Entry) -> String {
 fn text(e: &Entry) -> String {
     let m = e.mechanism;
     let kinds: Vec<&str> = e.kinds.iter().map(|k| k.name()).collect();
+    let keys: Vec<&str> = e.keys.iter().map(|k| k.name).collect();
+    let scenario =
+        if keys.is_empty() { String::new() } else { format!("  scenario: [motion.{}] {}\n", m.name, keys.join(", ")) };
     format!(
-        "{} ({})\n  {}\n  {}\n  quantities: {}\n  forms: {}\n  shown by: {}\n  source: {}\n",
+        "{} ({})\n  {}\n  {}\n  quantities: {}\n  forms: {}\n  shown by: {}\n{scenario}  source: {}\n",
         m.name,
         m.origin.name(),
         m.sentence,
@@ -72,7 +75,7 @@ fn json(table: &[Entry]) -> Result<String> {
             serde_json::json!({
                 "name": m.name, "origin": m.origin.name(), "sentence": m.sentence, "equation": m.equation,
                 "source": m.source, "forms": e.forms, "kinds": e.kinds.iter().map(|k| k.name()).collect::<Vec<_>>(),
-                "quantities": e.quantities.iter().map(|q| serde_json::json!({"name": q.name, "unit": q.unit}))
+                "scenario_keys": e.keys.iter().map(|k| k.name).collect::<Vec<_>>(), "quantities": e.quantities.iter().map(|q| serde_json::json!({"name": q.name, "unit": q.unit}))
                     .collect::<Vec<_>>(),
             })
         })

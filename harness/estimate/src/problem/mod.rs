@@ -272,12 +272,8 @@ mod tests {
         let hum = |i: usize| 2e-4 * most * ((i * 7919 % 101) as f64 / 50.0 - 1.0);
         let y: Vec<f64> = time.iter().enumerate().map(|(i, t)| force(*t) + hum(i)).collect();
         let imposed_rate: Vec<f64> = time.iter().map(|t| if *t < 0.2 { 2e-3 } else { -2e-3 }).collect();
-        let setup = Setup {
-            kind: Kind::Indentation,
-            imposed: read,
-            imposed_rate,
-            ..Setup::drop_test(time, 2e-4, 2e-3, 0.4)
-        };
+        let setup =
+            Setup { kind: Kind::Indentation, imposed: read, imposed_rate, ..Setup::drop_test(time, 2e-4, 2e-3, 0.4) };
         let mut data = Data { noise: [Noise::white(1e-4 * most); 3], ..Data::of_force(setup, 1.0, most, y) };
         data.range[2] = 4e-4;
         let parameter = |name: &str| Parameter {

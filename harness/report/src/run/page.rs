@@ -236,8 +236,8 @@ fn energy(page: Page, done: &[Done], s: &Summary) -> Page {
         .series("potential", &t, &column(&|r| r.potential), Style::Line(1))
         .series("stored in contact", &t, &column(&|r| r.stored), Style::Line(2))
         .series("dissipated in contact", &t, &column(&|r| r.dissipated), Style::Line(3));
-    if d.case.rig.friction > 0.0 || d.case.rig.count() == 3 {
-        c = c.series("heat elsewhere", &t, &column(&|r| r.state[at.heat]), Style::Line(4));
+    if d.case.rig.acts_on_the_way() || d.case.rig.count() == 3 {
+        c = c.series("work on the way, heat in sensors", &t, &column(&|r| r.state[at.heat]), Style::Line(4));
     }
     let worst = s.runs.iter().filter_map(|r| r.energy.residual).fold(f64::NAN, f64::max);
     let motion = s.runs.iter().map(|r| r.energy.residual_of_motion).fold(0.0, f64::max);
