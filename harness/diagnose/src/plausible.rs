@@ -3,7 +3,7 @@
 use estimate::condition::{median, Invalid};
 use estimate::problem::{Data, Record};
 use nalgebra::{DMatrix, DVector};
-use record::{Campaign, Kind};
+use record::{Campaign, Kind, Recording, GRAVITY};
 
 /// Factor beyond which two measurements of one thing are in different units: the smallest step between neighbouring
 /// SI prefixes is 1000, g and m/s^2 differ by 9.8, mm and cm by 10.
@@ -14,98 +14,130 @@ fn refused(file: &str, what: String, cure: &str) -> Invalid {
 }
 
 /// Checks force against mass times acceleration and against a calibrated simulation, what the push adds up to against
-/// the speed of the impact, and that the recordings are of one campaign.
+/// the speed of the impact, that against the height of the fall, and that the recordings are of one campaign.
 ///
 /// # Errors
-/// Names the recording, what disagrees and by what factor, and the cure.
+/// Everything that disagrees, a line each: the recording, what disagrees and by what factor, and the cure.
 pub fn check(c: &Campaign, data: &Data) -> Result<(), Invalid> {
-    against_given(c, data)?;
-    if c.kind == Kind::Indentation {
+    let mut found: Vec<Invalid> = against_given(c, data).err().into_iter().collect();
+    if c.kind != Kind::Indentation {
+        found.extend(c.recordings.iter().filter_map(|r| against_height(r).err()));
+        for rec in &data.records {
+            let of = [force_against_acceleration(data, rec), way_against_speed(rec), push_against_speed(data, rec)];
+            // one wrong unit shows in all of them
+            found.extend(of.into_iter().find_map(Result::err));
+        }
+    }
+    if found.is_empty() {
         return one_campaign(c, data);
     }
-    for rec in &data.records {
-        let n = rec.setup.time.len();
-        let quiet = (n / 20).max(4);
-        let centred = |y: &[f64]| -> Vec<f64> {
-            let mut start = y[..quiet].to_vec();
-            start.sort_by(f64::total_cmp);
-            y.iter().map(|v| v - start[quiet / 2]).collect()
-        };
-        if let (Some(f), Some(a)) = (&rec.y[0], &rec.y[1]) {
-            let (f, a) = (centred(f), centred(a));
-            let mut sorted = f.clone();
-            sorted.sort_by(f64::total_cmp);
-            // the middle of the ratios while the push is strong: a spike does not move it
-            let strong = 0.3 * sorted[n - 1 - n / 100];
-            let mut ratios: Vec<f64> = f
-                .iter()
-                .zip(&a)
-                .filter(|(f, _)| **f > strong)
-                .map(|(f, a)| f / (-data.mass * a))
-                .filter(|q| q.is_finite())
-                .collect();
-            ratios.sort_by(f64::total_cmp);
-            if ratios.len() >= 5 {
-                let ratio = ratios[ratios.len() / 2];
-                if ratio < 0.0 && ratios[ratios.len() * 9 / 10] < 0.0 {
-                    return Err(refused(
-                        &rec.file,
-                        "acceleration is positive while the stop pushes back".into(),
-                        "turn the sign of acceleration (negative while the stop pushes) or of force",
-                    ));
-                }
-                if ratio > 0.0 && !(1.0 / APART..=APART).contains(&ratio) {
-                    return Err(refused(
-                        &rec.file,
-                        format!("force is {ratio:.3e} times mass times acceleration"),
-                        "correct the unit of force or acceleration in its header, or moving_mass (kg) in campaign.toml",
-                    ));
-                }
-            }
-        }
-        let Some((v, _)) = rec.speed else { continue };
-        if let Some(x) = &rec.y[2] {
-            // from the start to 0.8 of the deepest point the body covers that distance at most at impact speed
-            let deep = x.iter().cloned().fold(f64::MIN, f64::max);
-            let reach = x[0] + 0.8 * (deep - x[0]);
-            if let Some(i) = x.iter().position(|x| *x >= reach) {
-                let t = rec.setup.time[i] - rec.setup.time[0];
-                let ratio = (x[i] - x[0]) / (v * t).max(1e-300);
-                if i > 4 && !(1.0 / (3.0 * APART)..=APART).contains(&ratio) {
-                    return Err(refused(
-                        &rec.file,
-                        format!("penetration moves {ratio:.3e} times as fast as the speed given, {v} m/s"),
-                        "correct the unit of penetration or time in its header, or the speed (m/s) in campaign.toml",
-                    ));
-                }
-            }
-        }
-        let push = match (&rec.y[1], &rec.y[0]) {
-            (Some(a), _) => Some(("acceleration", -data.mass, a)),
-            (None, Some(f)) => Some(("force", 1.0, f)),
-            _ => None,
-        };
-        if let Some((what, mass, y)) = push {
-            let dt = (rec.setup.time[n - 1] - rec.setup.time[0]) / (n - 1) as f64;
-            let (mut speed, mut most): (f64, f64) = (0.0, 0.0);
-            for u in centred(y) {
-                speed += mass * u / data.mass * dt;
-                most = most.max(speed);
-            }
-            let ratio = most / v.max(1e-300);
-            if !(0.1 / APART..=2.0 * APART).contains(&ratio) {
-                return Err(refused(
-                    &rec.file,
-                    format!("{what} adds up to {ratio:.3e} times the speed given, {v} m/s"),
-                    &format!(
-                        "correct the unit of {what} or time in its header, moving_mass (kg) or the speed (m/s) in \
-                         campaign.toml, or leave a recording without an impact out"
-                    ),
-                ));
-            }
-        }
+    Err(Invalid(found.into_iter().map(|e| e.0).collect::<Vec<_>>().join("\n")))
+}
+
+/// Factor between a measured speed of impact and that of a free fall beyond which one of them is in another unit: guides
+/// take some of the speed, nothing adds to it.
+const FALL_APART: f64 = 3.0;
+
+/// The speed of the impact against the height of the fall, where both are given.
+fn against_height(r: &Recording) -> Result<(), Invalid> {
+    let (Some(h), Some((v, _))) = (r.drop_height, r.impact_speed) else { return Ok(()) };
+    let fall = (2.0 * GRAVITY * h).sqrt();
+    if fall > 0.0 && v > 0.0 && !(1.0 / FALL_APART..=FALL_APART).contains(&(v / fall)) {
+        return Err(refused(
+            &r.file,
+            format!("a free fall of {h} m ends at {fall:.3} m/s, impact_speed is {v} m/s"),
+            "correct drop_height (m) or impact_speed (m/s) in campaign.toml",
+        ));
     }
-    one_campaign(c, data)
+    Ok(())
+}
+
+/// Readings less what the channel reads at rest.
+fn centred(y: &[f64]) -> Vec<f64> {
+    let quiet = (y.len() / 20).max(4);
+    let mut start = y[..quiet].to_vec();
+    start.sort_by(f64::total_cmp);
+    y.iter().map(|v| v - start[quiet / 2]).collect()
+}
+
+/// Force against mass times acceleration.
+fn force_against_acceleration(data: &Data, rec: &Record) -> Result<(), Invalid> {
+    let (Some(f), Some(a)) = (&rec.y[0], &rec.y[1]) else { return Ok(()) };
+    let (f, a, n) = (centred(f), centred(a), f.len());
+    let mut sorted = f.clone();
+    sorted.sort_by(f64::total_cmp);
+    // the middle of the ratios while the push is strong: a spike does not move it
+    let strong = 0.3 * sorted[n - 1 - n / 100];
+    let pairs = f.iter().zip(&a).filter(|(f, _)| **f > strong);
+    let mut ratios: Vec<f64> = pairs.map(|(f, a)| f / (-data.mass * a)).filter(|q| q.is_finite()).collect();
+    ratios.sort_by(f64::total_cmp);
+    if ratios.len() < 5 {
+        return Ok(());
+    }
+    let ratio = ratios[ratios.len() / 2];
+    if ratio < 0.0 && ratios[ratios.len() * 9 / 10] < 0.0 {
+        return Err(refused(
+            &rec.file,
+            "acceleration is positive while the stop pushes back".into(),
+            "turn the sign of acceleration (negative while the stop pushes) or of force",
+        ));
+    }
+    if ratio > 0.0 && !(1.0 / APART..=APART).contains(&ratio) {
+        return Err(refused(
+            &rec.file,
+            format!("force is {ratio:.3e} times mass times acceleration"),
+            "correct the unit of force or acceleration in its header, or moving_mass (kg) in campaign.toml",
+        ));
+    }
+    Ok(())
+}
+
+/// The way to the deepest point against the speed of the impact.
+fn way_against_speed(rec: &Record) -> Result<(), Invalid> {
+    let (Some((v, _)), Some(x)) = (rec.speed, &rec.y[2]) else { return Ok(()) };
+    // from the start to 0.8 of the deepest point the body covers that distance at most at impact speed
+    let deep = x.iter().cloned().fold(f64::MIN, f64::max);
+    let reach = x[0] + 0.8 * (deep - x[0]);
+    let Some(i) = x.iter().position(|x| *x >= reach) else { return Ok(()) };
+    let t = rec.setup.time[i] - rec.setup.time[0];
+    let ratio = (x[i] - x[0]) / (v * t).max(1e-300);
+    if i > 4 && !(1.0 / (3.0 * APART)..=APART).contains(&ratio) {
+        return Err(refused(
+            &rec.file,
+            format!("penetration moves {ratio:.3e} times as fast as the speed given, {v} m/s"),
+            "correct the unit of penetration or time in its header, or the speed (m/s) in campaign.toml",
+        ));
+    }
+    Ok(())
+}
+
+/// What the push adds up to against the speed of the impact.
+fn push_against_speed(data: &Data, rec: &Record) -> Result<(), Invalid> {
+    let Some((v, _)) = rec.speed else { return Ok(()) };
+    let (what, mass, y) = match (&rec.y[1], &rec.y[0]) {
+        (Some(a), _) => ("acceleration", -data.mass, a),
+        (None, Some(f)) => ("force", 1.0, f),
+        _ => return Ok(()),
+    };
+    let (time, n) = (&rec.setup.time, y.len());
+    let dt = (time[n - 1] - time[0]) / (n - 1) as f64;
+    let (mut speed, mut most): (f64, f64) = (0.0, 0.0);
+    for u in centred(y) {
+        speed += mass * u / data.mass * dt;
+        most = most.max(speed);
+    }
+    let ratio = most / v.max(1e-300);
+    if (0.1 / APART..=2.0 * APART).contains(&ratio) {
+        return Ok(());
+    }
+    Err(refused(
+        &rec.file,
+        format!("{what} adds up to {ratio:.3e} times the speed given, {v} m/s"),
+        &format!(
+            "correct the unit of {what} or time in its header, moving_mass (kg) or the speed (m/s) in campaign.toml, or \
+             leave a recording without an impact out"
+        ),
+    ))
 }
 
 /// Force against what the simulation as given makes of the penetration.

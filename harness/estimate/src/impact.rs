@@ -102,3 +102,10 @@ pub(crate) fn impact(kind: Kind, r: &Recording, mass: f64) -> Result<Impact, &'s
     }
     Ok(Impact { push, pulse })
 }
+
+/// Where the first impact of a recording of a body of `mass` kg begins, and how long it pushes, s. None where there is
+/// none.
+pub fn touch(kind: Kind, r: &Recording, mass: f64) -> Option<(f64, f64)> {
+    let found = impact(kind, r, mass).ok()?.pulse;
+    Some((r.time[found.first], r.time[found.last] - r.time[found.first]))
+}

@@ -7,7 +7,7 @@ pub mod descent;
 pub mod discrepancy;
 pub mod evidence;
 pub mod fitted;
-mod impact;
+pub mod impact;
 pub mod levels;
 pub mod paper;
 pub mod prepare;

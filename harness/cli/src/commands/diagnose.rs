@@ -98,7 +98,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
             }
             Err(e) => {
                 failed = true;
-                progress.aside(|| eprintln!("touchdown: {}: {e}", c.dir.display()));
+                let of = c.dir.display();
+                progress.aside(|| e.to_string().lines().for_each(|l| eprintln!("touchdown: {of}: {l}")));
             }
         }
         progress.add(1);

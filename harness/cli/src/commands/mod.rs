@@ -1,6 +1,7 @@
 //! Subcommands, a file each.
 
 mod bench;
+mod check;
 mod demo;
 mod diagnose;
 mod fit;
@@ -31,6 +32,8 @@ struct Cli {
 enum Command {
     /// Measure what steps, powers, fits and diagnoses cost, beside others in the same run
     Bench(bench::Arguments),
+    /// Say how campaigns are understood, and everything that is wrong with them; nothing is fitted
+    Check(check::Arguments),
     /// Do the main job on data of the repository: pack, run, fit, diagnose, run again, with pictures
     Demo(demo::Arguments),
     /// Say what physics the simulation of a campaign leaves out, and how much better it fits with it
@@ -69,6 +72,7 @@ fn dispatch<'a>(words: impl Iterator<Item = &'a str>) -> Result<ExitCode> {
 fn command(c: Cli) -> Result<ExitCode> {
     match c.command {
         Command::Bench(a) => bench::run(&a),
+        Command::Check(a) => check::run(&a),
         Command::Demo(a) => demo::run(&a),
         Command::Diagnose(a) => diagnose::run(&a),
         Command::Fit(a) => fit::run(&a),
