@@ -36,56 +36,6 @@ fn edit(dir: &Path, file: &str, change: impl Fn(Vec<String>) -> Vec<String>) {
     std::fs::write(path, change(lines).join("\n") + "\n").unwrap();
 }
 
-fn check(campaign: &Path) -> (Option<i32>, String, String) {
-    let run = Command::new(env!("CARGO_BIN_EXE_touchdown")).arg("check").arg(campaign).output().unwrap();
-    let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
-    (run.status.code(), text(&run.stdout), text(&run.stderr))
-}
-
-#[test]
-fn check_tells_how_a_campaign_is_understood() {
-    let dir = tempfile::tempdir().unwrap();
-    write_campaign(dir.path(), &Recipe::default()).unwrap();
-    let (code, said, err) = check(dir.path());
-    assert_eq!((code, err.as_str()), (Some(0), ""));
-    for s in ["drop-test", "r10.csv", "noise of force: ", "% of its range", "nothing contradicts"] {
-        assert!(said.contains(s), "{s:?} is not in {said}");
-    }
-}
-
-#[test]
-fn check_tells_every_contradiction_at_once() {
-    let dir = tempfile::tempdir().unwrap();
-    write_campaign(dir.path(), &Recipe::default()).unwrap();
-    // a force in kN that says N, an acceleration of the other sign, and a height in mm
-    edit(dir.path(), "r02.csv", |l| scaled(l, 1, 1e-3));
-    edit(dir.path(), "r05.csv", |l| scaled(l, 2, -1.0));
-    let head = dir.path().join("campaign.toml");
-    let text = std::fs::read_to_string(&head).unwrap();
-    let at = text.rfind("drop_height = ").unwrap();
-    std::fs::write(&head, format!("{}drop_height = 1{}", &text[..at], &text[at + "drop_height = ".len()..])).unwrap();
-    let (code, said, err) = check(dir.path());
-    assert_eq!(code, Some(2), "{err}");
-    assert!(!said.contains("nothing contradicts"));
-    for s in
-        ["r02.csv: force is", "r05.csv: acceleration is positive", "r10.csv: a free fall of 1", "correct drop_height"]
-    {
-        assert!(err.contains(s), "{s:?} is not in {err}");
-    }
-}
-
-/// The rows of a recording with one column times `factor`.
-fn scaled(lines: Vec<String>, column: usize, factor: f64) -> Vec<String> {
-    let row = |l: String| {
-        let mut cells: Vec<String> = l.split(',').map(str::to_string).collect();
-        if let Some(v) = cells.get(column).and_then(|c| c.parse::<f64>().ok()) {
-            cells[column] = format!("{:e}", v * factor);
-        }
-        cells.join(",")
-    };
-    lines.into_iter().map(row).collect()
-}
-
 #[test]
 fn not_a_number() {
     refused(

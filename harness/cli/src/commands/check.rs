@@ -1,6 +1,6 @@
 //! `touchdown check`.
 
-use anyhow::{Context, Result};
+use anyhow::{anyhow, Context, Result};
 use diagnose::figure::figure;
 use estimate::condition::condition;
 use estimate::impact::touch;
@@ -104,7 +104,10 @@ fn check(dir: &std::path::Path) -> Result<()> {
             figure(100.0 * noise / range, "%")
         );
     }
-    diagnose::plausible::check(&c, &conditioned.data).with_context(place)?;
+    diagnose::plausible::check(&c, &conditioned.data).map_err(|e| {
+        let lines: Vec<String> = e.to_string().lines().map(|l| format!("{}: {l}", place())).collect();
+        anyhow!(lines.join("\n"))
+    })?;
     println!("  nothing contradicts");
     Ok(())
 }

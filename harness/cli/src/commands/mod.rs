@@ -6,6 +6,7 @@ mod demo;
 mod diagnose;
 mod fit;
 mod impact;
+mod init;
 mod mechanisms;
 mod pack;
 mod paper;
@@ -42,6 +43,8 @@ enum Command {
     Fit(fit::Arguments),
     /// Print the exact impact of a mass on the law F = k x^p + mu_d x^p v
     Impact(impact::Arguments),
+    /// Write a campaign.toml for the recordings in a folder, with what has to be filled in
+    Init(init::Arguments),
     /// Print the vocabulary of the diagnosis: every mechanism with its equation, quantities, units and source
     Mechanisms(mechanisms::Arguments),
     /// Write the element as an FMU, with start values of your own where you give them
@@ -77,6 +80,7 @@ fn command(c: Cli) -> Result<ExitCode> {
         Command::Diagnose(a) => diagnose::run(&a),
         Command::Fit(a) => fit::run(&a),
         Command::Impact(a) => impact::run(&a),
+        Command::Init(a) => init::run(&a),
         Command::Mechanisms(a) => mechanisms::run(&a),
         Command::Pack(a) => pack::run(&a),
         Command::Paper(a) => paper::run(&a),
