@@ -78,7 +78,7 @@ fn long_and_dense_recordings_give_the_name_of_the_short_one_and_predictions_of_e
         assert!(o.data.samples() <= 3 * 10 * 2400, "{}", o.data.samples());
         let judged = |c: &String| c.contains(&format!("of {} samples", 10 * samples));
         assert!(o.findings.caveats.iter().any(judged), "{:?}", o.findings.caveats);
-        for y in o.after.unwrap().of_every_sample() {
+        for y in o.after.unwrap().predictions.of_every_sample() {
             assert!(y.iter().all(|y| y.len() == samples && y.iter().all(|v| v.is_finite())));
         }
     }
@@ -114,7 +114,7 @@ fn a_permanent_set_is_named_and_located_in_the_unloading() {
     assert!(starts.contains(&"plastic_ratio") && starts.contains(&"yield_penetration"), "{starts:?}");
     let through = packed.through.as_ref().unwrap();
     assert!(through.difference < 1e-4, "{}", through.difference);
-    assert_eq!(through.readings, o.after.as_ref().unwrap().readings);
+    assert!(through.predictions == o.after.as_ref().unwrap().predictions);
     assert!(!o.verdict.element.as_ref().unwrap().right);
 }
 

@@ -1,7 +1,8 @@
 //! Back into the simulator: the element packed with what was found as its start values, and the recordings run
 //! through that very FMU.
 
-use super::heldout::{misfit, HeldOut};
+use super::heldout::HeldOut;
+use super::predictions::Predictions;
 use anyhow::{ensure, Context, Result};
 use estimate::fitted::Fitted;
 use estimate::problem::{Data, Problem};
@@ -23,12 +24,7 @@ pub struct Packed {
 
 /// Recordings predicted with the FMU as the contact.
 pub struct Through {
-    /// As [`HeldOut::readings`].
-    pub readings: Vec<[Vec<f64>; 3]>,
-    /// As [`HeldOut::whole`].
-    pub whole: Vec<[Vec<f64>; 3]>,
-    /// Misfit over range of those, as [`HeldOut::nrmse`].
-    pub nrmse: f64,
+    pub predictions: Predictions,
     /// Largest difference from the diagnosis' own simulation, over the range of its channel.
     pub difference: f64,
 }
@@ -88,7 +84,7 @@ fn through(c: &Fitted, h: &HeldOut, fmu: &[u8]) -> Result<Through> {
             let file = &data.records[r].file;
             let (trace, y) = problem.predict_on(theta, r, local, &make, steps).with_context(|| file.clone())?;
             ensure!(trace.ok, "{file}: the motion on the FMU does not reach the recording's end");
-            for ((own, of_fmu), read) in h.readings[r].iter().zip(&y).zip(&data.records[r].y) {
+            for ((own, of_fmu), read) in h.predictions.judged[r].iter().zip(&y).zip(&data.records[r].y) {
                 let Some(read) = read else { continue };
                 let range = range(read).max(1e-300);
                 for (a, b) in own.iter().zip(of_fmu) {
@@ -111,15 +107,10 @@ fn through(c: &Fitted, h: &HeldOut, fmu: &[u8]) -> Result<Through> {
         "the FMU's readings part from the simulation's by {:.1e} of range, more than {AGREES:e}, at {steps} steps a contact",
         difference
     );
-    let nrmse = misfit(data, &readings);
-    let mut whole = Vec::new();
-    if let Some(data) = data.whole() {
-        let problem = Problem::new(&data, c.structure.model());
-        for (r, (theta, local)) in h.points.iter().enumerate() {
-            let (_, y) =
-                problem.predict_on(theta, r, local, &make, steps).with_context(|| data.records[r].file.clone())?;
-            whole.push(y);
-        }
-    }
-    Ok(Through { readings, whole, nrmse, difference })
+    let of = |data: &Data, r: usize| -> Result<[Vec<f64>; 3]> {
+        let (theta, local) = &h.points[r];
+        let through = Problem::new(data, c.structure.model()).predict_on(theta, r, local, &make, steps);
+        Ok(through.with_context(|| data.records[r].file.clone())?.1)
+    };
+    Ok(Through { predictions: Predictions::new(readings, data, of)?, difference })
 }

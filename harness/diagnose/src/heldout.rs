@@ -2,11 +2,12 @@
 
 use crate::evidence::{weighed, Evidences};
 use crate::posterior::{Posterior, Table};
+use crate::predictions::Predictions;
 use estimate::fitted::Fitted;
-use estimate::levels::nrmse;
 use estimate::problem::{Data, Nuisance, Options, Problem};
 use rayon::prelude::*;
 use record::{Channel, Kind};
+use std::convert::Infallible;
 use std::sync::Arc;
 
 /// A fit that has not seen some of the recordings.
@@ -17,12 +18,11 @@ pub struct Fold {
     pub fitted: Fitted,
 }
 
-/// Predictions of every recording, by channel, and their misfit (mean of rms over range).
+/// Predictions of every recording by fits that did not see it.
 #[derive(Clone, Default)]
 pub struct HeldOut {
-    pub readings: Vec<[Vec<f64>; 3]>,
-    /// The same of every sample of the recordings, where not all are judged; else empty.
-    pub whole: Vec<[Vec<f64>; 3]>,
+    pub predictions: Predictions,
+    /// Their misfit, as [`Predictions::misfit`].
     pub nrmse: f64,
     /// What each recording was predicted with: the model's parameters and the recording's own.
     pub points: Vec<(Vec<f64>, Vec<f64>)>,
@@ -35,20 +35,8 @@ pub struct HeldOut {
 pub struct Folds {
     /// Indices of the recordings that each fold left out, and the names it chose.
     pub names: Vec<(Vec<usize>, Vec<&'static str>)>,
-    /// Predictions by those, and of every sample, as [`HeldOut::whole`].
-    pub readings: Vec<[Vec<f64>; 3]>,
-    pub whole: Vec<[Vec<f64>; 3]>,
-}
-
-impl HeldOut {
-    /// Predictions of every sample of each recording, judged or not.
-    pub fn of_every_sample(&self) -> &[[Vec<f64>; 3]] {
-        if self.whole.is_empty() {
-            &self.readings
-        } else {
-            &self.whole
-        }
-    }
+    /// Predictions by those.
+    pub predictions: Predictions,
 }
 
 impl Folds {
@@ -56,15 +44,10 @@ impl Folds {
     pub fn put_in(&self, after: &mut HeldOut, chosen: &Fitted) {
         for (out, names) in &self.names {
             if *names != chosen.names() {
-                for r in out {
-                    after.readings[*r].clone_from(&self.readings[*r]);
-                    if let (Some(to), Some(from)) = (after.whole.get_mut(*r), self.whole.get(*r)) {
-                        to.clone_from(from);
-                    }
-                }
+                out.iter().for_each(|r| after.predictions.put(*r, &self.predictions));
             }
         }
-        after.nrmse = misfit(&chosen.data, &after.readings);
+        after.nrmse = after.predictions.misfit(&chosen.data);
     }
 
     /// Share of the folds that chose these names, 0 to 1.
@@ -162,21 +145,18 @@ pub fn held_out(candidate: &Fitted) -> HeldOut {
         readings[r] = y;
         points[r] = p;
     }
-    let nrmse = misfit(data, &readings);
-    let whole = match data.whole() {
-        Some(whole) => {
-            let problem = Problem::new(&whole, candidate.structure.model());
-            points.iter().enumerate().map(|(r, (theta, local))| problem.predict(theta, r, local).1).collect()
-        }
-        None => Vec::new(),
+    let of = |data: &Data, r: usize| {
+        let (theta, local): &(Vec<f64>, Vec<f64>) = &points[r];
+        Ok::<_, Infallible>(Problem::new(data, candidate.structure.model()).predict(theta, r, local).1)
     };
-    HeldOut { readings, whole, nrmse, points, folds }
+    let predictions = Predictions::new(readings, data, of).unwrap_or_else(|e| match e {});
+    HeldOut { nrmse: predictions.misfit(data), predictions, points, folds }
 }
 
 /// Every recording predicted without its level by the likeliest of `choices` (the simulation as given first), each fold
 /// weighing them on the recordings it has.
 pub fn folds(choices: &[(&Fitted, &HeldOut)], table: &Table) -> Folds {
-    let Some((given, by_given)) = choices.first() else { return Folds::default() };
+    let Some((_, by_given)) = choices.first() else { return Folds::default() };
     let names: Vec<(Vec<usize>, usize)> = (0..by_given.folds.len())
         .into_par_iter()
         .map(|k| {
@@ -184,18 +164,11 @@ pub fn folds(choices: &[(&Fitted, &HeldOut)], table: &Table) -> Folds {
             (by_given.folds[k].out.clone(), likeliest(&fits, table))
         })
         .collect();
-    let mut readings: Vec<[Vec<f64>; 3]> = vec![Default::default(); given.data.records.len()];
-    let mut whole = by_given.whole.clone();
+    let mut predictions = by_given.predictions.clone();
     for (out, chosen) in &names {
-        let by = choices[*chosen].1;
-        for r in out {
-            readings[*r].clone_from(&by.readings[*r]);
-            if let (Some(to), Some(from)) = (whole.get_mut(*r), by.whole.get(*r)) {
-                to.clone_from(from);
-            }
-        }
+        out.iter().for_each(|r| predictions.put(*r, &choices[*chosen].1.predictions));
     }
-    Folds { names: names.into_iter().map(|(out, i)| (out, choices[i].0.names())).collect(), readings, whole }
+    Folds { names: names.into_iter().map(|(out, i)| (out, choices[i].0.names())).collect(), predictions }
 }
 
 /// Index of the likeliest of `fits`, the simulation as given first, by their evidence.
@@ -246,23 +219,4 @@ pub fn windows(candidates: &[&Fitted], table: &Table) -> Vec<(f64, Vec<&'static 
             Some((end, candidates[likeliest(&fits.iter().collect::<Vec<_>>(), table)].names()))
         })
         .collect()
-}
-
-/// Mean over recordings and channels of rms(recording - prediction) / range(recording).
-pub fn misfit(data: &Data, readings: &[[Vec<f64>; 3]]) -> f64 {
-    let (mut sum, mut n) = (0.0, 0.0);
-    for (rec, p) in data.records.iter().zip(readings) {
-        for (y, p) in rec.y.iter().zip(p) {
-            let Some(y) = y else { continue };
-            if let Some(e) = nrmse(y, p) {
-                sum += e;
-                n += 1.0;
-            }
-        }
-    }
-    if n > 0.0 {
-        sum / n
-    } else {
-        f64::NAN
-    }
 }

@@ -22,6 +22,7 @@ pub mod material;
 pub mod phases;
 pub mod plausible;
 pub mod posterior;
+pub mod predictions;
 pub mod propose;
 pub mod rivals;
 pub mod run;

@@ -171,9 +171,8 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     };
     // what is predicted with the mechanisms is what the FMU does
     if let (Some(a), Some(t)) = (&mut decision.after, element.as_ref().ok().and_then(|e| e.through.as_ref())) {
-        a.readings.clone_from(&t.readings);
-        a.whole.clone_from(&t.whole);
-        a.nrmse = t.nrmse;
+        a.predictions.clone_from(&t.predictions);
+        a.nrmse = t.predictions.misfit(&prepared.data);
     }
     if let (Some(a), Some(f)) = (&mut decision.after, &decision.folds) {
         f.put_in(a, &decision.chosen);

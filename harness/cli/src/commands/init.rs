@@ -60,7 +60,7 @@ fn keys(kind: Kind) -> (&'static str, &'static str) {
 fn template(kind: Kind, name: &str, files: &[String]) -> String {
     let (rig, recording) = keys(kind);
     let mut s = format!(
-        "# A campaign of recordings; plain SI. Fill in what ends in \"=\", take the # away, then run `touchdown check`.\n\
+        "# A campaign of recordings; plain SI. Give every key below its value, take its # away, then run `touchdown check`.\n\
          # Every key: docs/recordings.md.\n\
          format = \"recordings/1\"\n\n\
          [campaign]\n\

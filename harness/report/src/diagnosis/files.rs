@@ -27,7 +27,7 @@ fn csv(r: &Recording, y: &[Vec<f64>; 3]) -> String {
 }
 
 fn predictions(c: &Campaign, h: &HeldOut, dir: &Path) -> std::io::Result<()> {
-    for (r, y) in c.recordings.iter().zip(h.of_every_sample()) {
+    for (r, y) in c.recordings.iter().zip(h.predictions.of_every_sample()) {
         output::write(&dir.join(&r.file), csv(r, y).as_bytes())?;
     }
     Ok(())
@@ -92,7 +92,7 @@ pub fn check_folder(dir: &Path) -> std::io::Result<()> {
 pub fn write(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
     check_folder(dir)?;
     output::folder(dir, |dir| {
-        if !o.before.readings.is_empty() {
+        if !o.before.predictions.judged.is_empty() {
             predictions(c, &o.before, &dir.join("predictions/before"))?;
             predictions(c, o.after.as_ref().unwrap_or(&o.before), &dir.join("predictions/after"))?;
         }

@@ -40,7 +40,7 @@ pub fn html(c: &Campaign, o: &Outcome) -> String {
             page = page.paragraph(n);
         }
     }
-    if !o.before.readings.is_empty() {
+    if !o.before.predictions.judged.is_empty() {
         page = page.folded("Every recording, predicted without its own level", |mut p| {
             for i in 0..c.recordings.len() {
                 for ch in Channel::ALL {
@@ -126,16 +126,16 @@ fn causes(page: Page, o: &Outcome) -> Page {
 fn overlay(c: &Campaign, o: &Outcome, i: usize, ch: Channel, size: (u32, u32)) -> String {
     let r = &c.recordings[i];
     let Some(y) = &r.channels[ch.index()] else { return String::new() };
-    if o.before.readings[i][ch.index()].len() != y.len() {
+    if o.before.predictions.judged[i][ch.index()].len() != y.len() {
         return String::new();
     }
     let mut chart =
         Chart::new(&format!("{} {}", r.file, ch.name()), "time [s]", &format!("{} [{}]", ch.name(), ch.unit()))
             .size(size.0, size.1)
             .series("measured", &r.time, y, Style::Measured)
-            .series("before", &r.time, &o.before.readings[i][ch.index()], Style::Before);
+            .series("before", &r.time, &o.before.predictions.judged[i][ch.index()], Style::Before);
     if let Some(a) = &o.after {
-        chart = chart.series("after", &r.time, &a.readings[i][ch.index()], Style::After);
+        chart = chart.series("after", &r.time, &a.predictions.judged[i][ch.index()], Style::After);
     }
     if let Some((k, list)) = &o.findings.unclipped {
         if let Some(u) = list.iter().find(|u| *k == ch && u.file == r.file && u.clipped) {
@@ -153,9 +153,9 @@ fn remainder(c: &Campaign, o: &Outcome, i: usize, ch: Channel) -> String {
     let mut chart = Chart::new("measured - predicted", "time [s]", &format!("[{}]", ch.unit()))
         .size(420, 170)
         .without_names()
-        .series("before", &r.time, &less(&o.before.readings[i][ch.index()]), Style::Before);
+        .series("before", &r.time, &less(&o.before.predictions.judged[i][ch.index()]), Style::Before);
     if let Some(a) = &o.after {
-        chart = chart.series("after", &r.time, &less(&a.readings[i][ch.index()]), Style::After);
+        chart = chart.series("after", &r.time, &less(&a.predictions.judged[i][ch.index()]), Style::After);
     }
     chart.svg()
 }
@@ -166,7 +166,7 @@ fn telling(c: &Campaign, o: &Outcome) -> usize {
         let of = |p: &[Vec<f64>; 3]| -> f64 {
             c.recordings[i].channels.iter().zip(p).filter_map(|(y, p)| nrmse(y.as_ref()?, p)).sum()
         };
-        of(&o.before.readings[i]) - o.after.as_ref().map_or(0.0, |a| of(&a.readings[i]))
+        of(&o.before.predictions.judged[i]) - o.after.as_ref().map_or(0.0, |a| of(&a.predictions.judged[i]))
     };
     (0..c.recordings.len()).max_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(0)
 }
