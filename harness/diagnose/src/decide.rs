@@ -30,8 +30,9 @@ pub struct Decision {
     pub overdispersion: (f64, f64),
     /// Fall of chi^2 by the best structure tried.
     pub gain: f64,
-    /// What it was weighed by, and what came of it.
+    /// What it was weighed by, what turned that into probabilities, and what came of it.
     pub evidence: Evidences,
+    pub table: Table,
     pub posterior: Posterior,
     /// Predictions of levels not seen by the simulation as given, and by what is chosen; None where nothing is added.
     pub before: HeldOut,
@@ -50,8 +51,7 @@ impl Decision {
     /// not seen count among the evidence.
     pub fn new(pool: Pool) -> Decision {
         let gain = pool.gain();
-        let Pool { fits, mut evidence, singles, .. } = pool;
-        let table = Table::calibrated();
+        let Pool { fits, mut evidence, singles, table } = pool;
         let mut predicted: Vec<Option<HeldOut>> = fits.iter().map(|_| None).collect();
         let mut posterior = Posterior::new(&evidence, &table);
         let mut next = Some(0);
@@ -97,6 +97,7 @@ impl Decision {
             excess_scatter,
             gain,
             evidence,
+            table,
             posterior,
             choices,
         }
@@ -118,10 +119,10 @@ impl Decision {
         if self.choices.is_empty() {
             return;
         }
-        let table = Table::calibrated();
+        let table = &self.table;
         let all: Vec<(&Fitted, &HeldOut)> = self.choices.iter().map(|(f, h)| (f, h)).collect();
         let few: Vec<&Fitted> = all.iter().map(|c| c.0).take(1 + WINDOW_CHOICES).collect();
-        (self.folds, self.windows) = (Some(folds(&all, &table)), windows(&few, &table));
+        (self.folds, self.windows) = (Some(folds(&all, table)), windows(&few, table));
     }
 }
 

@@ -39,7 +39,8 @@ pub struct Pool {
     pub evidence: Evidences,
     /// Single mechanisms, best form each, best first.
     pub singles: Vec<Fitted>,
-    table: Table,
+    /// What turns evidence into probabilities.
+    pub table: Table,
 }
 
 fn sorted_forms(f: &Fitted) -> Vec<(&'static str, &'static str)> {
