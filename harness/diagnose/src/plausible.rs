@@ -1,7 +1,8 @@
 //! Whether channels and speeds agree at all: a wrong unit is no physics, nor are two campaigns in one folder.
 
-use estimate::condition::{median, Invalid};
+use estimate::condition::Invalid;
 use estimate::problem::{Data, Record};
+use estimate::statistics::median;
 use nalgebra::{DMatrix, DVector};
 use record::{Campaign, Kind, Recording, GRAVITY};
 

@@ -2,6 +2,7 @@
 
 use crate::impact::{impact, pulse, push_of, Impact, Pulse};
 use crate::problem::{Data, Record, Scales};
+use crate::statistics::{median, thirds};
 use mechanisms::load_history::LoadHistory;
 use plant::noise::Noise;
 use plant::simulate::Setup;
@@ -17,18 +18,6 @@ pub struct Invalid(pub String);
 pub struct Guess {
     pub k: f64,
     pub p: f64,
-}
-
-/// The middle of the values sorted; the upper one of two. At least one.
-pub fn median(mut v: Vec<f64>) -> f64 {
-    v.sort_by(f64::total_cmp);
-    v[v.len() / 2]
-}
-
-/// Magnitudes of the differences of third order, which see noise alone where the signal is smooth; their variance is
-/// 20 times that of white noise. At least four samples.
-pub(crate) fn thirds(y: &[f64]) -> Vec<f64> {
-    y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect()
 }
 
 /// Standard deviation of the stiffness between repeats, as a logarithm.

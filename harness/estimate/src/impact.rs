@@ -1,6 +1,6 @@
 //! The impact in a recording: where it is, and whether it is one at all.
 
-use crate::condition::{median, thirds};
+use crate::statistics::{median, thirds};
 use record::{Kind, Recording};
 
 /// Share of its peak above which a pulse pushes.

@@ -17,6 +17,7 @@ mod ring;
 pub mod scan;
 pub mod simplex;
 pub mod starts;
+pub mod statistics;
 pub mod structure;
 pub mod usable;
 pub mod vertices;

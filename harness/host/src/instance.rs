@@ -3,9 +3,10 @@
 //! The crate's own instance type panics on fmi2Pending, has no input or output derivatives and no logger of one's own,
 //! and lets instances outlive the folder they were unpacked to; this one does not.
 
-use super::error::{CallError, Discarded, HostError, Status};
+use super::error::{CallError, Discarded, HostError};
 use super::fmu::Fmu;
 use super::log::{step_finished, touchdown_host_logger, Log, LogLine};
+use super::status::Status;
 use fmi::fmi2::binding;
 use fmi::fmi2::CallbackFunctions;
 use std::ffi::{c_int, c_void, CStr, CString};

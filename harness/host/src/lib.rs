@@ -12,12 +12,14 @@ mod instance;
 mod log;
 pub mod master;
 mod state;
+mod status;
 
 pub use description::{Capabilities, Causality, Description, Kind, Start, Unit, Variability, Variable};
-pub use error::{CallError, Discarded, HostError, Status};
+pub use error::{CallError, Discarded, HostError};
 pub use fmu::Fmu;
 pub use fmu_element::{Coupling, FmuElement, Names};
 pub use instance::Instance;
 pub use log::LogLine;
 pub use plant::element::{Direct, Element};
 pub use state::State;
+pub use status::Status;

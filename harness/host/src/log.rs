@@ -1,6 +1,6 @@
 //! An instance's own log: what the FMU says, line by line, and the bell it rings when an asynchronous step is done.
 
-use super::error::Status;
+use super::status::Status;
 use std::collections::VecDeque;
 use std::ffi::{c_char, c_int, c_void, CStr};
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -1,6 +1,5 @@
 //! What a simulation comes to: rows, impacts, events, energy balance.
 
-use super::results::Exact;
 use super::rig::State;
 use serde::Serialize;
 
@@ -123,5 +122,31 @@ impl Balance {
     pub fn relative(&self) -> Balance {
         let s = if self.scale > 0.0 { self.scale } else { 1.0 };
         Balance { residual: self.residual.map(|r| r / s), residual_of_motion: self.residual_of_motion / s, ..*self }
+    }
+}
+
+/// The exact impact (law::impact), and the relative differences of the simulated one from it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Exact {
+    /// Deepest penetration, m.
+    pub deepest: f64,
+    /// Restitution.
+    pub restitution: f64,
+    /// Largest force, N.
+    pub peak_force: f64,
+    /// Duration, s.
+    pub duration: f64,
+    /// Energy lost, J.
+    pub energy_lost: f64,
+    /// Impulse, N s.
+    pub impulse: f64,
+    /// Simulated over exact less one, in the order above; energy lost relative to the kinetic energy at touch.
+    pub differences: [f64; 6],
+}
+
+impl Exact {
+    /// The largest difference.
+    pub fn worst(&self) -> f64 {
+        self.differences.iter().fold(0.0, |a, d| a.max(d.abs()))
     }
 }

@@ -1,37 +1,11 @@
 //! What came out, as tables and figures.
 
-use super::outcome::{Bounce, Outcome, Row};
+use super::outcome::{Bounce, Exact, Outcome, Row};
 use super::plan::Case;
 use anyhow::Result;
 use law::impact::impact;
 use serde::Serialize;
 use std::sync::Arc;
-
-/// The exact impact (law::impact), and the relative differences of the simulated one from it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Exact {
-    /// Deepest penetration, m.
-    pub deepest: f64,
-    /// Restitution.
-    pub restitution: f64,
-    /// Largest force, N.
-    pub peak_force: f64,
-    /// Duration, s.
-    pub duration: f64,
-    /// Energy lost, J.
-    pub energy_lost: f64,
-    /// Impulse, N s.
-    pub impulse: f64,
-    /// Simulated over exact less one, in the order above; energy lost relative to the kinetic energy at touch.
-    pub differences: [f64; 6],
-}
-
-impl Exact {
-    /// The largest difference.
-    pub fn worst(&self) -> f64 {
-        self.differences.iter().fold(0.0, |a, d| a.max(d.abs()))
-    }
-}
 
 /// The exact impact beside a simulated one; None where more than the plain law acts, or it is not over.
 pub(super) fn compare_exact(case: &Case, b: &Bounce) -> Option<Exact> {
