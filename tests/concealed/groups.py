@@ -7,6 +7,8 @@ little     little measured: one of LITTLE, with nothing missing, or with one eff
 strangers  one effect of no vocabulary, of the development half (forms_strange.py)
 sealed     one effect of no vocabulary, of the sealed half
 many       four to six small effects at once
+rough      the true law off by some per cent of force and little noise, as the real recordings show it (`fine_print`, three to
+           five times as large); with nothing missing, or with one effect that stands out of that
 
 `draw_group` writes campaigns as generate.py does; labels also hold the group ("set") and what was drawn ("detail").
 """
@@ -23,17 +25,27 @@ from .generate import CALM, TIERS, acts, described, gravity_target, jsonable, ma
 from .limits import OPPOSITES, TIES
 from .rigs import CHANNELS, draw, simulate
 
-GROUPS = ("print", "dirt", "little", "strangers", "sealed", "many")
+GROUPS = ("print", "dirt", "little", "strangers", "sealed", "many", "rough")
 DIRT = ("hum", "heavy tails", "growing noise", "coarse steps", "drift", "two systems", "jitter", "scatter", "spikes")
 LITTLE = ("acceleration alone", "force alone", "three drops", "one level", "one recording")
-NOTHING = {"print": 0.4, "dirt": 0.75, "little": 0.3, "strangers": 0.0, "sealed": 0.0, "many": 0.0}     # share with nothing missing
+NOTHING = {"print": 0.4, "dirt": 0.75, "little": 0.3, "strangers": 0.0, "sealed": 0.0, "many": 0.0, "rough": 0.3}     # share with nothing missing
+ROUGH = (3.0, 5.0)                              # how many times as large as small print
+QUIET = (0.1, 0.5)                              # noise beside that of the other groups: what is rough shows where noise does not hide it
+STANDS_OUT = (1.3, 4.0)                         # misfit of an effect over that of the rough law it stands beside
 BY_ORDER = {"cyclic_softening", "cyclic_hardening", "force_gain"}      # need several recordings to show
+
+
+def names_of(group):
+    """The effects a group draws from. Gravity is as strong as it is: nothing makes it stand out of a rough law."""
+    if group in ("strangers", "sealed"):
+        return of_half({"strangers": "development", "sealed": "sealed"}[group])
+    return [k for k in KNOWN if k != "gravity"] if group == "rough" else KNOWN
 
 
 def plan(rng, group, n):
     """(detail, name of the effect or None) for each of n campaigns of a group, shuffled; decks are dealt out evenly."""
     details = {"dirt": DIRT, "little": LITTLE}.get(group, ("",))
-    names = of_half({"strangers": "development", "sealed": "sealed"}[group]) if group in ("strangers", "sealed") else KNOWN
+    names = names_of(group)
     nothing = round(NOTHING[group] * n)
     out, deck, kinds = [], [], []
     for i in range(n):
@@ -45,28 +57,29 @@ def plan(rng, group, n):
     return [out[i] for i in rng.permutation(n)]
 
 
-def fine_print(rng, rig):
+def fine_print(rng, rig, times=1.0):
     """apply(s, P, chain, recording) of what a real rig has besides; s is not used.
 
     Wiggles: three sines of depth, 0.5 to 2 % of force in all (rms). Loss: 0.1 to 0.5 % of force at any speed. Transducers: up
     to 0.5 % from straight at the largest reading (displacement 0.2 %). Modes: two, 0.2 to 1 % of force, 3 to 10 in a contact.
+    All of it `times` as large.
     """
-    size = rng.uniform(0.005, 0.02)
+    size = times * rng.uniform(0.005, 0.02)
     share = rng.dirichlet([2.0] * m.WIG_N) ** 0.5 * size * np.sqrt(2.0)
     number = rng.uniform(0.6, 3.0, m.WIG_N) * 2 * np.pi / rig.ref["xmax"]
     phase = rng.uniform(0, 2 * np.pi, m.WIG_N)
-    loss = rng.uniform(0.001, 0.005)
+    loss = times * rng.uniform(0.001, 0.005)
     plain = simulate(rig, rig.P)
     full = {c: max(np.abs(q[c]).max() for q in plain) for c in CHANNELS}
-    straight = {"force": (rng.uniform(-0.005, 0.005), full["force"])}
+    straight = {"force": (times * rng.uniform(-0.005, 0.005), full["force"])}
     ringing = []
     if rig.kind != "indentation":
-        straight |= {"acceleration": (rng.uniform(-0.005, 0.005), full["acceleration"]), "penetration": (rng.uniform(-0.002, 0.002), full["penetration"])}
+        straight |= {"acceleration": (times * rng.uniform(-0.005, 0.005), full["acceleration"]), "penetration": (times * rng.uniform(-0.002, 0.002), full["penetration"])}
         for _ in range(2):
             c = str(rng.choice(["force", "acceleration"]))
             unit = 1.0 if c == "force" else -1.0 / rig.P[m.M]
             f = min(rng.uniform(3.0, 10.0) / rig.ref["T"], 0.2 / rig.dt)
-            ringing.append((c, rng.uniform(0.002, 0.01) * unit, f, rng.uniform(0.01, 0.05)))
+            ringing.append((c, times * rng.uniform(0.002, 0.01) * unit, f, rng.uniform(0.01, 0.05)))
 
     def apply(s, P, ch, r):
         for i in range(m.WIG_N):
@@ -186,11 +199,16 @@ def attempt(rng, group, detail, name, used):
         channels = CHANNELS
     rig = draw(rng, kind, False if name == "hysteresis_damping" or group == "many" or kind == "indentation" else None, channels)
     cut(rig, detail, rng)
+    if group == "rough":
+        quiet = rng.uniform(*QUIET)
+        rig.sigma = {c: quiet * s for c, s in rig.sigma.items()}
     if len(rig.recs) < 3 and name in BY_ORDER:
         return None
     if name == "gravity":
         rig.terms = [t for t in rig.terms if t != "gravity"]
     pairs, tier = [], "null"
+    besides = lambda times: [(dict(apply=fine_print(rng, rig, times), origin="contact"), 1.0)]
+    extra = besides(rng.uniform(*ROUGH)) if group == "rough" else []
     stride = max(1, int(np.median([r.n for r in rig.recs]) // 220))
     if group == "many":
         pairs, tier = small(rng, rig, used), "many"
@@ -204,6 +222,9 @@ def attempt(rng, group, detail, name, used):
         a, b = TIERS[tier]
         if name == "gravity":
             a, b = TIERS["concealed"][0], TIERS["plain"][1]
+        if group == "rough":
+            law = fit(rig, simulate(rig, rig.P, [(e["apply"], s) for e, s in extra]), base_parameters(rig), stride=stride, iterations=8, speed_std=CALM)
+            tier, (a, b) = "rough", (STANDS_OUT[0] * law.over_noise, STANDS_OUT[1] * law.over_noise)
         target = gravity_target(rig, eff, (a, b)) if name == "gravity" else float(np.exp(rng.uniform(np.log(a * 1.12), np.log(b * 0.9))))
         got = None if target is None else tune(rng, rig, eff, target)
         if got is None:
@@ -213,9 +234,10 @@ def attempt(rng, group, detail, name, used):
     sims = simulate(rig, rig.P, clean)
     f = fit(rig, sims, base_parameters(rig), stride=stride, iterations=12, speed_std=CALM)
     band = {"null": (-1.0, np.inf), "many": (0.6, 4.0)}.get(tier) or (a * 0.95, b * 1.1)
-    if f.r2 < 0.99 or not band[0] < f.over_noise < band[1]:      # what calibration takes up entirely is no effect to be found
+    if f.r2 < (0.95 if group == "rough" else 0.99) or not band[0] < f.over_noise < band[1]:      # what calibration takes up entirely is no effect to be found
         return None
-    extra = [(dict(apply=fine_print(rng, rig), origin="contact"), 1.0)] if group == "print" else []
+    if group == "print":
+        extra = besides(1.0)
     data, speeds, mass = record(rng, rig, pairs + extra, (False, False), scatter=0.015 if detail == "scatter" else 0.005)
     Pm = base_parameters(rig)
     Pm[m.M] = mass
@@ -239,7 +261,7 @@ def attempt(rng, group, detail, name, used):
 
 def campaign(seed, group, index, detail, name, used):
     """Campaign `index` of a group: draws again until one comes out, from the seventh try on with another effect of the same kind."""
-    names = of_half({"strangers": "development", "sealed": "sealed"}[group]) if group in ("strangers", "sealed") else KNOWN
+    names = names_of(group)
     for t in range(240):
         rng = np.random.default_rng([seed, GROUPS.index(group) + 1, index, t])
         if t % 6 == 5 and name is not None:

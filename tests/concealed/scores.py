@@ -26,6 +26,8 @@ TABLE = (
     ("dirt0", "dirt, nothing missing: silent", 0.90, 0.98, False),
     ("dirt1", "dirt and one effect: named, nothing besides", None, None, False),
     ("little", "little measured: named or in the set; nothing missing: silent", 0.80, 0.95, False),
+    ("rough0", "law off by some per cent, nothing missing: no name", None, None, False),
+    ("rough1", "law off by some per cent and one effect: named", None, None, False),
     ("many", "many small effects: no name that is not there", None, None, False),
     ("wrong", "a wrong name believed (probability 0.9 or more), all of the above but pairs and many", 0.05, 0.02, True),
     ("worse", "a name given although levels not seen are predicted worse than before", 0.0, 0.0, True),
@@ -58,15 +60,17 @@ def verdict_scores(v, r):
     """
     named = {m.get("mechanism"): float(m.get("probability", 1.0)) for m in v.get("missing", [])}
     want, unexplained = truth_of(r), bool(v.get("unexplained", {}).get("detected"))
+    # a law that is off by some per cent is nothing of the vocabulary, and not nothing
+    is_cause = lambda names: tied(names, r) == want or r["group"] == "rough0" and set(names) == {"unknown"}
     posterior = v.get("posterior") or []
     if posterior:
         best = max(posterior, key=lambda s: s["probability"])
-        top = (float(best["probability"]), tied(best["mechanisms"], r) == want)
+        top = (float(best["probability"]), is_cause(best["mechanisms"]))
     else:
         said = frozenset(named) or frozenset({"unknown"} if unexplained else ())
-        top = (min(named.values(), default=1.0), tied(said, r) == want)
+        top = (min(named.values(), default=1.0), is_cause(said))
     sets = v.get("credible_set")
-    held = None if not sets else (any(tied(s["mechanisms"], r) == want for s in sets), len(sets))
+    held = None if not sets else (any(is_cause(s["mechanisms"]) for s in sets), len(sets))
     counted = tied(named, r)
     sure = {n for n, p in named.items() if p >= BELIEVED}
     return dict(probability=named, top=top, held=held, open=sorted({n for s in sets or [] for n in s["mechanisms"]}),
@@ -76,11 +80,11 @@ def verdict_scores(v, r):
 def right_in_group(r, v):
     """Whether an answer is right in one of the groups (r["group"] of group_of)."""
     named, g = tied(r["named"], r), r["group"]
-    if g == "print0":
+    if g in ("print0", "rough0"):
         return not named
     if g == "dirt0":
         return not named and not r["detected"]
-    if g in ("print1", "dirt1"):
+    if g in ("print1", "dirt1", "rough1"):      # a rough law may be called unexplained beside the name
         return named == set(r["truth"])
     if g in ("strangers", "sealed"):
         return r["detected"] and r["unexplained"] and all(p <= 0.5 for p in r["probability"].values())
@@ -94,7 +98,7 @@ def right_in_group(r, v):
 def group_of(truth):
     """The row of the table a label belongs to, for campaigns of groups.py; None for today's mix."""
     g = truth.get("set")
-    return None if g is None else f"{g}{int(bool(truth['missing']))}" if g in ("print", "dirt") else g
+    return None if g is None else f"{g}{int(bool(truth['missing']))}" if g in ("print", "dirt", "rough") else g
 
 
 def of_groups(rows):
@@ -124,7 +128,7 @@ def figures(rows):
             out[key] = (k / len(rs), k, len(rs))
 
     by = {g: [r for r in rows if r["group"] == g] for g in {r["group"] for r in rows}}
-    for key in ("null", "deep", "pair", "unknown", "print0", "print1", "strangers", "sealed", "dirt0", "dirt1", "little", "many"):
+    for key in ("null", "deep", "pair", "unknown", "print0", "print1", "rough0", "rough1", "strangers", "sealed", "dirt0", "dirt1", "little", "many"):
         share(key, by.get(key, []))
     share("single", by.get("plain", []) + by.get("concealed", []))
     share("strange", by.get("strangers", []) + by.get("sealed", []))

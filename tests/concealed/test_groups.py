@@ -5,8 +5,9 @@ import tomllib
 import numpy as np
 import pytest
 
-from tests.concealed import chain, motion as m, page, prove, rigs, scores
+from tests.concealed import chain, motion as m, page, prove, rigs, scores, weights
 from tests.concealed.effects import FORMS, HALF, KNOWN, OUTSIDE, of_half
+from tests.concealed import weights
 from tests.concealed.groups import DIRT, GROUPS, LITTLE, attempt, cut, draw_group, fine_print, plan, soiled
 from tests.concealed.judge import files, judge, table
 from tests.concealed.test_lab import body, ride
@@ -41,6 +42,16 @@ def test_small_print_is_small_and_calibration_does_not_remove_all_of_it():
         assert 5e-4 < np.sqrt(np.mean(off ** 2)) < 0.06
         for p in a:                # nothing is gained: the body leaves slower than it came
             assert p["v"][-1] ** 2 < 1.05 * np.max(p["v"]) ** 2
+
+
+def test_a_rough_law_is_some_times_as_far_off_and_leaves_out_what_cannot_stand_out_of_it():
+    rig, far = a_rig(3), []
+    for times in (1.0, 4.0):
+        a, b = (rigs.simulate(rig, rig.P, e) for e in ([(fine_print(np.random.default_rng(3), rig, times), 1.0)], []))
+        far.append(np.sqrt(np.mean(np.concatenate([p["contact"] - q["contact"] for p, q in zip(a, b)]) ** 2)))
+    assert 2.5 < far[1] / far[0] < 6.0
+    drawn = plan(np.random.default_rng(1), "rough", 40)
+    assert "gravity" not in {n for _, n in drawn} and sum(n is None for _, n in drawn) == 12
 
 
 @pytest.mark.parametrize("key", [k for k in FORMS if k[0] in HALF], ids=lambda k: k[0].removeprefix("unknown:"))
@@ -151,6 +162,15 @@ def answer(drawn, tmp_path, name, v):
 def said(names=(), detected=None, unexplained=False, **more):
     return {"mismatch": {"detected": bool(names) or unexplained if detected is None else detected}, "missing": [{"mechanism": n, "probability": p} for n, p in names],
             "unexplained": {"detected": unexplained}} | more
+
+
+def test_a_law_off_by_some_per_cent_is_nothing_or_unknown_but_no_name():
+    row = lambda said: scores.verdict_scores(
+        {"posterior": [{"mechanisms": said, "probability": 0.9}], "credible_set": [{"mechanisms": said}], "missing": []},
+        {"group": "rough0", "truth": [], "named": [], "also": []})
+    assert row([])["top"] == row(["unknown"])["top"] == (0.9, True) and not row(["adhesion"])["top"][1]
+    assert weights.cause({"missing": [], "set": "rough"}) == weights.UNKNOWN
+    assert weights.cause({"missing": ["adhesion"], "set": "rough"}) == frozenset({"adhesion"})
 
 
 def test_answers_on_groups_are_judged_by_their_own_rules(drawn, tmp_path):

@@ -131,8 +131,10 @@ def posterior(feature, theta):
 
 
 def cause(truth):
-    """What the posterior should hold: the names, none, or unknown."""
+    """What the posterior should hold: the names, none, or unknown; a law off by some per cent is nothing of the vocabulary."""
     names = truth["missing"]
+    if not names and truth.get("set") == "rough":
+        return UNKNOWN
     return UNKNOWN if any(n.startswith("unknown:") for n in names) else canonical(names)
 
 
