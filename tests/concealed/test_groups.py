@@ -7,7 +7,6 @@ import pytest
 
 from tests.concealed import chain, motion as m, page, prove, rigs, scores, weights
 from tests.concealed.effects import FORMS, HALF, KNOWN, OUTSIDE, of_half
-from tests.concealed import weights
 from tests.concealed.groups import DIRT, GROUPS, LITTLE, attempt, cut, draw_group, fine_print, plan, soiled
 from tests.concealed.judge import files, judge, table
 from tests.concealed.test_lab import body, ride
