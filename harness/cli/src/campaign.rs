@@ -1,7 +1,8 @@
-//! A campaign taken in, for every command alike.
+//! A campaign taken in, and what is wrong with it told, for every command alike.
 
 use anyhow::{Context, Result};
 use record::Campaign;
+use std::fmt::Display;
 use std::path::Path;
 
 /// Reads the campaign in `dir`, leaves out the recordings without an impact, and of long ones what the impact does not
@@ -13,4 +14,15 @@ pub fn load(dir: &Path) -> Result<Campaign> {
     let c = record::load(dir, &mechanisms::terms())?;
     let c = estimate::usable::usable(c).with_context(|| dir.display().to_string())?;
     Ok(estimate::window::windowed(c))
+}
+
+/// What is wrong with the campaign in `dir`: each line of `e` with the folder before it.
+pub fn of_campaign(dir: &Path, e: &dyn Display) -> String {
+    let lines: Vec<String> = e.to_string().lines().map(|l| format!("{}: {l}", dir.display())).collect();
+    lines.join("\n")
+}
+
+/// Tells what is wrong, a line each.
+pub fn tell(text: &str) {
+    text.lines().for_each(|l| eprintln!("touchdown: {l}"));
 }

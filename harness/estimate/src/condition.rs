@@ -109,7 +109,7 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
             setup: Setup {
                 kind: c.kind,
                 time: r.time.clone(),
-                began: r.whole.as_ref().unwrap_or(&r.time)[0],
+                began: r.all_times()[0],
                 history: LoadHistory::default(),
                 travel: c.travel.unwrap_or(0.0),
                 preload: r.spring_preload.unwrap_or(0.0),

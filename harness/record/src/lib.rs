@@ -24,7 +24,14 @@ pub enum Kind {
 
 impl Kind {
     pub const ALL: [Kind; 3] = [Kind::DropTest, Kind::ContactorOpening, Kind::Indentation];
-    /// As campaign.toml has it; a `_` for the `-` does as well.
+
+    /// The kind of that name; a `_` for the `-` does as well.
+    pub fn named(name: &str) -> Option<Kind> {
+        let name = name.replace('_', "-");
+        Kind::ALL.into_iter().find(|k| k.name() == name)
+    }
+
+    /// As campaign.toml has it.
     pub fn name(self) -> &'static str {
         match self {
             Kind::DropTest => "drop-test",
@@ -107,6 +114,11 @@ pub struct Recording {
 }
 
 impl Recording {
+    /// Times of all samples, s, judged or not.
+    pub fn all_times(&self) -> &[f64] {
+        self.whole.as_ref().unwrap_or(&self.time)
+    }
+
     /// When the file begins, s: its first row, left out or not.
     pub fn begins(&self) -> f64 {
         self.rows.first().map_or(self.time[0], |r| r.time)
@@ -114,7 +126,7 @@ impl Recording {
 
     /// The sample that a row became, of all that were taken; of a row left out the nearest in time.
     pub fn sample_of(&self, row: &Row) -> usize {
-        row.sample.unwrap_or_else(|| nearest(self.whole.as_ref().unwrap_or(&self.time), row.time))
+        row.sample.unwrap_or_else(|| nearest(self.all_times(), row.time))
     }
 
     /// The sample that is judged, the nearest in time to a row.

@@ -157,7 +157,7 @@ impl Check<'_> {
             }
             return None;
         };
-        let kind = Kind::ALL.into_iter().find(|k| k.name() == named.replace('_', "-"));
+        let kind = Kind::named(named);
         if kind.is_none() {
             let cure = words::instead(named, &names);
             self.error(d.campaign.line_of("kind"), format!("kind {named:?} is not known"), cure);

@@ -5,7 +5,6 @@ use super::rig::{Bodies, State as RowState};
 use anyhow::Result;
 use mechanisms::part::Part;
 use mechanisms::physics::Physics;
-use mechanisms::residual_magnetism::ResidualMagnetism;
 use plant::integrate::{After, Crossing, Events, State, System, Taken, MAX};
 use plant::motion::{Motion, EVENTS, SURFACE};
 use plant::simulate::Setup;
@@ -14,15 +13,15 @@ use plant::simulate::Setup;
 pub(super) const INTERRUPTERS: usize = EVENTS;
 
 /// A case's motion, observed: beside it work on the contact, work against the guide and what else acts on the way with
-/// the heat in sensors, work against the holding force and impulse are integrated along, in this order; their error does not count.
+/// the heat in sensors, work against the holding force and impulse are integrated along, in this order; their error does
+/// not count.
 pub(super) struct Observed<'a> {
     case: &'a Case,
     /// The motion.
     pub(super) motion: Motion<'a>,
     setup: &'a Setup,
-    /// What takes energy from the bodies on the way; the holding force of it.
+    /// What takes energy from the bodies on the way.
     physics: &'a Physics,
-    holding: ResidualMagnetism,
     /// Positions of the photo interrupters still looked for, m, from the top.
     marks: Vec<f64>,
 }
@@ -32,7 +31,7 @@ impl<'a> Observed<'a> {
         let marks = case.interrupters.map_or(Vec::new(), |p| {
             (0..p.count).map(|j| -(p.last_to_touch + (p.count - 1 - j) as f64 * p.spacing)).collect()
         });
-        Observed { case, motion, setup, physics, holding: physics.residual_magnetism, marks }
+        Observed { case, motion, setup, physics, marks }
     }
 
     /// The state as a row has it.
@@ -79,7 +78,7 @@ impl System for Observed<'_> {
         let f = self.motion.force(t, y)?;
         let at = self.setup.motion(t, y[0], y[1]);
         dy[n] = f * self.motion.face(y).1;
-        let held = self.holding.on_body(&at, 0.0);
+        let held = self.physics.residual_magnetism.on_body(&at, 0.0);
         dy[n + 1] = (held - self.physics.on_body(&at, 0.0)) * at.v + self.damped(y);
         dy[n + 2] = -held * at.v;
         dy[n + 3] = f;

@@ -7,6 +7,7 @@ use estimate::impact::touch;
 use record::{Campaign, Channel, Recording};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use touchdown::campaign::{of_campaign, tell};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -31,7 +32,7 @@ const COLUMNS: [&str; 10] = [
 
 /// A row of the table; channels by their least and largest reading.
 fn row(c: &Campaign, r: &Recording) -> [String; 10] {
-    let time = r.whole.as_ref().unwrap_or(&r.time);
+    let time = r.all_times();
     let interval = (time[time.len() - 1] - time[0]) / (time.len() - 1).max(1) as f64;
     let (at, contact) = touch(c.kind, r, c.moving_mass.unwrap_or(1.0)).unwrap_or((f64::NAN, f64::NAN));
     let of = |channel: Channel| {
@@ -104,10 +105,7 @@ fn check(dir: &std::path::Path) -> Result<()> {
             figure(100.0 * noise / range, "%")
         );
     }
-    diagnose::plausible::check(&c, &conditioned.data).map_err(|e| {
-        let lines: Vec<String> = e.to_string().lines().map(|l| format!("{}: {l}", place())).collect();
-        anyhow!(lines.join("\n"))
-    })?;
+    diagnose::plausible::check(&c, &conditioned.data).map_err(|e| anyhow!(of_campaign(dir, &e)))?;
     println!("  nothing contradicts");
     Ok(())
 }
@@ -117,7 +115,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     for dir in &a.campaigns {
         if let Err(e) = check(dir) {
             failed = true;
-            format!("{e:#}").lines().for_each(|l| eprintln!("touchdown: {l}"));
+            tell(&format!("{e:#}"));
         }
     }
     Ok(if failed { ExitCode::from(2) } else { ExitCode::SUCCESS })

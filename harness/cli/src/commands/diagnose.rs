@@ -6,6 +6,7 @@ use record::Campaign;
 use report::diagnosis as answer;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use touchdown::campaign::{of_campaign, tell};
 use touchdown::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
 
 #[derive(clap::Args)]
@@ -56,7 +57,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
             Ok(c) => campaigns.push(c),
             Err(e) => {
                 failed = true;
-                format!("{e:#}").lines().for_each(|l| eprintln!("touchdown: {l}"));
+                tell(&format!("{e:#}"));
             }
         }
     }
@@ -98,8 +99,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
             }
             Err(e) => {
                 failed = true;
-                let of = c.dir.display();
-                progress.aside(|| e.to_string().lines().for_each(|l| eprintln!("touchdown: {of}: {l}")));
+                progress.aside(|| tell(&of_campaign(&c.dir, &e)));
             }
         }
         progress.add(1);

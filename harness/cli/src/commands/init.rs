@@ -85,7 +85,7 @@ fn template(kind: Kind, name: &str, files: &[String]) -> String {
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
-    let Some(kind) = Kind::ALL.into_iter().find(|k| k.name() == a.kind.replace('_', "-")) else {
+    let Some(kind) = Kind::named(&a.kind) else {
         bail!("kind {:?} is not known; {}", a.kind, record::words::instead(&a.kind, &Kind::ALL.map(Kind::name)));
     };
     let files = recordings(&a.folder)?;

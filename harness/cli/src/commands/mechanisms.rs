@@ -75,7 +75,8 @@ fn json(table: &[Entry]) -> Result<String> {
             serde_json::json!({
                 "name": m.name, "origin": m.origin.name(), "sentence": m.sentence, "equation": m.equation,
                 "source": m.source, "forms": e.forms, "kinds": e.kinds.iter().map(|k| k.name()).collect::<Vec<_>>(),
-                "scenario_keys": e.keys.iter().map(|k| k.name).collect::<Vec<_>>(), "quantities": e.quantities.iter().map(|q| serde_json::json!({"name": q.name, "unit": q.unit}))
+                "scenario_keys": e.keys.iter().map(|k| k.name).collect::<Vec<_>>(),
+                "quantities": e.quantities.iter().map(|q| serde_json::json!({"name": q.name, "unit": q.unit}))
                     .collect::<Vec<_>>(),
             })
         })
