@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 TABLE = ROOT / "harness" / "diagnose" / "calibration.json"
 PICTURE = Path(__file__).parent / "pictures" / "reliability.png"
 # campaigns of a seed: of today's mix, and of each group; the sealed half never calibrates
-SHARES = {"mix": 40, "print": 20, "dirt": 12, "little": 12, "strangers": 20}
+SHARES = {"mix": 40, "print": 20, "dirt": 12, "little": 12, "strangers": 20, "rough": 12}
 FOLDS = 5
 
 
@@ -68,7 +68,7 @@ def crossed(cases):
             name, f, want, group = cases[i]
             p = weights.posterior(f, theta)
             held = weights.credible(p, level)
-            out[i] = dict(case=name, group=group, top=p[held[0]], said=sorted(held[0]), right=held[0] == want, want=sorted(want), held=want in held, size=len(held))
+            out[i] = dict(case=name, group=group, top=p[held[0]], said=sorted(held[0]), right=held[0] == want, loss=float(-np.log(max(p.get(want, 0.0), weights.LEAST))), want=sorted(want), held=want in held, size=len(held))
     return out
 
 

@@ -38,9 +38,11 @@ PARAMETERS = {
     "one_level": (-0.5, 0.5),
     "heldout": (0.5, 0.5),                     # weight of the ln of how many times better, and worse, a structure predicts levels not seen
     "worse": (-20.0, 10.0),                    # than the simulation as given does
+    "needed": (0.0, 0.3),                      # weight of ln(1 + nats that the best structure with these names has over the best without them)
 }
 START = np.array([v[0] for v in PARAMETERS.values()])
 WIDTH = np.array([v[1] for v in PARAMETERS.values()])
+NEGLIGIBLE = 60.0            # nats below the most evidence of a cause from which on an entry adds nothing to it, whatever the weights
 LARGE = 0.03                 # sizes from here on are no small print
 
 
@@ -99,6 +101,17 @@ def noise_alone(sets):
     return float(max((x for of in sets.values() for x in of), key=lambda x: x.ln).size == 0)
 
 
+def needed(sets):
+    """{named set: ln(1 + nats that the best structure with these names has over the best without them)}: what is needed by all that explain much is likely there, whatever else is."""
+    best = {h: max(x.ln for x in of) for h, of in sets.items() if h != UNKNOWN}
+    out = {}
+    for h in best.keys() - {NOTHING}:
+        without = [ln for g, ln in best.items() if not g >= h]
+        most = max(ln for g, ln in best.items() if g >= h)
+        out[h] = float(np.log1p(max(most - max(without), 0.0))) if without else 0.0
+    return out
+
+
 def weighted(t, kind, size, ln, drifts, parameters):
     """ln evidence with the table's weights, of entries' numbers (arrays); `kind` holds indices of KINDS."""
     own = np.array([t.get(k, 0.0) for k in KINDS])[kind]
@@ -117,12 +130,12 @@ def posterior(feature, theta):
     t = dict(zip(PARAMETERS, theta))
     left, levels, sets = feature
     tail, temperature = scales(t, left, noise_alone(sets))
-    top = -np.inf
+    top, need = -np.inf, needed(sets)
     mass, doubt = {}, {}
     for h, of in sets.items():
         ln = weighted(t, [KINDS.index(x.kind) for x in of], *(np.array([getattr(x, k) for x in of]) for k in WEIGHTED))
         mass[h], best = logsumexp(ln), of[int(ln.argmax())]
-        doubt[h] = t["bound"] * best.bound + t["heldout"] * max(best.better, 0.0) + t["worse"] * max(-best.better, 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN))
+        doubt[h] = t["bound"] * best.bound + t["heldout"] * max(best.better, 0.0) + t["worse"] * max(-best.better, 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN)) + t["needed"] * need.get(h, 0.0)
         top = max(top, mass[h])
     prior = lambda h: 0.0 if h == NOTHING else t["unknown"] if h == UNKNOWN else t["single"] if len(h) == 1 else t["pair"]
     score = {h: prior(h) + doubt[h] - tail * np.log1p((top - m) / (tail * temperature)) for h, m in mass.items()}
@@ -146,14 +159,17 @@ class Stacked:
         for k, (feature, want, weight) in enumerate(cases):
             left, levels, sets = feature
             alone.append(noise_alone(sets))
+            need = needed(sets)
             for h, of in sets.items():
                 ends.append(len(rows))
+                most = max(x.ln for x in of)
+                of = [x for x in of if x.ln > most - NEGLIGIBLE]
                 rows += [(KINDS.index(x.kind), *(getattr(x, k) for k in WEIGHTED), x.bound, max(-x.better, 0.0), max(x.better, 0.0)) for x in of]
                 prior = "" if h == NOTHING else "unknown" if h == UNKNOWN else "single" if len(h) == 1 else "pair"
-                hyps.append((k, left, levels < 2 and h not in (NOTHING, UNKNOWN), PRIORS.index(prior), h == want))
+                hyps.append((k, left, levels < 2 and h not in (NOTHING, UNKNOWN), PRIORS.index(prior), h == want, need.get(h, 0.0)))
         kind, *self.entries, self.bound, self.worse, self.better = np.array(rows, float).T
         self.kind = kind.astype(int)
-        self.case, self.left, self.one, self.prior, self.want = np.array(hyps, float).T
+        self.case, self.left, self.one, self.prior, self.want, self.needed = np.array(hyps, float).T
         self.case, self.prior, self.want = self.case.astype(int), self.prior.astype(int), self.want.astype(bool)
         self.starts, self.n, self.alone = np.array(ends), len(cases), np.array(alone)
         self.lengths = np.diff([*ends, len(rows)])
@@ -166,7 +182,7 @@ class Stacked:
         mass = np.logaddexp.reduceat(ln, self.starts)
         best = ln == np.repeat(np.maximum.reduceat(ln, self.starts), self.lengths)
         of_best = lambda what: np.maximum.reduceat(np.where(best, what, 0.0), self.starts)
-        doubt = t["bound"] * of_best(self.bound) + t["worse"] * of_best(self.worse) + t["heldout"] * of_best(self.better) + t["one_level"] * self.one
+        doubt = t["bound"] * of_best(self.bound) + t["worse"] * of_best(self.worse) + t["heldout"] * of_best(self.better) + t["one_level"] * self.one + t["needed"] * self.needed
         top = np.full(self.n, -np.inf)
         np.maximum.at(top, self.case, mass)
         tail, temperature = scales(t, self.left, self.alone[self.case])
@@ -188,7 +204,7 @@ PRIORS = ("", "single", "pair", "unknown")
 def fit(cases):
     """The table's parameters of the least loss."""
     stacked = Stacked(cases)
-    return minimize(stacked.loss, START, method="Powell", options=dict(maxiter=30, xtol=1e-2, ftol=1e-5)).x
+    return minimize(stacked.loss, START, method="L-BFGS-B", options=dict(maxiter=100, ftol=1e-7)).x
 
 
 def credible(p, level):

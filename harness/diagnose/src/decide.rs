@@ -9,7 +9,7 @@ use super::propose::Pool;
 use estimate::fitted::Fitted;
 
 /// Structures at most whose predictions of levels not seen are worked out.
-const PREDICTED: usize = 4;
+const PREDICTED: usize = 6;
 /// Structures of names that every fold chooses among, beside the simulation as given, and that every window does.
 const CHOICES: usize = 3;
 const WINDOW_CHOICES: usize = 2;
@@ -127,10 +127,15 @@ impl Decision {
 }
 
 /// The next structure whose predictions of levels not seen are worth working out: what would be chosen, the likeliest names,
-/// then what is possible; None where all of those are known.
+/// of several each alone (better predictions may be the work of one of them), then what is possible; None where all of
+/// those are known.
 fn unpredicted(posterior: &Posterior, fits: &[Fitted], evidence: &Evidences) -> Option<usize> {
+    let best = posterior.best_named();
+    let several = best.filter(|c| c.names.len() > 1);
+    let of_several = |c: &&Cause| c.names.len() == 1 && several.is_some_and(|s| s.names.contains(&c.names[0]));
+    let alone = posterior.causes.iter().filter(of_several);
     let possible = posterior.causes.iter().filter(|c| c.probability > POSSIBLE);
-    let names = posterior.best_named().into_iter().chain(possible).filter_map(|c| c.structure);
+    let names = best.into_iter().chain(alone).chain(possible).filter_map(|c| c.structure);
     let mut all = [likeliest(posterior, fits, evidence)].into_iter().chain(names);
     all.find(|i| evidence.structures[*i].heldout.is_none())
 }

@@ -53,6 +53,9 @@ pub struct Table {
     /// how many times worse.
     pub heldout: f64,
     pub worse: f64,
+    /// Weight of ln(1 + nats that the best structure with these names has over the best without them): what is needed by
+    /// all that explain much is likely there, whatever else is.
+    pub needed: f64,
     /// Probability that a set has to add up to, to hold the cause with 95 %.
     pub level: f64,
 }
@@ -122,10 +125,14 @@ struct Gathered {
     /// Of those, the ones with a large discrepancy.
     large: Vec<f64>,
     best: Option<(f64, usize)>,
+    /// The most ln evidence, without weights.
+    most: Option<f64>,
 }
 
 impl Gathered {
-    fn add(&mut self, ln: f64, structure: Option<usize>, is_large: bool) {
+    /// Adds an ln evidence, `bare` without weights and `ln` with them.
+    fn add(&mut self, bare: f64, ln: f64, structure: Option<usize>, is_large: bool) {
+        self.most = Some(self.most.map_or(bare, |m| m.max(bare)));
         self.ln.push(ln);
         if is_large {
             self.large.push(ln);
@@ -138,16 +145,31 @@ impl Gathered {
     }
 }
 
+/// ln(1 + nats that the best of `causes` with all of `names` has over the best without them); 0 for nothing and for an
+/// unknown cause.
+fn needed(causes: &[(Vec<&'static str>, Gathered)], names: &[&'static str]) -> f64 {
+    if names.is_empty() || names == [UNKNOWN] {
+        return 0.0;
+    }
+    let (with, without): (Vec<_>, Vec<_>) =
+        causes.iter().filter(|c| c.0 != [UNKNOWN]).partition(|c| names.iter().all(|n| c.0.contains(n)));
+    let most = |of: &[&(Vec<&'static str>, Gathered)]| of.iter().filter_map(|c| c.1.most).reduce(f64::max);
+    match (most(&with), most(&without)) {
+        (Some(with), Some(without)) => (with - without).max(0.0).ln_1p(),
+        _ => 0.0,
+    }
+}
+
 impl Posterior {
     /// Of what was weighed, by `table`.
     pub fn new(e: &Evidences, table: &Table) -> Posterior {
         let mut causes: Vec<(Vec<&'static str>, Gathered)> = Vec::new();
-        let mut add = |names: Vec<&'static str>, ln: f64, structure: Option<usize>, is_large: bool| {
+        let mut add = |names: Vec<&'static str>, bare: f64, weight: f64, structure: Option<usize>, is_large: bool| {
             let i = causes.iter().position(|c| c.0 == names).unwrap_or_else(|| {
                 causes.push((names, Gathered::default()));
                 causes.len() - 1
             });
-            causes[i].1.add(ln, structure, is_large);
+            causes[i].1.add(bare, bare + weight, structure, is_large);
         };
         let size_weight = |i: usize| if i == 0 { table.none } else { table.size * (i - 1) as f64 };
         let mut left = f64::INFINITY;
@@ -167,20 +189,20 @@ impl Posterior {
                     if *ln > most.0 {
                         most = (*ln, i == 0);
                     }
-                    let ln = ln + size_weight(i) + drifts as f64 * table.drift + of_parameters;
+                    let weight = size_weight(i) + drifts as f64 * table.drift + of_parameters;
                     if !w.named {
-                        add(vec![UNKNOWN], ln + table.stand_in, None, false);
+                        add(vec![UNKNOWN], *ln, weight + table.stand_in, None, false);
                     } else if SIZES[i] >= LARGE {
-                        add(vec![UNKNOWN], ln + table.large, None, true);
-                        add(canonical(&w.names), ln + table.large_known, Some(at), true);
+                        add(vec![UNKNOWN], *ln, weight + table.large, None, true);
+                        add(canonical(&w.names), *ln, weight + table.large_known, Some(at), true);
                     } else {
-                        add(canonical(&w.names), ln, Some(at), false);
+                        add(canonical(&w.names), *ln, weight, Some(at), false);
                     }
                 }
             }
         }
         for ln in e.unknown.iter().flat_map(|u| &u.ln).filter(|ln| ln.is_finite()) {
-            add(vec![UNKNOWN], ln + table.own, None, false);
+            add(vec![UNKNOWN], *ln, table.own, None, false);
             if *ln > most.0 {
                 most = (*ln, false);
             }
@@ -212,7 +234,10 @@ impl Posterior {
         let score: Vec<f64> = causes
             .iter()
             .zip(&mass)
-            .map(|(c, m)| prior(&c.0) + doubt(&c.1) - tail * ((top - m) / (tail * temperature)).ln_1p())
+            .map(|(c, m)| {
+                let need = table.needed * needed(&causes, &c.0);
+                prior(&c.0) + doubt(&c.1) + need - tail * ((top - m) / (tail * temperature)).ln_1p()
+            })
             .collect();
         let whole = ln_sum(&score);
         let mut causes: Vec<Cause> = causes
@@ -311,6 +336,7 @@ mod tests {
             worse: -1.0,
             one_level: -0.5,
             heldout: 0.0,
+            needed: 0.0,
             level: 0.95,
         }
     }
@@ -346,6 +372,29 @@ mod tests {
             Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3 }, &table).of("gravity")
         };
         assert!(of(3) < of(1), "{} {}", of(3), of(1));
+    }
+
+    #[test]
+    fn what_every_good_structure_needs_is_likelier() {
+        let structures = || {
+            vec![
+                weighed(&[], true, 0.0),
+                weighed(&["gravity"], true, 40.0),
+                weighed(&["adhesion"], true, 10.0),
+                weighed(&["adhesion", "gravity"], true, 60.0),
+            ]
+        };
+        let of = |needed: f64| {
+            let table = Table { tail: 0.0, needed, ..plain() };
+            Posterior::new(&Evidences { structures: structures(), unknown: Vec::new(), levels: 3 }, &table)
+        };
+        let odds = |p: &Posterior| {
+            let single = |n: &str| p.causes.iter().find(|c| c.names == [n]).unwrap().probability;
+            single("gravity") / single("adhesion")
+        };
+        // with gravity 60, without 10; with adhesion 60, without 40
+        let want = (51f64 / 21.0).sqrt();
+        assert!((odds(&of(0.5)) / odds(&of(0.0)) - want).abs() < 1e-9, "{} {}", odds(&of(0.5)), odds(&of(0.0)));
     }
 
     #[test]
