@@ -224,7 +224,7 @@ fn steps_beside_names(
     properties: &mut Vec<(String, String)>,
 ) {
     let Some(names) = names.map(|r| &above[r].1) else { return };
-    for (c, name) in names.iter().enumerate().filter(|(c, _)| !used.contains(c)) {
+    for (c, name) in names.iter().enumerate().filter(|(c, _)| used.binary_search(c).is_err()) {
         let below = units.and_then(|r| above[r].1.get(c)).filter(|t| !t.is_empty());
         match (below, name.split_once('=')) {
             (Some(below), _) => properties.push((name.clone(), below.clone())),
@@ -282,7 +282,7 @@ fn quantity(value: &str, unit_of_name: &str, to_unit: fn(&str) -> Option<f64>) -
     let mut end = value.find(|c: char| !(c.is_ascii_digit() || "+-.,eE".contains(c))).unwrap_or(value.len());
     end -= usize::from(end < value.len() && value[..end].ends_with(['e', 'E']));
     let mut dialect = Dialect { delimiter: Delimiter::Spaces, decimal: Decimal::Open, thousands: false };
-    let Cell::Number(number) = dialect.cell(value[..end].as_bytes()) else { return None };
+    let Cell::Number(number) = dialect.cell(&value.as_bytes()[..end]) else { return None };
     let unit = value[end..].trim();
     let unit = unit::inner(unit).unwrap_or(unit);
     Some(number * to_unit(if unit.is_empty() { unit_of_name } else { unit })?)

@@ -214,7 +214,8 @@ fn layout(rows: &[Option<Vec<Cell>>], run: &Run, dialect: Dialect) -> Layout {
     // a column that begins further down is none: a line with more cells than the first ones is at fault
     let width = rows[start..=run.last].iter().flatten().take(run.first - start + SURE).map(Vec::len).max().unwrap_or(0);
     for c in 0..width {
-        let kind = kind(&table, c, set.contains(&c), kinds.last() == Some(&Kind::Text));
+        let sure = set.binary_search(&c).is_ok();
+        let kind = kind(&table, c, sure, kinds.last() == Some(&Kind::Text));
         kinds.push(kind);
     }
     Layout { dialect, start, kinds, pure: run.pure }
