@@ -237,6 +237,7 @@ def test_yokogawa(dump, tmp_path):
     ("t,F\n0,1\n1,2\n2,3\n3,abc\n4,5\n", "line 5, column 2"),
     ("t,F\n0,1\n1,x\n2,3\n3,4\n4,5\n5,6\n", "line 3, column 2"),
     ("t,F\n0,1\n1,2\n2,3\n3,4,5\n4,5\n", "line 5, column 3"),
+    ("t,F\n0,abc\n1,2\n2,3\n3,4\n", "line 2, column 2"),
     ("1\n2\n3\nfour\n5\n", "line 4, column 1"),
 ])
 def test_text_between_numbers(dump, tmp_path, text, place):
@@ -266,3 +267,51 @@ def test_a_footer(dump, tmp_path):
         read = dump(write(tmp_path / "f.csv", "t;F\n" + "".join(f"{i};{i},5\n" for i in range(10)) + footer))
         check(only(read), ["t", "F"], ["", ""], [range(10), np.arange(10) + 0.5])
         assert any("follows the table" in note for note in read["notes"])
+
+
+def test_names_of_several_lines(dump, tmp_path):
+    text = '"Time\n[s]";"Force ""A""\nfront\n[kN]"\n0;1\n1;2\n2;3\n'
+    check(only(dump(write(tmp_path / "n.csv", text))), ["Time", 'Force "A" front'], ["s", "kN"], [range(3), [1, 2, 3]])
+
+
+def test_short_tables(dump, tmp_path):
+    check(only(dump(write(tmp_path / "a.csv", "t,F\n0,1\n"))), ["t", "F"], ["", ""], [[0], [1]])
+    check(only(dump(write(tmp_path / "b.csv", "Time [s];F [N]\n0;1,5"))), ["Time", "F"], ["s", "N"], [[0], [1.5]])
+    check(only(dump(write(tmp_path / "c.csv", "5"))), [""], [""], [[5]])
+
+
+def test_lines_of_one_number_before_a_table(dump, tmp_path):
+    text = "3\n1000\n0.001\nTime [s],F [N]\n0,1\n1,2\n2,3\n3,4\n"
+    check(only(dump(write(tmp_path / "m.csv", text))), ["Time", "F"], ["s", "N"], [range(4), [1, 2, 3, 4]])
+
+
+def test_commas_for_everything_are_refused(dump, tmp_path):
+    error = dump(write(tmp_path / "m.csv", "Time [s],F [N]\n0,001,1,5\n0,002,2,5\n0,003,3,5\n"), error=True)
+    assert "line 2" in error and "commas" in error
+
+
+def test_fixed_columns(dump, tmp_path):
+    text = "   Time [s]    Force [kN]\n" + "".join(f"{t:11.4f}{f:14.6e}\n" for t, f, _ in TABLE)
+    columns = [[float(f"{t:11.4f}") for t in TABLE[:, 0]], [float(f"{f:14.6e}") for f in TABLE[:, 1]]]
+    check(only(dump(write(tmp_path / "f.txt", text))), ["Time", "Force"], ["s", "kN"], columns)
+
+
+def test_a_ragged_table(dump, tmp_path):
+    nan = np.nan
+    check(only(dump(write(tmp_path / "r.csv", "a,b,c\n0,1,2\n1,2,3\n2,3\n3\n"))), list("abc"), [""] * 3, [range(4), [1, 2, 3, nan], [2, 3, nan, nan]])
+
+
+DASYLAB = "DASYLab - V 5.62\r\nWorksheet name: test\r\nDelta: 0.001 sec\r\nDate;Time;Measurement time[hh:mm:ss];Force [kN];\r\n" + "".join(f"01.05.2024;12:00:00,00{i};00:00:00,00{i};{i},5;\r\n" for i in range(5))
+INSTRON = 'Results Table 1\n,Max Load,Mod\n,(N),(MPa)\n1,12.5,300\n\nRaw data\n"Time","Extension","Load"\n"(s)","(mm)","(N)"\n' + "".join(f'"{i}.0","0.{i}","1,00{i}.5"\n' for i in range(5))
+CATMAN = "Time  1 - default sample rate\tForce\ns\tkN\nT0 = 01.05.2024\tSR = 1000\n" + "".join(f"{i}\t{i}.5\n" for i in range(5))
+MTS = "MTS793|MPT|ENU|1|2|.|/|:|1|0|0|A\n\nData Acquisition:\tCyclic\nAxial Force\tTime\nkN\tSec\n" + "".join(f"{i}.5\t{i}\n" for i in range(5))
+
+
+@pytest.mark.parametrize("text,names,units,columns", [
+    (DASYLAB, ["Time", "Measurement time", "Force"], ["s", "s", "kN"], [np.arange(5) / 1000, np.arange(5) / 1000, np.arange(5) + 0.5]),
+    (INSTRON, ["Time", "Extension", "Load"], ["s", "mm", "N"], [range(5), np.arange(5) / 10, np.arange(5) + 1000.5]),
+    (CATMAN, ["Time  1 - default sample rate", "Force"], ["s", "kN"], [range(5), np.arange(5) + 0.5]),
+    (MTS, ["Axial Force", "Time"], ["kN", "Sec"], [np.arange(5) + 0.5, range(5)]),
+])
+def test_other_programs(dump, tmp_path, text, names, units, columns):
+    check(only(dump(write(tmp_path / "data.asc", text))), names, units, columns)

@@ -45,6 +45,8 @@ const HEADER_LINES: usize = 2_000;
 const HEADER_BYTES: usize = 1 << 20;
 /// Windows that are looked at for a table of numbers only, beyond one of numbers beside texts.
 const AHEAD: usize = 8;
+/// Lines of a quoted name, at most.
+const NAME_LINES: usize = 20;
 /// Bytes of a window, about.
 const WINDOW_BYTES: usize = 1 << 21;
 
@@ -168,10 +170,29 @@ impl Text {
         while window.len() < WINDOW && bytes < WINDOW_BYTES {
             let mark = self.lines.mark();
             let Some(line) = self.lines.next()? else { return Ok((window, true)) };
-            bytes += line.text.len();
-            window.push(Kept { mark, bytes: line.text.to_vec() });
+            let mut text = line.text.to_vec();
+            if is_open(&text) {
+                self.join(&mut text)?;
+            }
+            bytes += text.len();
+            window.push(Kept { mark, bytes: text });
         }
         Ok((window, false))
+    }
+
+    /// Appends the lines up to the one that closes a quoted cell, where it is near: a name of several lines.
+    fn join(&mut self, text: &mut Vec<u8>) -> Result<(), Fault> {
+        let (here, length) = (self.lines.mark(), text.len());
+        for _ in 0..NAME_LINES {
+            let Some(line) = self.lines.next()? else { break };
+            text.push(b' ');
+            text.extend_from_slice(line.text);
+            if !is_open(text) {
+                return Ok(());
+            }
+        }
+        text.truncate(length);
+        self.lines.go(here)
     }
 
     /// Counts a table's samples and takes what its header says; where the next begins.
@@ -184,6 +205,13 @@ impl Text {
         }
         if self.tables.len() >= TABLES {
             return limit(format!("more than {TABLES} tables"), "give the tables in several files");
+        }
+        if has_commas_for_both(found, window, header) {
+            let what = "commas stand between the cells and in the numbers: there are half as many names as columns";
+            return limit(
+                what.to_string(),
+                "write the file with semicolons or tabs between the cells, or with decimal points",
+            );
         }
         self.lines.go(start)?;
         let mut walk = Walk::new(&self.path, found.dialect, &found.kinds);
@@ -220,6 +248,22 @@ impl Text {
         self.tables.push(Table { start, dialect: found.dialect, kinds, shown });
         Ok(stop)
     }
+}
+
+/// Whether a quote is not closed.
+fn is_open(text: &[u8]) -> bool {
+    text.iter().filter(|b| **b == b'"').count() % 2 == 1
+}
+
+/// Whether commas stand between the cells and in the numbers: whole numbers in twice as many columns as there are names.
+fn has_commas_for_both(found: &Layout, window: &[Kept], header: &[Vec<u8>]) -> bool {
+    let comma = Delimiter::Byte(b',');
+    let Some(names) = header.iter().rev().find(|l| !layout::is_blank(l, comma)) else { return false };
+    let mut cells = Vec::new();
+    split(names, comma, &mut cells);
+    let texts = cells.iter().all(|c| names[c.clone()].iter().any(u8::is_ascii_alphabetic));
+    let whole = || window[found.start..].iter().take(WINDOW / 2).all(|l| !l.bytes.contains(&b'.'));
+    found.dialect.delimiter == comma && cells.len() > 1 && found.kinds.len() == 2 * cells.len() && texts && whole()
 }
 
 /// Drops the upper lines of a header that is too long to keep.

@@ -161,7 +161,11 @@ fn run(rows: &[Option<Vec<Cell>>], whole: bool) -> Option<Run> {
             && row.iter().zip(of).all(|(a, b)| a.is_value() == b.is_value())
     };
     let choose = |runs: Vec<Run>, least: usize| {
-        let sure = runs.iter().position(|r| r.lines >= SURE);
+        let width = |r: &Run| rows[r.first].as_ref().map_or(0, Vec::len);
+        // a few lines of one number each before a longer table of several columns are metadata
+        let metadata =
+            |r: &Run| width(r) == 1 && runs.iter().any(|o| width(o) > 1 && o.lines >= r.lines && o.first > r.first);
+        let sure = runs.iter().position(|r| r.lines >= SURE && !(r.lines < 10 && metadata(r)));
         let longest =
             || (0..runs.len()).rev().max_by_key(|i| runs[*i].lines).filter(|i| whole && runs[*i].lines >= least);
         sure.or_else(longest).map(|i| runs[i].clone())
@@ -222,20 +226,21 @@ fn layout(rows: &[Option<Vec<Cell>>], run: &Run, dialect: Dialect) -> Layout {
 }
 
 /// The first line of a table whose sure lines begin at `first`. One line that does not fit is passed over where it holds
-/// numbers and a line that fits stands above it: it is a line of the table with a fault, which the reading names.
+/// numbers and a line that fits stands above it, and one with a number first and one text only is taken in: these are lines
+/// of the table with a fault, which the reading names.
 fn first_line(rows: &[Option<Vec<Cell>>], first: usize, columns: usize, fits: impl Fn(&[Cell]) -> bool) -> usize {
     let row = |i: usize| rows[i].as_deref();
+    let width = row(first).map(<[Cell]>::len);
     let mut start = first;
     loop {
         let above = |n: usize| start.checked_sub(n).and_then(row);
+        let near = above(1).filter(|r| columns > 1 && Some(r.len()) == width);
         if above(1).is_some_and(&fits) {
             start -= 1;
-        } else if columns > 1
-            && above(1)
-                .is_some_and(|r| Some(r.len()) == row(first).map(<[Cell]>::len) && r.iter().any(|c| c.is_value()))
-            && above(2).is_some_and(&fits)
-        {
+        } else if near.is_some_and(|r| r.iter().any(|c| c.is_value())) && above(2).is_some_and(&fits) {
             start -= 2;
+        } else if near.is_some_and(|r| r[0].is_value() && r.iter().filter(|c| !c.is_value()).eq([&Cell::Text])) {
+            return start - 1;
         } else {
             return start;
         }

@@ -163,7 +163,7 @@ impl Walk {
             (format!("`{}` stands behind the last of {} columns", odd.cell, self.columns.len()), "delete the cell")
         } else {
             let cure = "write a number, leave the cell empty, or put a blank line before the header of another table";
-            (format!("`{}` is not a number, and numbers stand in the lines before and after", odd.cell), cure)
+            (format!("`{}` is not a number, and its column holds numbers", odd.cell), cure)
         };
         Fault::new(&self.path, what, cure).at(place)
     }
