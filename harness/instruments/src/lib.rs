@@ -3,7 +3,12 @@
 //! A format is a file of this crate with one function `open`, and its line in `FORMATS`. What a channel measures, which
 //! column is the time and where the impact lies is not known here; `import` decides that from names, units and samples.
 
+mod binary;
+mod date;
 mod memory;
+mod table;
+mod tdms;
+mod wav;
 
 pub use memory::Memory;
 
@@ -102,7 +107,7 @@ pub struct Format {
 }
 
 /// All formats, the ones known by their first bytes first, text of any dialect last.
-pub const FORMATS: &[Format] = &[];
+pub const FORMATS: &[Format] = &[tdms::FORMAT, wav::FORMAT];
 
 /// Opens a file of any format.
 ///
