@@ -194,6 +194,12 @@ impl Bytes {
         Ok(())
     }
 
+    /// A reader of `count` bytes from byte `at`.
+    pub(crate) fn part(&mut self, at: u64, count: u64) -> Part<'_> {
+        let end = at.saturating_add(count).min(self.length);
+        Part { bytes: self, at, end }
+    }
+
     fn page(&mut self, index: u64) -> Result<&[u8], Fault> {
         self.uses += 1;
         if !self.pages.contains_key(&index) {
@@ -210,6 +216,22 @@ impl Bytes {
         let page = self.pages.get_mut(&index).expect("the page was read");
         page.used = self.uses;
         Ok(&page.bytes)
+    }
+}
+
+/// Reads a part of the bytes.
+pub(crate) struct Part<'a> {
+    bytes: &'a mut Bytes,
+    at: u64,
+    end: u64,
+}
+
+impl Read for Part<'_> {
+    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
+        let count = (out.len() as u64).min(self.end.saturating_sub(self.at)) as usize;
+        self.bytes.fill(self.at, &mut out[..count]).map_err(std::io::Error::other)?;
+        self.at += count as u64;
+        Ok(count)
     }
 }
 

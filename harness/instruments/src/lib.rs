@@ -5,6 +5,7 @@
 
 mod binary;
 mod date;
+mod mat;
 mod memory;
 mod table;
 mod tdms;
@@ -107,7 +108,7 @@ pub struct Format {
 }
 
 /// All formats, the ones known by their first bytes first, text of any dialect last.
-pub const FORMATS: &[Format] = &[tdms::FORMAT, wav::FORMAT];
+pub const FORMATS: &[Format] = &[tdms::FORMAT, wav::FORMAT, mat::FORMAT];
 
 /// Opens a file of any format.
 ///
