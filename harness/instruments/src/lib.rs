@@ -6,6 +6,7 @@
 mod binary;
 mod date;
 mod mat;
+mod mdf;
 mod memory;
 mod table;
 mod tdms;
@@ -108,7 +109,7 @@ pub struct Format {
 }
 
 /// All formats, the ones known by their first bytes first, text of any dialect last.
-pub const FORMATS: &[Format] = &[tdms::FORMAT, wav::FORMAT, mat::FORMAT];
+pub const FORMATS: &[Format] = &[tdms::FORMAT, mdf::FORMAT, wav::FORMAT, mat::FORMAT];
 
 /// Opens a file of any format.
 ///
