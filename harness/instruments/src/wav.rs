@@ -144,7 +144,7 @@ fn layout(walk: &mut Walk, size: u32) -> Result<Layout, Fault> {
         tag = walk.u16()?;
         bits = if valid > 0 { valid } else { bits };
     }
-    let size = if channels > 0 { u64::from(frame / channels) } else { 0 };
+    let size = u64::from(frame.checked_div(channels).unwrap_or(0));
     let refused = |what: String| walk.bytes.fault(start, what, "export it as PCM of 16, 24 or 32 bits or as float");
     let sample =
         Sample::of(tag, size).ok_or_else(|| refused(format!("WAV of format {tag} with {bits} bits is not read")))?;

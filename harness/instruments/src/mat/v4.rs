@@ -9,8 +9,7 @@ const NAME: u32 = 256;
 
 fn order(head: [u8; 4]) -> Option<Order> {
     // MOPT: 0 or 1 for the order of bytes, 0, kind of number 0 to 5, kind of matrix 0 to 2
-    let valid =
-        |kind: u32, machine: u32| kind / 1000 == machine && kind / 100 % 10 == 0 && kind / 10 % 10 < 6 && kind % 10 < 3;
+    let valid = |kind: u32, machine: u32| kind / 1000 == machine && kind % 1000 < 60 && kind % 10 < 3;
     match (valid(u32::from_le_bytes(head), 0), valid(u32::from_be_bytes(head), 1)) {
         (true, _) => Some(Order::Little),
         (_, true) => Some(Order::Big),

@@ -192,12 +192,14 @@ impl Field {
 
     /// The number in the value's bytes, of which there are 9 at most.
     fn number(&self, bytes: &[u8]) -> f64 {
-        let mut all = 0u128;
-        if self.big {
-            bytes.iter().for_each(|b| all = all << 8 | u128::from(*b));
+        let mut all = [0; 16];
+        let all = if self.big {
+            all[16 - bytes.len()..].copy_from_slice(bytes);
+            u128::from_be_bytes(all)
         } else {
-            bytes.iter().rev().for_each(|b| all = all << 8 | u128::from(*b));
-        }
+            all[..bytes.len()].copy_from_slice(bytes);
+            u128::from_le_bytes(all)
+        };
         let bits = (all >> self.shift) as u64 & (u64::MAX >> (64 - self.bits));
         match (self.kind, self.bits) {
             (Kind::Float, 16) => half(bits as u16),

@@ -227,12 +227,11 @@ fn inflate(bytes: &mut Bytes, fragment: &Fragment) -> Result<Vec<u8>, Fault> {
 /// Bytes that lie column by column, row by row; those beyond the last whole row stay where they are.
 fn in_rows(columns_first: &[u8], columns: usize) -> Vec<u8> {
     let rows = columns_first.len() / columns;
-    let mut out = columns_first.to_vec();
-    for column in 0..if rows > 0 { columns } else { 0 } {
-        for row in 0..rows {
-            out[row * columns + column] = columns_first[column * rows + row];
-        }
+    let mut out = Vec::with_capacity(columns_first.len());
+    for row in 0..rows {
+        out.extend(columns_first[row..].iter().step_by(rows).take(columns));
     }
+    out.extend_from_slice(&columns_first[rows * columns..]);
     out
 }
 

@@ -5,6 +5,7 @@
 
 mod scaling;
 mod segments;
+mod strain;
 
 use crate::binary::Bytes;
 use crate::{Channel, Clock, Fault, Format, Group, Sink, Source, BLOCK};
@@ -74,7 +75,7 @@ fn grouped(objects: &[Object], notes: &mut Vec<String>) -> (Vec<Group>, Vec<Vec<
                 continue;
             }
         };
-        if plan.is_raw() && object.is_daqmx() {
+        if plan.is_raw() && object.is_daqmx() && matches!(object.stored(), Some(Stored::Number(_))) {
             notes.push(format!("channel \"{channel_name}\" of group \"{group_name}\" has no scaling: raw numbers"));
         }
         let clock = clock(object);

@@ -1,6 +1,7 @@
 //! NI's scalings of a channel: a chain of steps from the raw numbers to the values in the channel's unit.
 
 use super::segments::Object;
+use super::strain::{Bridge, Strain};
 use std::collections::HashMap;
 
 /// The input source that means the raw data.
@@ -38,6 +39,10 @@ enum Step {
     Table {
         from: Vec<f64>,
         to: Vec<f64>,
+        of: Input,
+    },
+    Strain {
+        strain: Strain,
         of: Input,
     },
     Add(Input, Input),
@@ -121,6 +126,11 @@ impl Resolver<'_> {
                 let table = self.table(&before, depth)?;
                 self.push(table)
             }
+            "Strain" => {
+                let of = self.input(&format!("{before}Strain_Input_Source"), depth)?;
+                let strain = self.strain(&format!("{before}Strain_"))?;
+                self.push(Step::Strain { strain, of })
+            }
             "Add" | "Subtract" => {
                 let left = self.input(&format!("{before}{kind}_Left_Operand_Input_Source"), depth)?;
                 let right = self.input(&format!("{before}{kind}_Right_Operand_Input_Source"), depth)?;
@@ -152,6 +162,21 @@ impl Resolver<'_> {
             return Err(Unscaled(format!("{name} of its scaling claims {size} entries")));
         }
         (0..size as usize).map(|i| self.number(&format!("{name}[{i}]"))).collect()
+    }
+
+    fn strain(&self, before: &str) -> Result<Strain, Unscaled> {
+        let of = |name: &str| self.number(&format!("{before}{name}"));
+        let number = of("Configuration")?;
+        let bridge = Bridge::of(number).ok_or_else(|| Unscaled(format!("its strain bridge {number} is not known")))?;
+        Ok(Strain {
+            bridge,
+            excitation: of("Voltage_Excitation")?,
+            initial: of("Initial_Bridge_Voltage")?,
+            gauge_factor: of("Gage_Factor")?,
+            poisson: of("Poisson_Ratio")?,
+            leads: of("Lead_Wire_Resistance")? / of("Gage_Resistance")?,
+            gain: of("Bridge_Shunt_Calibration_Gain_Adjustment")?,
+        })
     }
 
     fn table(&mut self, before: &str, depth: usize) -> Result<Step, Unscaled> {
@@ -191,6 +216,7 @@ impl Plan {
                 Step::Table { from, to, of: input } => {
                     of(input).iter().map(|x| crate::table::linear(from, to, *x)).collect()
                 }
+                Step::Strain { strain, of: input } => of(input).iter().map(|x| strain.of(*x)).collect(),
                 Step::Add(a, b) => of(a).iter().zip(of(b)).map(|(a, b)| a + b).collect(),
                 Step::Subtract { less, of: input } => of(input).iter().zip(of(less)).map(|(a, b)| a - b).collect(),
             };
