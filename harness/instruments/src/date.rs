@@ -1,6 +1,6 @@
 //! Dates from seconds.
 
-/// The date and time at `seconds` and a `part` of a second after 1970-01-01, in UTC, such as `2024-05-01T12:00:00.250Z`.
+/// The date and time at `seconds` and a `part` of a second after 1970-01-01, in UTC: `2024-05-01T12:00:00.250Z`.
 pub(crate) fn utc(seconds: i64, part: f64) -> String {
     let (days, of_day) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400));
     let (year, month, day) = civil(days);

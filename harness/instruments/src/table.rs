@@ -28,3 +28,25 @@ pub(crate) fn nearest(from: &[f64], to: &[f64], x: f64) -> f64 {
     let upper = after < from.len() && x - from[after - 1] > from[after] - x;
     to[if upper { after } else { after - 1 }]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FROM: [f64; 3] = [0.0, 1.0, 3.0];
+    const TO: [f64; 3] = [5.0, 7.0, 1.0];
+
+    #[test]
+    fn linear_between_points_and_constant_beyond() {
+        let values = [-1.0, 0.0, 0.5, 1.0, 2.0, 3.0, 9.0].map(|x| linear(&FROM, &TO, x));
+        assert_eq!(values, [5.0, 5.0, 6.0, 7.0, 4.0, 1.0, 1.0]);
+        assert!(linear(&FROM, &TO, f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn the_nearest_point_and_the_lower_of_two() {
+        let values = [-1.0, 0.4, 0.5, 0.6, 2.0, 2.1, 9.0].map(|x| nearest(&FROM, &TO, x));
+        assert_eq!(values, [5.0, 5.0, 5.0, 7.0, 7.0, 1.0, 1.0]);
+        assert!(nearest(&FROM, &TO, f64::NAN).is_nan());
+    }
+}

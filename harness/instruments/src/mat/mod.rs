@@ -1,8 +1,9 @@
-//! MATLAB MAT-files of versions 4 and 5 (saved as `-v4`, `-v6` or `-v7`): vectors and matrices of numbers, also in structs
-//! and cells. Variables of `-v4` and `-v6` are read in blocks; those of `-v7` are compressed whole and kept inflated, as a
-//! matrix lies in them column by column.
+//! MATLAB MAT-files of versions 4 and 5 (saved as `-v4`, `-v6` or `-v7`): vectors and matrices of numbers, also in
+//! structs and cells. Variables of `-v4` and `-v6` are read in blocks; those of `-v7` are compressed whole and kept
+//! inflated, as a matrix lies in them column by column.
 //!
-//! Our own reader: matfile 0.5.0 reads no structs and cells, matrw 0.1.4 panics on damaged files and reads no version 4.
+//! Our own reader: matfile 0.5.0 reads no structs and cells, matrw 0.1.4 unwraps what a damaged file may lack and reads
+//! no version 4.
 //! Source: MathWorks, MAT-File Format, 2024.
 
 mod v4;

@@ -176,7 +176,7 @@ impl Reader<'_> {
         Ok(String::from_utf8_lossy(&bytes).trim_end_matches('\0').to_string())
     }
 
-    /// Reads the matrix whose data lie from `at` to `end`; a field or a cell is named by its struct, a variable by itself.
+    /// Reads the matrix whose data lie from `at` to `end`; `name`: that of a field or a cell, empty for a variable.
     fn matrix(&mut self, at: u64, end: u64, name: &str, depth: usize) -> Result<(), Fault> {
         if at == end {
             return Ok(());

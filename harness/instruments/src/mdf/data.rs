@@ -55,8 +55,8 @@ impl Stretch {
     }
 }
 
-/// Finds all fragments of the data at `at`, of records of that stretch where they are of one kind; `last`: the length of
-/// the last was not written.
+/// Finds all fragments of the data at `at`, of records of that stretch where they are of one kind; `last`: the length
+/// of the last was not written.
 pub(super) fn stream(
     bytes: &mut Bytes,
     seen: &mut Seen,

@@ -1,8 +1,8 @@
-//! MDF of ASAM, version 4 (`.mf4`, `.mdf`), in blocks, with its conversions applied; sorted and unsorted, row by row and
-//! column by column, compressed and not.
+//! MDF of ASAM, version 4 (`.mf4`, `.mdf`), in blocks, with its conversions applied; sorted and unsorted, row by row
+//! and column by column, compressed and not.
 //!
-//! Our own reader: mf4-rs 3.8.0 reads no compressed data, mdf4-rs 0.3.3 holds a file whole in memory and panics on damaged
-//! ones, its later versions ask for a newer Rust. Source: ASAM MDF, version 4.2, and the public descriptions of its blocks.
+//! Our own reader: mf4-rs 3.8.0 reads no compressed data; mdf4-rs 0.3.3 reads a file whole into
+//! memory, and its later versions ask for a newer Rust. Source: ASAM MDF, version 4.2, as asammdf reads and writes it.
 
 mod block;
 mod channel;
@@ -173,7 +173,7 @@ impl Opening {
     }
 
     fn channel_group(&mut self, head: Head, records: Records, there: u64) -> Result<(), Fault> {
-        let counts_missing = self.unfinished & COUNTS != 0;
+        let counts_missing = self.unfinished & COUNTS != 0 || self.unfinished != 0 && head.claimed == 0;
         let count = if counts_missing { there } else { head.claimed.min(there) };
         let mut name = block::text(&mut self.bytes, head.block.link(2))?;
         if name.is_empty() {
