@@ -368,3 +368,81 @@ fn memory_does_not_grow_with_the_length_of_a_file() {
         assert!(held < 48 << 20, "{name}: {held} bytes were held");
     }
 }
+
+/// Reads what a file claims that it cannot hold: the fault's text or the notes.
+fn hostile(bytes: &[u8], extension: &str) -> String {
+    let _alone = ALONE.lock().unwrap_or_else(|e| e.into_inner());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(format!("file.{extension}"));
+    std::fs::write(&path, bytes).unwrap();
+    let start = Instant::now();
+    let (answer, held) = most_held(|| read(&path));
+    assert!(held < 128 << 20, "{held} bytes were held");
+    assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
+    answer.map_or_else(|message| message, |(_, notes)| notes.join("; "))
+}
+
+#[test]
+fn conversions_that_multiply_through_references_end() {
+    let mut file = Mdf::new();
+    let keys = 200u16;
+    let choice = |file: &mut Mdf, of: u64| {
+        let data = Bytes::default().u16(8).u16(0).u16(keys + 1).u16(2 * keys).f64(0.0).f64(0.0);
+        let data = (0..2 * keys).fold(data, |b, i| b.f64(f64::from(i)));
+        let mut links = vec![0; 4];
+        links.resize(4 + usize::from(keys) + 1, of);
+        file.block(b"CC", &links, &data.0)
+    };
+    let identity = file.block(b"CC", &[0, 0, 0, 0], &Bytes::default().u64(0).f64(0.0).f64(0.0).0);
+    let many = (0..6).fold(identity, |of, _| choice(&mut file, of));
+    let good = file.channel("good", 0, [0, 0, 4, 0], 0, 64, 0);
+    let channel = file.channel("x", good, [0, 0, 4, 0], 0, 64, many);
+    let group = file.group(channel, 0, 0, 10, 8);
+    let data = file.block(b"DT", &[], &wave(10));
+    let group = file.block(b"DG", &[0, group, data, 0], &[0; 8]);
+    assert!(
+        hostile(&file.finish(group), "mf4").contains("\"x\" is left out: the conversions of the file are too large")
+    );
+}
+
+#[test]
+fn lists_that_lead_back_are_refused() {
+    let mut file = Mdf::new();
+    let channel = file.channel("x", 0, [0, 0, 4, 0], 0, 64, 0);
+    let group = file.group(channel, 0, 0, 10, 8);
+    let data = file.block(b"DT", &[], &wave(10));
+    let list = file.0.len().next_multiple_of(8) as u64;
+    assert_eq!(file.block(b"DL", &[list, data], &Bytes::default().u32(1).u32(1).u64(80).0), list);
+    let group = file.block(b"DG", &[0, group, list, 0], &[0; 8]);
+    assert!(hostile(&file.finish(group), "mf4").contains(&format!("byte {list}: two links lead to this block")));
+}
+
+#[test]
+fn cells_that_lie_deep_in_each_other_are_left_out() {
+    let inner = mat_matrix("", 9, 1);
+    let nested = (0..2000).fold(inner, |of, i| {
+        let name = if i == 1999 { "deep" } else { "" };
+        mat_element(14, &mat_head(1, 1, 1, name).raw(&of.0).0)
+    });
+    let notes = hostile(&mat_file(&[mat_matrix("x", 9, 1), nested]), "mat");
+    assert!(notes.contains("too deep in each other"), "{notes}");
+}
+
+#[test]
+fn counts_beyond_the_file_are_refused() {
+    let objects = tdms_segment(14, &[tdms_channel("x", 10, 50).u32(0)], &wave(50)).0;
+    let with = |at: usize, n: u32| {
+        let mut bytes = objects.clone();
+        bytes[at..at + 4].copy_from_slice(&n.to_le_bytes());
+        hostile(&bytes, "tdms")
+    };
+    // objects, letters of a path, properties
+    for at in [28, 32, objects.len() - 404] {
+        assert!(with(at, u32::MAX - 1).contains("claimed"), "{}", with(at, u32::MAX - 1));
+    }
+    let matrix = |rows, columns| mat_element(14, &mat_head(6, rows, columns, "x").raw(&mat_element(9, &wave(4)).0).0);
+    assert!(hostile(&mat_file(&[matrix(i32::MAX as u32, i32::MAX as u32)]), "mat").contains("claims"));
+    let scalar = mat_head(1, i32::MAX as u32, i32::MAX as u32, "x");
+    assert!(hostile(&mat_file(&[mat_element(14, &scalar.0)]), "mat").contains("claimed"));
+    assert!(hostile(&wav_head(u32::MAX - 40).raw(&wave(2)).0, "wav").contains("4 samples that are there"));
+}

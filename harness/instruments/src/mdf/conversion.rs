@@ -49,7 +49,7 @@ pub(super) struct Budget(u64);
 
 impl Default for Budget {
     fn default() -> Budget {
-        Budget(10_000_000)
+        Budget(4_000_000)
     }
 }
 
