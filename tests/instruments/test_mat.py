@@ -1,13 +1,17 @@
 """MAT-files as scipy writes them, and of the other order of bytes by hand, read by touchdown as scipy reads them."""
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.io.matlab
 from scipy.io import loadmat, savemat
 from scipy.sparse import csc_matrix
 
 KINDS = ["int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64", "bool"]
 N = 70000
+# what MATLAB 4.2 to 8 wrote on Solaris, Linux and Windows, as scipy ships it
+FROM_MATLAB = [p for kind in ("double", "matrix", "multi", "struct", "cell", "bool", "vec") for p in Path(scipy.io.matlab.__file__).parent.glob(f"tests/data/test{kind}_[4-8]*.mat")]
 
 
 def channels(answer):
@@ -30,6 +34,27 @@ def test_every_class_of_numbers(tmp_path, dump, kind, compressed):
     savemat(path, {"x": x, "m": x.reshape(-1, 7)}, do_compression=compressed, oned_as="column")
     m = loadmat(path)["m"]
     same(dump(path), {"x": loadmat(path)["x"], **{f"m {i + 1}": m[:, i] for i in range(7)}})
+
+
+def flat(name, value):
+    """Channels of a variable as loadmat gives it."""
+    if value.dtype.names:
+        return [c for f in value.dtype.names for c in flat(f"{name}.{f}", value[f].ravel()[0])]
+    if value.dtype.kind == "O":
+        return [c for i, v in enumerate(value.ravel(order="F")) for c in flat(f"{name}.{i + 1}", v)]
+    if value.size < 2 or value.dtype.kind not in "iufb":
+        return []
+    columns = [value.ravel()] if 1 in value.shape else list(value.T if value.shape[0] >= value.shape[1] else value)
+    return [(name if len(columns) == 1 else f"{name} {i + 1}", c) for i, c in enumerate(columns)]
+
+
+@pytest.mark.parametrize("path", FROM_MATLAB, ids=lambda p: p.stem)
+def test_files_that_matlab_wrote(dump, path):
+    expected = dict(c for name, value in loadmat(path).items() if not name.startswith("__") for c in flat(name, value))
+    ours = channels(dump(path))
+    assert expected and ours.keys() == expected.keys() and len(FROM_MATLAB) > 20
+    for name, values in expected.items():
+        np.testing.assert_array_equal(ours[name], values)
 
 
 @pytest.mark.parametrize("form", ["4", "5"])

@@ -138,6 +138,40 @@ def test_layouts_by_hand(tmp_path, dump, e, interleaved):
     assert [c for g in answer["groups"] for c in g["channels"] if c["name"] == "a"] == [{"name": "a", "unit": "N"}]
 
 
+@pytest.mark.parametrize("seed", range(25))
+def test_segments_drawn_at_random(tmp_path, dump, seed):
+    """Lists that are kept, extended or new; indices that are new, repeated or absent; orders of bytes and layouts that change; a last segment that is cut."""
+    path, rng, raw = tmp_path / "a.tdms", np.random.default_rng(seed), b""
+    kinds = {name: [(10, "f8"), (3, "i4"), (2, "i2"), (9, "f4"), (5, "u1")][rng.integers(5)] for name in "abcde"}
+    order, known = [], {}
+    for i in range(12):
+        e, new = "<>"[rng.integers(2)], i == 0 or rng.random() < 0.3
+        interleaved, meta, same = rng.random() < 0.4, i == 0 or rng.random() < 0.8, int(rng.integers(1, 30))
+        if meta:
+            order, objects = [] if new else order, []
+            for name in rng.permutation(list("abcde"))[:rng.integers(1, 6)]:
+                draw = rng.random()
+                if draw < 0.2 and not interleaved:
+                    index, has = NONE, False
+                elif draw < 0.4 and name in known:
+                    index, has = SAME, True
+                else:
+                    known[name] = same if interleaved else int(rng.integers(1, 30))
+                    index, has = plain(kinds[name][0], known[name], e), True
+                order = [(n, has if n == name else h) for n, h in order] if name in dict(order) else order + [(name, has)]
+                objects.append(thing(f"/'G'/'{name}'", index, [("p", float(i))], e))
+        live = [n for n, has in order if has]
+        interleaved &= len({known[n] for n in live}) == 1
+        data = b""
+        for _ in range(rng.integers(0, 4)):
+            columns = [rng.integers(0, 99, known[n]).astype(e + kinds[n][1]) for n in live]
+            data += b"".join(x.tobytes() for row in zip(*columns) for x in row) if interleaved else b"".join(c.tobytes() for c in columns)
+        flags = (META if meta else 0) | (NEW if meta and new else 0) | (RAW if data else 0) | (INTERLEAVED if interleaved else 0) | (BIG if e == ">" else 0)
+        raw += segment(flags, objects if meta else None, data, e)
+    path.write_bytes(raw[:len(raw) - int(rng.integers(0, 40))])
+    equal(dump(path), path)
+
+
 @pytest.mark.parametrize("interleaved", [False, True])
 @pytest.mark.parametrize("length", [None, 0xFFFFFFFFFFFFFFFF])
 def test_a_file_that_was_not_finished(tmp_path, dump, interleaved, length):

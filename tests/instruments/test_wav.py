@@ -1,8 +1,10 @@
 """WAV as scipy and libsndfile write it, read by touchdown."""
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.io
 import soundfile
 from scipy.io import wavfile
 
@@ -36,6 +38,12 @@ def test_scipys_files(tmp_path, dump, kind):
     [group] = dump(path)["groups"]
     full = {np.uint8: 128, np.int16: 2**15, np.int32: 2**31}.get(kind, 1)
     np.testing.assert_array_equal(samples(group)[:, 0], (raw.astype(float) - (128 if kind is np.uint8 else 0)) / full)
+
+
+@pytest.mark.parametrize("name", ["44100Hz-2ch-32bit-float-le", "44100Hz-le-1ch-4bytes", "48000Hz-2ch-64bit-float-le-wavex", "8000Hz-le-2ch-1byteu", "8000Hz-le-3ch-5S-24bit", "8000Hz-le-4ch-9S-12bit"])
+def test_files_of_other_programs(dump, name):
+    path = Path(scipy.io.__file__).parent / "tests" / "data" / f"test-{name}.wav"
+    np.testing.assert_array_equal(samples(dump(path)["groups"][0]), soundfile.read(path, always_2d=True)[0])
 
 
 def chunk(name, body):
