@@ -61,6 +61,16 @@ def test_names_units_clocks_and_properties(tmp_path, dump):
     assert any("words" in n and "text" in n for n in answer["notes"])
 
 
+@pytest.mark.parametrize("kind", ["complex64", "complex128"])
+def test_complex_numbers_are_left_out(tmp_path, dump, kind):
+    path = tmp_path / "a.tdms"
+    with TdmsWriter(path) as file:
+        file.write_segment([ChannelObject("G", "z", np.arange(9).astype(kind)), ChannelObject("G", "x", np.arange(9.0))])
+    answer = dump(path)
+    equal(answer, path)
+    assert list(numbers(answer)) == [("G", "x")] and any('"z"' in n and "complex" in n for n in answer["notes"])
+
+
 def test_timestamps_count_from_the_first(tmp_path, dump):
     path = tmp_path / "a.tdms"
     times = np.datetime64("2023-07-01T00:00:00.5") + (np.arange(1000) * 250).astype("timedelta64[us]")

@@ -1,8 +1,8 @@
 //! MDF of ASAM, version 4 (`.mf4`, `.mdf`), in blocks, with its conversions applied; sorted and unsorted, row by row
 //! and column by column, compressed and not.
 //!
-//! Our own reader: mf4-rs 3.8.0 reads no compressed data; mdf4-rs 0.3.3 reads a file whole into
-//! memory, and its later versions ask for a newer Rust. Source: ASAM MDF, version 4.2, as asammdf reads and writes it.
+//! Our own reader: mf4-rs 3.8.0 reads no compressed data; mdf4-rs 0.3.3 reads a file whole into memory, and
+//! its later versions ask for a newer Rust. Source: ASAM MDF, version 4.2, as asammdf reads and writes it.
 
 mod block;
 mod channel;

@@ -85,7 +85,8 @@ enum Index {
 enum Form {
     Read(Stored),
     Text,
-    Complex,
+    /// Complex numbers of that many bytes.
+    Complex(u64),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -484,7 +485,7 @@ impl Reader {
                 object.left_out = Some("it holds text".to_string());
                 return Ok(());
             }
-            Form::Complex => {
+            Form::Complex(_) => {
                 object.left_out = Some("its numbers are complex".to_string());
                 return Ok(());
             }
@@ -535,7 +536,8 @@ impl Form {
         match self {
             Form::Read(Stored::Number(number)) => number.size(),
             Form::Read(Stored::Line(_)) | Form::Text => 1,
-            Form::Read(Stored::Time) | Form::Complex => 16,
+            Form::Read(Stored::Time) => 16,
+            Form::Complex(size) => size,
         }
     }
 }
@@ -565,7 +567,8 @@ fn plain(walk: &mut Walk) -> Result<Index, Fault> {
     let form = match kind {
         STRING => Form::Text,
         TIMESTAMP => Form::Read(Stored::Time),
-        0x0010_000D => Form::Complex,
+        0x0008_000C => Form::Complex(8),
+        0x0010_000D => Form::Complex(16),
         _ => match number(kind) {
             Some(number) => Form::Read(Stored::Number(number)),
             None => return Err(walk.fault(format!("data of type {kind:#x} are not read"), "save the channel as DBL")),
