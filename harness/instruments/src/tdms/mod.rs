@@ -3,14 +3,17 @@
 //! Our own reader: the crate tdms 0.3.0 applies no scalings and gives no DAQmx samples, which is what loggers write.
 //! Sources: NI, The NI TDMS File Format, 2024; for the DAQmx index and the scalings' properties also the open npTDMS.
 
+mod index;
+mod object;
 mod scaling;
 mod segments;
 mod strain;
 
 use crate::binary::Bytes;
 use crate::{Channel, Clock, Fault, Format, Group, Sink, Source, BLOCK};
+use object::{Object, Piece, Stored, Track};
 use scaling::{Plan, Unscaled};
-use segments::{Contents, Object, Piece, Stored, Track};
+use segments::Contents;
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -59,7 +62,7 @@ fn grouped(objects: &[Object], notes: &mut Vec<String>) -> (Vec<Group>, Vec<Vec<
     let (mut groups, mut columns): (Vec<Group>, Vec<Vec<Column>>) = (Vec::new(), Vec::new());
     for (place, object) in objects.iter().enumerate() {
         let Some((group_name, channel_name)) = object.names() else { continue };
-        let parents = [segments::path_of_group(&group_name), "/".to_string()];
+        let parents = [object::path_of_group(&group_name), "/".to_string()];
         let parents = parents.map(|p| places.get(p.as_str()).map(|i| &objects[*i]));
         if let Some(left_out) = &object.left_out {
             notes.push(format!("channel \"{channel_name}\" of group \"{group_name}\" is left out: {left_out}"));
@@ -183,7 +186,7 @@ fn read_run(bytes: &mut Bytes, piece: &Piece, first: u64, origin: (i64, u64), ou
         Stored::Number(number) => bytes.numbers(at, piece.stride, number, piece.order, out),
         Stored::Line(bit) => bytes.each(at, piece.stride, out, |[b]| f64::from(b >> bit & 1)),
         Stored::Time => {
-            bytes.each(at, piece.stride, out, |b| segments::seconds(segments::timestamp(b, piece.order), origin))
+            bytes.each(at, piece.stride, out, |b| object::seconds(object::timestamp(b, piece.order), origin))
         }
     }
 }

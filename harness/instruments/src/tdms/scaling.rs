@@ -1,6 +1,6 @@
 //! NI's scalings of a channel: a chain of steps from the raw numbers to the values in the channel's unit.
 
-use super::segments::Object;
+use super::object::Object;
 use super::strain::{Bridge, Strain};
 use std::collections::HashMap;
 

@@ -1,9 +1,10 @@
-//! What the segments of a TDMS file say: objects, their properties, and where their samples lie.
+//! The segments of a TDMS file: which objects they describe, and where the samples of each lie.
 
-use crate::binary::{Bytes, Number, Order, Walk, EXPORT};
+use super::index::{self, Form, Index, Scaler, DIGITAL_LINE, FORMAT_CHANGING};
+use super::object::{self, Object, Piece, Stored, Value};
+use crate::binary::{Bytes, Order, Walk, EXPORT};
 use crate::Fault;
 use std::collections::HashMap;
-use std::sync::Arc;
 
 const LEAD: u64 = 28;
 const UNFINISHED: u64 = u64::MAX;
@@ -14,215 +15,11 @@ const INTERLEAVED: u32 = 1 << 5;
 const BIG_ENDIAN: u32 = 1 << 6;
 const NO_DATA: u32 = u32::MAX;
 const SAME_INDEX: u32 = 0;
-const FORMAT_CHANGING: u32 = 0x1269;
-const DIGITAL_LINE: u32 = 0x126A;
-const STRING: u32 = 0x20;
-const TIMESTAMP: u32 = 0x44;
-/// Seconds from 1904-01-01, from which timestamps count, to 1970-01-01.
-const EPOCH: i64 = 2_082_844_800;
 
-/// How samples of a channel are stored.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Stored {
-    Number(Number),
-    /// Seconds and parts of 2^-64 s.
-    Time,
-    /// A bit of a byte.
-    Line(u32),
-}
-
-/// Samples that lie in runs: `run` samples each `stride` bytes after the last, each run `pitch` bytes after the last.
-#[derive(Clone, Debug)]
-pub(super) struct Piece {
-    pub(super) at: u64,
-    pub(super) run: u64,
-    pub(super) stride: u64,
-    pub(super) pitch: u64,
-    pub(super) count: u64,
-    pub(super) stored: Stored,
-    pub(super) order: Order,
-}
-
-/// The samples of a channel, or of one of its DAQmx scalers.
-#[derive(Debug)]
-pub(super) struct Track {
-    pub(super) scaler: Option<u32>,
-    pub(super) pieces: Vec<Piece>,
-}
-
-/// A property's value.
-#[derive(Clone, Debug)]
-pub(super) enum Value {
-    Number(f64),
-    Text(String),
-}
-
-/// The file, a group or a channel.
-#[derive(Default, Debug)]
-pub(super) struct Object {
-    pub(super) path: String,
-    /// The path of the channel's group; empty where this is no channel.
-    pub(super) group: String,
-    properties: Vec<(String, Value)>,
-    places: HashMap<String, usize>,
-    index: Option<Index>,
-    pub(super) tracks: Vec<Track>,
-    pub(super) samples: u64,
-    /// The first timestamp of a channel of timestamps.
-    pub(super) origin: (i64, u64),
-    /// Why its samples are not read.
-    pub(super) left_out: Option<String>,
-}
-
-/// Where the raw data of an object lie in a chunk of a segment.
-#[derive(Clone, Debug)]
-enum Index {
-    Plain { form: Form, values: u64, bytes: u64 },
-    Daqmx { values: u64, scalers: Arc<[Scaler]>, widths: Arc<[u32]> },
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Form {
-    Read(Stored),
-    Text,
-    /// Complex numbers of that many bytes.
-    Complex(u64),
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Scaler {
-    stored: Option<Stored>,
-    buffer: usize,
-    /// Bytes from the start of a row of the buffer.
-    offset: u64,
-    size: u64,
-    id: u32,
-}
-
+/// All that a file holds.
 pub(super) struct Contents {
     pub(super) objects: Vec<Object>,
     pub(super) notes: Vec<String>,
-}
-
-/// Names in a path such as `/'Group'/'It''s'`.
-fn names(path: &str) -> Option<Vec<String>> {
-    let mut names = Vec::new();
-    let mut rest = path.chars().peekable();
-    while rest.next_if_eq(&'/').is_some() {
-        if rest.next_if_eq(&'\'').is_none() {
-            return (rest.peek().is_none() && names.is_empty()).then_some(names);
-        }
-        let mut name = String::new();
-        loop {
-            match rest.next()? {
-                '\'' if rest.next_if_eq(&'\'').is_some() => name.push('\''),
-                '\'' => break,
-                other => name.push(other),
-            }
-        }
-        names.push(name);
-    }
-    rest.peek().is_none().then_some(names)
-}
-
-pub(super) fn path_of_group(name: &str) -> String {
-    format!("/'{}'", name.replace('\'', "''"))
-}
-
-impl Object {
-    fn new(path: String) -> Object {
-        let group = match names(&path).as_deref() {
-            Some([group, _]) => path_of_group(group),
-            _ => String::new(),
-        };
-        Object { path, group, ..Object::default() }
-    }
-
-    /// The group's and the channel's name; None where this is no channel.
-    pub(super) fn names(&self) -> Option<(String, String)> {
-        let [group, channel] = <[String; 2]>::try_from(names(&self.path)?).ok()?;
-        Some((group, channel))
-    }
-
-    pub(super) fn is_daqmx(&self) -> bool {
-        self.tracks.iter().any(|t| t.scaler.is_some())
-    }
-
-    pub(super) fn stored(&self) -> Option<Stored> {
-        Some(self.tracks.first()?.pieces.first()?.stored)
-    }
-
-    fn value(&self, name: &str) -> Option<&Value> {
-        self.places.get(name).map(|i| &self.properties[*i].1)
-    }
-
-    pub(super) fn number(&self, name: &str) -> Option<f64> {
-        match self.value(name)? {
-            Value::Number(n) => Some(*n),
-            Value::Text(_) => None,
-        }
-    }
-
-    pub(super) fn text(&self, name: &str) -> Option<&str> {
-        match self.value(name)? {
-            Value::Text(t) => Some(t),
-            Value::Number(_) => None,
-        }
-    }
-
-    pub(super) fn property_names(&self) -> impl Iterator<Item = &str> {
-        self.properties.iter().map(|(n, _)| n.as_str())
-    }
-
-    /// The properties that a person wrote, as texts.
-    pub(super) fn texts(&self, before: &str) -> impl Iterator<Item = (String, String)> + '_ {
-        let before = before.to_string();
-        let of_machine =
-            |n: &str| n.starts_with("NI_") || n == "unit_string" || n.starts_with("wf_") && n != "wf_start_time";
-        self.properties.iter().filter(move |(n, _)| !of_machine(n)).map(move |(n, v)| {
-            let text = match v {
-                Value::Number(x) => x.to_string(),
-                Value::Text(t) => t.clone(),
-            };
-            (format!("{before}{n}"), text)
-        })
-    }
-
-    fn set(&mut self, name: String, value: Value) {
-        match self.places.get(&name) {
-            Some(i) => self.properties[*i].1 = value,
-            None => {
-                self.places.insert(name.clone(), self.properties.len());
-                self.properties.push((name, value));
-            }
-        }
-    }
-
-    /// Adds samples, as a longer run of the last piece where they follow its pattern.
-    fn push(&mut self, scaler: Option<u32>, piece: Piece) {
-        if piece.count == 0 {
-            return;
-        }
-        let at = self.tracks.iter().position(|t| t.scaler == scaler).unwrap_or_else(|| {
-            self.tracks.push(Track { scaler, pieces: Vec::new() });
-            self.tracks.len() - 1
-        });
-        let pieces = &mut self.tracks[at].pieces;
-        if let Some(last) = pieces.last_mut() {
-            let alike = (last.run, last.stride, last.stored, last.order)
-                == (piece.run, piece.stride, piece.stored, piece.order);
-            let whole = last.count % last.run == 0;
-            let next = piece.at.saturating_sub(last.at);
-            let pitch = if last.count == last.run { next } else { last.pitch };
-            let inside = piece.count <= piece.run || piece.pitch == pitch;
-            if alike && whole && inside && next > 0 && next == last.count / last.run * pitch {
-                last.pitch = pitch;
-                last.count += piece.count;
-                return;
-            }
-        }
-        pieces.push(piece);
-    }
 }
 
 /// Reads all segments' metadata.
@@ -240,8 +37,8 @@ pub(super) fn read(bytes: &mut Bytes) -> Result<Contents, Fault> {
         if let Some(piece) = first {
             let mut stamp = [0; 16];
             bytes.fill(piece.at, &mut stamp)?;
-            object.origin = timestamp(stamp, piece.order);
-            let start = date(object.origin);
+            object.origin = object::timestamp(stamp, piece.order);
+            let start = object::date(object.origin);
             object.set("first time".to_string(), Value::Text(start));
         }
     }
@@ -343,7 +140,7 @@ impl Reader {
                 }
             }
             for _ in 0..walk.u32()? {
-                let (name, value) = property(walk)?;
+                let (name, value) = object::property(walk)?;
                 self.objects[at].set(name, value);
             }
         }
@@ -356,9 +153,9 @@ impl Reader {
             NO_DATA => return Ok(false),
             SAME_INDEX if self.objects[at].index.is_some() => return Ok(true),
             SAME_INDEX => return Err(walk.fault("an object repeats the index of data that it never had", EXPORT)),
-            FORMAT_CHANGING => daqmx(walk, false)?,
-            DIGITAL_LINE => daqmx(walk, true)?,
-            _ => plain(walk)?,
+            FORMAT_CHANGING => index::daqmx(walk, false)?,
+            DIGITAL_LINE => index::daqmx(walk, true)?,
+            _ => index::plain(walk)?,
         };
         self.objects[at].index = Some(index);
         Ok(true)
@@ -528,146 +325,4 @@ impl Space {
         let (run, stride, pitch) = if run == 1 && count > 1 { (count, pitch, 0) } else { (run, stride, pitch) };
         Piece { at, run, stride, pitch, count, stored, order: self.order }
     }
-}
-
-impl Form {
-    /// Bytes of one value; 1 for text, whose bytes the index claims.
-    fn size(self) -> u64 {
-        match self {
-            Form::Read(Stored::Number(number)) => number.size(),
-            Form::Read(Stored::Line(_)) | Form::Text => 1,
-            Form::Read(Stored::Time) => 16,
-            Form::Complex(size) => size,
-        }
-    }
-}
-
-impl Index {
-    fn values(&self) -> u64 {
-        match self {
-            Index::Plain { values, .. } | Index::Daqmx { values, .. } => *values,
-        }
-    }
-
-    /// Bytes in a chunk of contiguous data; None where they are more than any file's.
-    fn bytes(&self) -> Option<u64> {
-        match self {
-            Index::Plain { form: Form::Text, bytes, .. } => Some(*bytes),
-            Index::Plain { form, values, .. } => values.checked_mul(form.size()),
-            Index::Daqmx { .. } => Some(0),
-        }
-    }
-}
-
-fn plain(walk: &mut Walk) -> Result<Index, Fault> {
-    let (kind, dimension, values) = (walk.u32()?, walk.u32()?, walk.u64()?);
-    if dimension != 1 {
-        return Err(walk.fault(format!("an array of {dimension} dimensions is claimed"), EXPORT));
-    }
-    let form = match kind {
-        STRING => Form::Text,
-        TIMESTAMP => Form::Read(Stored::Time),
-        0x0008_000C => Form::Complex(8),
-        0x0010_000D => Form::Complex(16),
-        _ => match number(kind) {
-            Some(number) => Form::Read(Stored::Number(number)),
-            None => return Err(walk.fault(format!("data of type {kind:#x} are not read"), "save the channel as DBL")),
-        },
-    };
-    let bytes = if form == Form::Text { walk.u64()? } else { 0 };
-    Ok(Index::Plain { form, values, bytes })
-}
-
-fn daqmx(walk: &mut Walk, lines: bool) -> Result<Index, Fault> {
-    let (_kind, dimension, values) = (walk.u32()?, walk.u32()?, walk.u64()?);
-    if dimension != 1 {
-        return Err(walk.fault(format!("an array of {dimension} dimensions is claimed"), EXPORT));
-    }
-    let mut scalers = Vec::new();
-    for _ in 0..walk.u32()? {
-        scalers.push(if lines { line_scaler(walk)? } else { scaler(walk)? });
-    }
-    let mut widths = Vec::new();
-    for _ in 0..walk.u32()? {
-        widths.push(walk.u32()?);
-    }
-    Ok(Index::Daqmx { values, scalers: scalers.into(), widths: widths.into() })
-}
-
-fn scaler(walk: &mut Walk) -> Result<Scaler, Fault> {
-    let (kind, buffer, offset, _bitmap, id) = (walk.u32()?, walk.u32()?, walk.u32()?, walk.u32()?, walk.u32()?);
-    let number = daqmx_number(kind);
-    let size = number.map_or(1, Number::size);
-    Ok(Scaler { stored: number.map(Stored::Number), buffer: buffer as usize, offset: offset.into(), size, id })
-}
-
-/// A line of a digital port: one bit.
-fn line_scaler(walk: &mut Walk) -> Result<Scaler, Fault> {
-    let (kind, buffer, bits, _bitmap, id) = (walk.u32()?, walk.u32()?, walk.u32()?, walk.u8()?, walk.u32()?);
-    let size = daqmx_number(kind).map_or(1, Number::size);
-    let byte = u64::from(bits / 8);
-    // the bit lies in the lowest byte of the number that begins at that byte
-    let offset = if walk.order == Order::Big { byte + size - 1 } else { byte };
-    Ok(Scaler { stored: Some(Stored::Line(bits % 8)), buffer: buffer as usize, offset, size: 1, id })
-}
-
-fn daqmx_number(kind: u32) -> Option<Number> {
-    use Number::*;
-    [U8, I8, U16, I16, U32, I32, U64, I64, F32, F64].get(kind as usize).copied()
-}
-
-fn number(kind: u32) -> Option<Number> {
-    Some(match kind {
-        1 => Number::I8,
-        2 => Number::I16,
-        3 => Number::I32,
-        4 => Number::I64,
-        5 | 0x21 => Number::U8,
-        6 => Number::U16,
-        7 => Number::U32,
-        8 => Number::U64,
-        9 | 0x19 => Number::F32,
-        10 | 0x1A => Number::F64,
-        _ => return None,
-    })
-}
-
-fn property(walk: &mut Walk) -> Result<(String, Value), Fault> {
-    let size = walk.u32()?;
-    let name = walk.text(size.into())?;
-    let value = match walk.u32()? {
-        STRING => {
-            let size = walk.u32()?;
-            Value::Text(walk.text(size.into())?)
-        }
-        TIMESTAMP => {
-            let order = walk.order;
-            Value::Text(date(timestamp(walk.array()?, order)))
-        }
-        kind => match number(kind) {
-            Some(number) => Value::Number(walk.number(number)?),
-            None => return Err(walk.fault(format!("property \"{name}\" is of the unknown type {kind:#x}"), EXPORT)),
-        },
-    };
-    Ok((name, value))
-}
-
-/// Seconds from 1904 and parts of 2^-64 s.
-pub(super) fn timestamp(bytes: [u8; 16], order: Order) -> (i64, u64) {
-    let whole = match order {
-        Order::Little => u128::from_le_bytes(bytes),
-        Order::Big => u128::from_be_bytes(bytes),
-    };
-    ((whole >> 64) as i64, whole as u64)
-}
-
-/// Seconds from one timestamp to another.
-pub(super) fn seconds((whole, parts): (i64, u64), (whole_from, parts_from): (i64, u64)) -> f64 {
-    let parts = i128::from(parts) - i128::from(parts_from);
-    (i128::from(whole) - i128::from(whole_from)) as f64 + parts as f64 / 2f64.powi(64)
-}
-
-/// The date and time of a timestamp, in UTC.
-fn date((whole, parts): (i64, u64)) -> String {
-    crate::date::utc(whole.saturating_sub(EPOCH), (parts >> 32) as f64 / 2f64.powi(32))
 }
