@@ -3,7 +3,14 @@
 //! A format is a file of this crate with one function `open`, and its line in `FORMATS`. What a channel measures, which
 //! column is the time and where the impact lies is not known here; `import` decides that from names, units and samples.
 
+mod dates;
+mod guard;
+mod half;
+mod hdf5;
+mod mat73;
 mod memory;
+mod parquet;
+mod table_head;
 
 pub use memory::Memory;
 
@@ -102,7 +109,7 @@ pub struct Format {
 }
 
 /// All formats, the ones known by their first bytes first, text of any dialect last.
-pub const FORMATS: &[Format] = &[];
+pub const FORMATS: &[Format] = &[mat73::FORMAT, hdf5::FORMAT, parquet::FORMAT];
 
 /// Opens a file of any format.
 ///
