@@ -10,6 +10,7 @@ mod hdf5;
 mod mat73;
 mod memory;
 mod parquet;
+mod sheet;
 mod table_head;
 
 pub use memory::Memory;
@@ -109,7 +110,7 @@ pub struct Format {
 }
 
 /// All formats, the ones known by their first bytes first, text of any dialect last.
-pub const FORMATS: &[Format] = &[mat73::FORMAT, hdf5::FORMAT, parquet::FORMAT];
+pub const FORMATS: &[Format] = &[mat73::FORMAT, hdf5::FORMAT, parquet::FORMAT, sheet::FORMAT];
 
 /// Opens a file of any format.
 ///

@@ -53,7 +53,7 @@ fn is_numeric(kinds: &[Vec<Kind>], column: usize) -> bool {
     let lower = &kinds[kinds.len() / 2..];
     let (numbers, texts) = (count(Kind::Number, lower), count(Kind::Text, lower));
     if numbers + texts > 0 {
-        return numbers > texts;
+        return numbers > 0 && numbers >= texts;
     }
     // a column that ends early: its last cell tells
     kinds.iter().rev().filter_map(|r| r.get(column)).find(|k| **k != Kind::Empty) == Some(&Kind::Number)
@@ -134,7 +134,7 @@ fn is_factor(factor: &str) -> bool {
 fn property(cells: &[String]) -> (String, String) {
     let cells: Vec<&str> = cells.iter().map(|c| c.trim()).filter(|c| !c.is_empty()).collect();
     let (name, text) = match cells[..] {
-        [one] => one.split_once([':', '=']).unwrap_or(("", one)),
+        [one] => one.split_once([':', '=']).filter(|(name, _)| name.chars().any(char::is_alphabetic)).unwrap_or(("", one)),
         [name, ..] => (name.trim_end_matches([':', '=']), ""),
         [] => ("", ""),
     };
