@@ -16,7 +16,9 @@ pub(crate) fn days(year: i64, month: i64, day: i64) -> i64 {
     // years begin in March, so that the leap day is their last
     let year = if month <= 2 { year - 1 } else { year };
     let month = (month + 9) % 12;
-    365 * year + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + (153 * month + 2) / 5 + day - 1 - 719_468
+    365 * year + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + (153 * month + 2) / 5 + day
+        - 1
+        - 719_468
 }
 
 /// Year, month and day of a day counted from 1970-01-01.

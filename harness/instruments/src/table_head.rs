@@ -71,7 +71,8 @@ fn first_row(kinds: &[Vec<Kind>], columns: &[usize]) -> Option<usize> {
 /// The rows of names and of units, among those directly above the samples.
 fn titles(rows: &[Vec<String>], above: &[usize], columns: &[usize]) -> (Option<usize>, Option<usize>) {
     let filled = |r: usize| columns.iter().filter(|&&c| rows[r].get(c).is_some_and(|t| !t.trim().is_empty())).count();
-    let near: Vec<usize> = above.iter().rev().take(TITLES).copied().take_while(|&r| filled(r) * 2 >= columns.len()).collect();
+    let near: Vec<usize> =
+        above.iter().rev().take(TITLES).copied().take_while(|&r| filled(r) * 2 >= columns.len()).collect();
     let is_units = |r: usize| {
         let cells = columns.iter().filter_map(|&c| rows[r].get(c)).map(|t| t.trim()).filter(|t| !t.is_empty());
         cells.clone().count() > 0 && cells.clone().all(is_unit) && (near.len() > 1 || cells.clone().all(is_bracketed))
@@ -96,7 +97,9 @@ fn split(name: &str) -> Option<(&str, &str)> {
         (!first.trim().is_empty()).then_some((first.trim(), last.trim()))
     };
     let found = bracketed('[', ']').or_else(|| bracketed('(', ')').filter(|(_, unit)| is_unit(unit)));
-    found.or_else(|| name.rsplit_once(" / ").map(|(n, u)| (n.trim(), u.trim())).filter(|(n, u)| !n.is_empty() && is_unit(u)))
+    found.or_else(|| {
+        name.rsplit_once(" / ").map(|(n, u)| (n.trim(), u.trim())).filter(|(n, u)| !n.is_empty() && is_unit(u))
+    })
 }
 
 fn is_bracketed(text: &str) -> bool {
@@ -120,7 +123,8 @@ fn is_unit(text: &str) -> bool {
 }
 
 fn is_factor(factor: &str) -> bool {
-    const UNITS: &str = "m s g N Pa V A W J Hz K °C C F °F Ω Ohm ohm T H rad deg ° % bar psi in inch ft lb lbf kip min h \
+    const UNITS: &str =
+        "m s g N Pa V A W J Hz K °C C F °F Ω Ohm ohm T H rad deg ° % bar psi in inch ft lb lbf kip min h \
         sec rpm gn eps ε strain counts count cts ADU bit bits dB l L t e pC mol cd VA mV/V S samples u/min U/min °/s";
     const PREFIXED: &str = "m s g N Pa V A W J Hz Ω Ohm ohm T H rad bar C F S eps ε strain l L e psi";
     const PREFIXES: [&str; 10] = ["n", "u", "µ", "μ", "m", "c", "d", "k", "M", "G"];
@@ -134,7 +138,9 @@ fn is_factor(factor: &str) -> bool {
 fn property(cells: &[String]) -> (String, String) {
     let cells: Vec<&str> = cells.iter().map(|c| c.trim()).filter(|c| !c.is_empty()).collect();
     let (name, text) = match cells[..] {
-        [one] => one.split_once([':', '=']).filter(|(name, _)| name.chars().any(char::is_alphabetic)).unwrap_or(("", one)),
+        [one] => {
+            one.split_once([':', '=']).filter(|(name, _)| name.chars().any(char::is_alphabetic)).unwrap_or(("", one))
+        }
         [name, ..] => (name.trim_end_matches([':', '=']), ""),
         [] => ("", ""),
     };

@@ -52,8 +52,18 @@ fn value(of: &Attribute) -> Option<Value> {
 
 fn is_bookkeeping(name: &str) -> bool {
     const NAMES: [&str; 12] = [
-        "CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "DIMENSION_LABELS", "H5PATH", "TITLE", "VERSION",
-        "FLAVOR", "PYTABLES_FORMAT_VERSION", "_FillValue", "_NCProperties",
+        "CLASS",
+        "NAME",
+        "DIMENSION_LIST",
+        "REFERENCE_LIST",
+        "DIMENSION_LABELS",
+        "H5PATH",
+        "TITLE",
+        "VERSION",
+        "FLAVOR",
+        "PYTABLES_FORMAT_VERSION",
+        "_FillValue",
+        "_NCProperties",
     ];
     NAMES.contains(&name) || ["MATLAB_", "_Netcdf4", "_nc3_", "Python."].iter().any(|p| name.starts_with(p))
 }
@@ -62,13 +72,17 @@ fn is_bookkeeping(name: &str) -> bool {
 pub(super) fn units(of: &[Value]) -> Vec<String> {
     const NAMES: [&str; 7] =
         ["unit", "units", "unitstring", "physicalunit", "engineeringunit", "engineeringunits", "einheit"];
-    of.iter().find(|v| v.number.is_none() && NAMES.contains(&plain(&v.name).as_str())).map_or(Vec::new(), |v| v.texts.clone())
+    of.iter()
+        .find(|v| v.number.is_none() && NAMES.contains(&plain(&v.name).as_str()))
+        .map_or(Vec::new(), |v| v.texts.clone())
 }
 
 /// The names that attributes give to the channels of a dataset of two axes, where they are `count`.
 pub(super) fn names(of: &[Value], count: usize) -> Option<Vec<String>> {
     const NAMES: [&str; 7] = ["columns", "columnnames", "channels", "channelnames", "names", "labels", "fields"];
-    of.iter().find(|v| v.texts.len() == count && v.number.is_none() && NAMES.contains(&plain(&v.name).as_str())).map(|v| v.texts.clone())
+    of.iter()
+        .find(|v| v.texts.len() == count && v.number.is_none() && NAMES.contains(&plain(&v.name).as_str()))
+        .map(|v| v.texts.clone())
 }
 
 /// A name as it is compared: lower case, without separators.

@@ -4,12 +4,18 @@ use super::attributes::{plain, Value};
 use crate::Clock;
 
 /// Names of a rate; without a unit it is in Hz.
-const RATES: [&str; 8] = [
-    "samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "fs", "acquisitionrate", "scanrate", "rate",
-];
+const RATES: [&str; 8] =
+    ["samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "fs", "acquisitionrate", "scanrate", "rate"];
 /// Names of a step; without a unit it is in s.
 const STEPS: [&str; 9] = [
-    "dt", "deltat", "wfincrement", "sampleinterval", "samplinginterval", "sampleperiod", "samplingperiod", "timestep",
+    "dt",
+    "deltat",
+    "wfincrement",
+    "sampleinterval",
+    "samplinginterval",
+    "sampleperiod",
+    "samplingperiod",
+    "timestep",
     "xspacing",
 ];
 /// Names that tell a clock only together with a unit of time.
@@ -33,7 +39,9 @@ fn step(value: &Value, all: &[Value]) -> Option<f64> {
     let unit = unit.into_iter().find(|u| !u.is_empty());
     let step = match unit {
         Some(unit) if RATES.contains(&name.as_str()) => 1.0 / (number * hertz(&unit)?),
-        Some(unit) if STEPS.contains(&name.as_str()) || WITH_UNIT.contains(&name.as_str()) => number * seconds(&unit)?,
+        Some(unit) if STEPS.contains(&name.as_str()) || WITH_UNIT.contains(&name.as_str()) => {
+            number / ticks_of_a_second(&unit)?
+        }
         None if RATES.contains(&name.as_str()) && name != "rate" => 1.0 / number,
         None if STEPS.contains(&name.as_str()) => number,
         _ => return None,
@@ -45,7 +53,7 @@ fn step(value: &Value, all: &[Value]) -> Option<f64> {
 fn name_and_unit(name: &str) -> (String, String) {
     let cut = name.trim_end_matches([')', ']']);
     if let Some((first, last)) = cut.rsplit_once(['_', '(', '[', ' ']) {
-        if hertz(last).is_some() || seconds(last).is_some() {
+        if hertz(last).is_some() || ticks_of_a_second(last).is_some() {
             return (plain(first), last.to_string());
         }
     }
@@ -74,13 +82,13 @@ fn hertz(unit: &str) -> Option<f64> {
     }
 }
 
-fn seconds(unit: &str) -> Option<f64> {
+/// How often a unit of time fits into a second; a step divided by it is exact to the last digit.
+fn ticks_of_a_second(unit: &str) -> Option<f64> {
     match unit {
         "s" | "sec" | "second" | "seconds" | "Seconds" => Some(1.0),
-        "ms" | "msec" | "milliseconds" => Some(1e-3),
-        "us" | "µs" | "μs" | "usec" | "microseconds" => Some(1e-6),
-        "ns" | "nanoseconds" => Some(1e-9),
-        "min" | "minutes" => Some(60.0),
+        "ms" | "msec" | "milliseconds" => Some(1e3),
+        "us" | "µs" | "μs" | "usec" | "microseconds" => Some(1e6),
+        "ns" | "nanoseconds" => Some(1e9),
         _ => None,
     }
 }

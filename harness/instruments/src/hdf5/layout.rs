@@ -74,7 +74,9 @@ fn records(names: Vec<String>, long: &[usize], shape: &[u64]) -> Result<Layout, 
 fn field_names(name: &str, of: &Datatype) -> Vec<String> {
     match (numbers_of(of), of) {
         (None, _) => Vec::new(),
-        (Some((count, _)), Datatype::Array { .. }) => (0..count.min(CHANNELS + 1)).map(|i| format!("{name}[{i}]")).collect(),
+        (Some((count, _)), Datatype::Array { .. }) => {
+            (0..count.min(CHANNELS + 1)).map(|i| format!("{name}[{i}]")).collect()
+        }
         (Some(_), _) => vec![name.to_string()],
     }
 }
@@ -92,5 +94,10 @@ fn table(first: usize, second: usize, shape: &[u64], dialect: Dialect) -> Result
         (Dialect::Matlab, true) => format!("(:, {})", i + 1),
         (Dialect::Matlab, false) => format!("({}, :)", i + 1),
     };
-    Ok(Layout { time, samples: shape[time], names: (0..shape[other]).map(name).collect(), kind: Kind::Table { across } })
+    Ok(Layout {
+        time,
+        samples: shape[time],
+        names: (0..shape[other]).map(name).collect(),
+        kind: Kind::Table { across },
+    })
 }

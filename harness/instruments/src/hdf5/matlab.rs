@@ -41,7 +41,9 @@ impl References {
             .filter(|(_, d)| !is_empty(d) && !matches!(d.dtype(), Datatype::Reference { .. }))
             .collect();
         if found.is_empty() {
-            notes.push(format!("\"{name}\" left out: a cell array or an array of structs whose contents are not arrays"));
+            notes.push(format!(
+                "\"{name}\" left out: a cell array or an array of structs whose contents are not arrays"
+            ));
         }
         found
     }

@@ -52,7 +52,10 @@ pub(crate) fn open(path: &Path, dialect: Dialect) -> Result<Box<dyn Source>, Fau
         let mut hdf5 = Hdf5 { path: path.into(), groups: Vec::new(), parts: Vec::new(), notes: Vec::new() };
         hdf5.take(&file, &folders, dialect, length);
         if hdf5.groups.is_empty() {
-            let what = format!("the file holds no channels{}", hdf5.notes.iter().map(|n| format!("; {n}")).collect::<String>());
+            let what = format!(
+                "the file holds no channels{}",
+                hdf5.notes.iter().map(|n| format!("; {n}")).collect::<String>()
+            );
             return Err(Fault::new(path, what, "give a file with datasets of numbers"));
         }
         Ok(Box::new(hdf5) as Box<dyn Source>)
@@ -101,7 +104,9 @@ impl Hdf5 {
             for (name, dataset) in channels {
                 match layout(&dataset, dialect, length) {
                     Ok(layout) => self.add(&folder.path, &name, dataset, layout, &known),
-                    Err(why) => self.notes.push(format!("dataset \"{}\" left out: {why}", tree::join(&folder.path, &name))),
+                    Err(why) => {
+                        self.notes.push(format!("dataset \"{}\" left out: {why}", tree::join(&folder.path, &name)))
+                    }
                 }
             }
             values.push(known);
@@ -186,7 +191,9 @@ impl Source for Hdf5 {
             let end = (start + rows).min(of.samples);
             let mut block = Vec::with_capacity(of.channels.len());
             for part in &self.parts[group] {
-                block.extend(guarded(&self.path, || part.read(start, end).map_err(|e| self.place(of, part, start, &e)))?);
+                block.extend(guarded(&self.path, || {
+                    part.read(start, end).map_err(|e| self.place(of, part, start, &e))
+                })?);
             }
             let slices: Vec<&[f64]> = block.iter().map(Vec::as_slice).collect();
             if sink(&slices).is_break() {

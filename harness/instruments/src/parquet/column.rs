@@ -21,7 +21,10 @@ enum Meaning {
     /// A float of two bytes.
     Half,
     /// A count of ticks of a clock, read from the first value on; `date`: since the start of 1970.
-    Time { per_second: f64, date: bool },
+    Time {
+        per_second: f64,
+        date: bool,
+    },
     /// Days since the start of 1970, read in s from the first value on.
     Days,
 }

@@ -35,14 +35,17 @@ fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
         let file = File::open(path).map_err(unreadable)?;
         let length = file.metadata().map_err(unreadable)?.len();
         let file = SerializedFileReader::new(file).map_err(|e| damaged(path, &e))?;
-        let mut table =
-            Table { path: path.into(), file, groups: Vec::new(), columns: Vec::new(), notes: Vec::new() };
+        let mut table = Table { path: path.into(), file, groups: Vec::new(), columns: Vec::new(), notes: Vec::new() };
         let samples = table.rows(length)?;
         table.take_columns();
-        let (channels, begins) = table.channels()?;
-        let properties = [table.properties(), begins].concat();
+        let channels: Vec<Channel> =
+            table.columns.iter().map(|c| Channel { name: c.name.clone(), unit: c.unit.clone() }).collect();
+        let properties = [table.properties(), table.first_dates()?].concat();
         if channels.is_empty() {
-            let what = format!("the file holds no channels{}", table.notes.iter().map(|n| format!("; {n}")).collect::<String>());
+            let what = format!(
+                "the file holds no channels{}",
+                table.notes.iter().map(|n| format!("; {n}")).collect::<String>()
+            );
             return Err(Fault::new(path, what, "give a file with columns of numbers"));
         }
         table.groups = vec![Group { name: String::new(), channels, samples, clock: None, properties }];
@@ -77,15 +80,15 @@ impl Table {
         }
     }
 
-    /// The channels, and the date at which those that count from a date begin.
-    fn channels(&self) -> Result<(Vec<Channel>, Vec<(String, String)>), Fault> {
-        let mut begins = Vec::new();
+    /// The date at which each channel begins that counts from a date.
+    fn first_dates(&self) -> Result<Vec<(String, String)>, Fault> {
+        let mut dates = Vec::new();
         for column in self.columns.iter().filter(|c| c.is_date()) {
             if let Some(date) = column.first_date(&self.file).map_err(|e| self.place(column, 0, &e))? {
-                begins.push((format!("{}.first", column.name), date));
+                dates.push((format!("{}.first", column.name), date));
             }
         }
-        Ok((self.columns.iter().map(|c| Channel { name: c.name.clone(), unit: c.unit.clone() }).collect(), begins))
+        Ok(dates)
     }
 
     /// The texts that the writer added, without the schemas that libraries add for themselves.

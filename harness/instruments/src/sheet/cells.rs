@@ -56,7 +56,8 @@ impl Sheet {
             return Ok(());
         }
         let fault = |what: &str| {
-            Err(Fault::new(path, what, "take an undamaged copy, or export the sheet as text (CSV)").at(place(&self.name, row, column)))
+            Err(Fault::new(path, what, "take an undamaged copy, or export the sheet as text (CSV)")
+                .at(place(&self.name, row, column)))
         };
         if row >= ROWS || column >= COLUMNS {
             return fault("the cell lies beyond the last row or column that a sheet can have");

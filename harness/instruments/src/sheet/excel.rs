@@ -27,7 +27,8 @@ pub(super) fn xlsx(path: &Path) -> Result<Book, Fault> {
     packed::archive(path)?;
     guarded(path, || {
         let mut file = Xlsx::new(buffered(path)?).map_err(|e| damaged(path, &e))?;
-        let mut book = Book { properties: file.workbook_properties().map(properties).unwrap_or_default(), ..Book::default() };
+        let mut book =
+            Book { properties: file.workbook_properties().map(properties).unwrap_or_default(), ..Book::default() };
         for name in names(&file) {
             let mut sheet = Sheet::new(&name);
             let at = |e: &dyn std::fmt::Display| damaged(path, e).at(format!("sheet \"{name}\""));
@@ -47,7 +48,8 @@ pub(super) fn xlsb(path: &Path) -> Result<Book, Fault> {
     packed::archive(path)?;
     guarded(path, || {
         let mut file = Xlsb::new(buffered(path)?).map_err(|e| damaged(path, &e))?;
-        let mut book = Book { properties: file.workbook_properties().map(properties).unwrap_or_default(), ..Book::default() };
+        let mut book =
+            Book { properties: file.workbook_properties().map(properties).unwrap_or_default(), ..Book::default() };
         for name in names(&file) {
             let mut sheet = Sheet::new(&name);
             let at = |e: &dyn std::fmt::Display| damaged(path, e).at(format!("sheet \"{name}\""));
@@ -88,12 +90,8 @@ fn names<RS: std::io::Read + std::io::Seek>(of: &impl Reader<RS>) -> Vec<String>
 }
 
 fn properties(of: WorkbookProperties) -> Vec<(String, String)> {
-    let named = [
-        ("title", of.title),
-        ("creator", of.creator),
-        ("created", of.created),
-        ("description", of.description),
-    ];
+    let named =
+        [("title", of.title), ("creator", of.creator), ("created", of.created), ("description", of.description)];
     named.into_iter().filter_map(|(name, text)| Some((name.to_string(), text.filter(|t| !t.is_empty())?))).collect()
 }
 

@@ -65,7 +65,10 @@ fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
         table::take(sheet, &book.properties, &mut memory);
     }
     if memory.groups.is_empty() {
-        let what = format!("no sheet holds a table of numbers{}", memory.notes.iter().map(|n| format!("; {n}")).collect::<String>());
+        let what = format!(
+            "no sheet holds a table of numbers{}",
+            memory.notes.iter().map(|n| format!("; {n}")).collect::<String>()
+        );
         return Err(Fault::new(path, what, "give a file with columns of numbers"));
     }
     Ok(Box::new(memory))

@@ -6,7 +6,7 @@ use super::{packed, time};
 use crate::Fault;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
-use std::io::{BufReader};
+use std::io::BufReader;
 use std::path::Path;
 
 /// Characters of a cell's text.
@@ -188,7 +188,9 @@ impl Content<'_> {
 
     fn count(&self, e: &BytesStart, name: &str) -> Result<usize, Fault> {
         self.attribute(e, name)?.map_or(Ok(1), |text| {
-            text.parse().map_err(|_| Fault::new(self.path, format!("`{text}` is no count"), "open it in its program and save it anew"))
+            text.parse().map_err(|_| {
+                Fault::new(self.path, format!("`{text}` is no count"), "open it in its program and save it anew")
+            })
         })
     }
 }

@@ -22,7 +22,8 @@ pub(super) fn archive(path: &Path) -> Result<ZipArchive<BufReader<File>>, Fault>
             return Err(too_large(path).at(format!("part \"{name}\"")));
         }
         let mut part = part.take(left + 1);
-        let held = std::io::copy(&mut part, &mut std::io::sink()).map_err(|e| damaged(&e).at(format!("part \"{name}\"")))?;
+        let held =
+            std::io::copy(&mut part, &mut std::io::sink()).map_err(|e| damaged(&e).at(format!("part \"{name}\"")))?;
         left = left.checked_sub(held).ok_or_else(|| too_large(path).at(format!("part \"{name}\"")))?;
     }
     Ok(archive)

@@ -106,5 +106,9 @@ fn left_out(sheet: &Sheet, head: &TableHead, column: usize) -> Option<String> {
     let (row, cell) = below.filter_map(|(i, row)| Some((i, row.get(column)?))).find(|(_, c)| **c != Cell::Empty)?;
     let name = &head.channels[column].name;
     let name = if name.is_empty() { letters(column) } else { name.clone() };
-    Some(format!("{}: column \"{name}\" left out, it holds text such as `{}`", place(&sheet.name, row, column), text(cell)))
+    Some(format!(
+        "{}: column \"{name}\" left out, it holds text such as `{}`",
+        place(&sheet.name, row, column),
+        text(cell)
+    ))
 }

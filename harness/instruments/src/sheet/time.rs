@@ -5,7 +5,8 @@ use crate::dates;
 /// A date of ISO 8601, with or without a time of day, in days since the start of 1970; None for other text.
 pub(super) fn date(text: &str) -> Option<f64> {
     let (date, time) = text.split_once(['T', ' ']).unwrap_or((text, ""));
-    let mut parts = date.splitn(3, '-').map(|p| p.bytes().all(|b| b.is_ascii_digit()).then(|| p.parse::<i64>().ok()).flatten());
+    let mut parts =
+        date.splitn(3, '-').map(|p| p.bytes().all(|b| b.is_ascii_digit()).then(|| p.parse::<i64>().ok()).flatten());
     let (year, month, day) = (parts.next()??, parts.next()??, parts.next()??);
     let fits = date.len() == 10 && (1..=12).contains(&month) && (1..=31).contains(&day);
     let time = if time.is_empty() { 0.0 } else { clock(time.trim_end_matches('Z'))? };
