@@ -247,6 +247,9 @@ def test_bombs_and_damage_are_refused(dump, tmp_path):
     far = sheet.replace("</sheetData>", "".join(f'<row r="{r}"><c r="XFD{r}"><v>1</v></c></row>' for r in range(3, 2100)) + "</sheetData>")
     (tmp_path / "far.xlsx").write_bytes(zipped({**parts, "xl/worksheets/sheet1.xml": far}))
     assert "too many cells" in dump(tmp_path / "far.xlsx", error=True)
+    texts = f'<sst xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main" uniqueCount="{10**15}"><si><t>a</t></si></sst>'
+    (tmp_path / "texts.xlsx").write_bytes(zipped({**parts, "xl/sharedStrings.xml": texts}))
+    assert "more texts than it can hold" in dump(tmp_path / "texts.xlsx", error=True)
     (tmp_path / "cut.xlsx").write_bytes((tmp_path / "a.xlsx").read_bytes()[:-500])
     assert "cut.xlsx" in dump(tmp_path / "cut.xlsx", error=True)
 
@@ -266,9 +269,11 @@ def test_cells_of_xls_beyond_the_last_column_are_refused(dump, tmp_path):
     xls(tmp_path / "a.xls", {"S": [[float(np.pi), 2.5], [3.25, float(np.e)]]})
     data = (tmp_path / "a.xls").read_bytes()
     number = struct.pack("<HHHH", 0x0203, 14, 1, 1)
-    assert data.count(number) == 1
-    (tmp_path / "b.xls").write_bytes(data.replace(number, struct.pack("<HHHH", 0x0203, 14, 1, 60000)))
-    assert "last column" in dump(tmp_path / "b.xls", error=True)
+    claim = struct.pack("<HHIIHH", 0x0200, 14, 0, 2, 0, 2)
+    assert data.count(number) == 1 and data.count(claim) == 1
+    for good, bad in [(number, struct.pack("<HHHH", 0x0203, 14, 1, 60000)), (claim, struct.pack("<HHIIHH", 0x0200, 14, 0, 2**32 - 1, 0, 2))]:
+        (tmp_path / "b.xls").write_bytes(data.replace(good, bad))
+        assert "last column" in dump(tmp_path / "b.xls", error=True)
 
 
 def test_sheets_without_numbers_are_refused(dump, tmp_path):

@@ -1,7 +1,14 @@
 //! Dates in the form of ISO 8601.
 
-/// Seconds since the start of 1970 as `2024-03-12T10:00:00.250`; whole seconds without the fraction.
+/// Days that are written as a date: the years that have four digits, and some more.
+const DATES: i64 = 4_000_000;
+
+/// Days since the start of 1970 and seconds of the day as `2024-03-12T10:00:00.250`; whole seconds without the fraction. A day
+/// some ten thousand years away, as damaged files tell, is given by its number.
 pub(crate) fn iso(days: i64, seconds: f64) -> String {
+    if !(-DATES..DATES).contains(&days) || seconds.abs() > 1e6 {
+        return format!("day {days} since 1970-01-01");
+    }
     let milliseconds = (seconds * 1e3).round() as i64;
     let (days, milliseconds) = (days + milliseconds.div_euclid(86_400_000), milliseconds.rem_euclid(86_400_000));
     let (year, month, day) = civil(days);
@@ -48,7 +55,8 @@ mod tests {
             assert_eq!(days(y, m, d), of);
         }
         assert_eq!(iso(19_794, 36_000.25), "2024-03-12T10:00:00.250");
+        assert_eq!(iso(i64::MAX, 0.0), "day 9223372036854775807 since 1970-01-01");
         assert_eq!(iso(0, -1.0), "1969-12-31T23:59:59");
-        assert_eq!(iso(0, 86_399.9999), "1970-01-02T00:00:00");
+        assert_eq!(iso(0, 86_399.999_9), "1970-01-02T00:00:00");
     }
 }

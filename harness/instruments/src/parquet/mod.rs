@@ -8,6 +8,7 @@ mod column;
 use crate::guard::guarded;
 use crate::{Channel, Fault, Format, Group, Sink, Source, BLOCK};
 use column::Column;
+use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::fs::File;
@@ -104,15 +105,18 @@ impl Table {
         damaged(&self.path, error).at(format!("column \"{}\" from row {row}", column.name))
     }
 
+    /// Readers of all columns of a row group, and its rows.
+    fn open_row_group(&self, index: usize, row: u64) -> Result<(Vec<ColumnReader>, u64), Fault> {
+        let of = self.file.get_row_group(index).map_err(|e| damaged(&self.path, &e))?;
+        let open = |c: &Column| of.get_column_reader(c.index).map_err(|e| self.place(c, row, &e));
+        let readers = self.columns.iter().map(open).collect::<Result<_, _>>()?;
+        Ok((readers, u64::try_from(of.metadata().num_rows()).unwrap_or(0)))
+    }
+
     /// Hands the blocks of a row group on, which begins at row `row`; false where `sink` has enough.
     fn read_row_group(&mut self, index: usize, row: &mut u64, sink: &mut Sink) -> Result<bool, Fault> {
-        let of = self.file.get_row_group(index).map_err(|e| damaged(&self.path, &e))?;
-        let mut readers = Vec::with_capacity(self.columns.len());
-        for column in &self.columns {
-            readers.push(of.get_column_reader(column.index).map_err(|e| self.place(column, *row, &e))?);
-        }
+        let (mut readers, mut left) = guarded(&self.path, || self.open_row_group(index, *row))?;
         let rows = (NUMBERS / self.columns.len().max(1)).clamp(1, BLOCK);
-        let mut left = u64::try_from(of.metadata().num_rows()).unwrap_or(0);
         while left > 0 {
             let wanted = rows.min(usize::try_from(left).unwrap_or(rows));
             let mut block = Vec::with_capacity(readers.len());

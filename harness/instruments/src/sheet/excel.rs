@@ -6,9 +6,11 @@ use super::{packed, xls};
 use crate::guard::guarded;
 use crate::{dates, Fault};
 use calamine::{Data, DataRef, ExcelDateTime, Reader, SheetType, WorkbookProperties, Xls, Xlsb, Xlsx};
+use quick_xml::events::Event;
 use std::fs::File;
 use std::io::{BufReader, Cursor};
 use std::path::Path;
+use zip::ZipArchive;
 
 /// Day 0 of Excel's two calendars, in days since the start of 1970.
 const ZERO: f64 = -25_569.0;
@@ -24,7 +26,7 @@ fn buffered(path: &Path) -> Result<BufReader<File>, Fault> {
 
 /// Reads a workbook in XML.
 pub(super) fn xlsx(path: &Path) -> Result<Book, Fault> {
-    packed::archive(path)?;
+    check_texts(path, &mut packed::archive(path)?)?;
     guarded(path, || {
         let mut file = Xlsx::new(buffered(path)?).map_err(|e| damaged(path, &e))?;
         let mut book =
@@ -41,6 +43,37 @@ pub(super) fn xlsx(path: &Path) -> Result<Book, Fault> {
         }
         Ok(book)
     })
+}
+
+/// Checks the count of texts that a workbook claims: `calamine` (0.38) takes memory for it.
+fn check_texts(path: &Path, archive: &mut ZipArchive<BufReader<File>>) -> Result<(), Fault> {
+    let is_texts = |name: &&str| name.to_lowercase().ends_with("sharedstrings.xml");
+    let names: Vec<String> = archive.file_names().filter(is_texts).map(str::to_string).collect();
+    for name in names {
+        let at = |e: &dyn std::fmt::Display| damaged(path, e).at(format!("part \"{name}\""));
+        let part = archive.by_name(&name).map_err(|e| at(&e))?;
+        let size = part.size();
+        let mut reader = quick_xml::Reader::from_reader(BufReader::new(part));
+        let mut buffer = Vec::new();
+        loop {
+            buffer.clear();
+            let event = reader.read_event_into(&mut buffer).map_err(|e| at(&e))?;
+            let start = match &event {
+                Event::Start(e) | Event::Empty(e) => e,
+                Event::Eof => break,
+                _ => continue,
+            };
+            let told = start.try_get_attribute("uniqueCount").map_err(|e| at(&e))?;
+            let count = told.and_then(|a| a.value.trim().parse::<u64>().ok());
+            if count.is_some_and(|n| n > size) {
+                return Err(at(&"it claims more texts than it can hold"));
+            }
+            if start.local_name().as_ref() == "sst" {
+                break;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Reads a workbook in Excel's binary records in a zip file.
