@@ -3,8 +3,8 @@
 /// Days that are written as a date: the years that have four digits, and some more.
 const DATES: i64 = 4_000_000;
 
-/// Days since the start of 1970 and seconds of the day as `2024-03-12T10:00:00.250`; whole seconds without the fraction. A day
-/// some ten thousand years away, as damaged files tell, is given by its number.
+/// Days since the start of 1970 and seconds of the day as `2024-03-12T10:00:00.250`; whole seconds without the
+/// fraction. A day some ten thousand years away, as damaged files tell, is given by its number.
 pub(crate) fn iso(days: i64, seconds: f64) -> String {
     if !(-DATES..DATES).contains(&days) || seconds.abs() > 1e6 {
         return format!("day {days} since 1970-01-01");

@@ -29,7 +29,8 @@ const LOOKED_AT: usize = 1000;
 /// Rows directly above the samples that may hold names and units.
 const TITLES: usize = 3;
 
-/// The head of the table whose first rows are `rows`; `kind` tells what a cell holds. None where no column holds numbers.
+/// The head of the table whose first rows are `rows`; `kind` tells what a cell holds. None where no column holds
+/// numbers.
 pub(crate) fn table_head(rows: &[Vec<String>], kind: impl Fn(&str) -> Kind) -> Option<TableHead> {
     let width = rows.iter().map(Vec::len).max()?;
     let kinds: Vec<Vec<Kind>> = rows.iter().take(LOOKED_AT).map(|r| r.iter().map(|c| kind(c)).collect()).collect();
@@ -82,7 +83,8 @@ fn titles(rows: &[Vec<String>], above: &[usize], columns: &[usize]) -> (Option<u
     (names, units)
 }
 
-/// A name that carries its unit, such as `Force [kN]`, `Force (kN)` or `Force / kN`, is split; a row of units counts more.
+/// A name that carries its unit, such as `Force [kN]`, `Force (kN)` or `Force / kN`, is split; a row of units counts
+/// more.
 fn channel(name: &str, unit: &str) -> Channel {
     let unit = bare(unit).to_string();
     match split(name) {

@@ -1,5 +1,5 @@
-//! Good files that are cut at many lengths and changed in many bytes: a fault or samples, without a panic, within time and
-//! memory. tests/instruments/write_small_files.py wrote the files.
+//! Good files that are cut at many lengths and changed in many bytes: a fault or samples, without a panic, within time
+//! and memory. tests/instruments/write_small_files.py wrote the files.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::ops::ControlFlow;

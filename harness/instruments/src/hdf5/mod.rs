@@ -1,8 +1,8 @@
 //! HDF5, as scripts and instruments write it: <https://docs.hdfgroup.org/documentation/hdf5/latest/_f_m_t3.html>.
 //!
-//! A dataset of one axis is a channel, one of two axes a channel for each place on the shorter axis, a table of compound
-//! records a group with a channel for each field. Datasets of one parent, length and clock form a group. Read in blocks. A
-//! file that was cut is refused: its index may lie anywhere in it.
+//! A dataset of one axis is a channel, one of two axes a channel for each place on the shorter axis, a table of
+//! compound records a group with a channel for each field. Datasets of one parent, length and clock form a group. Read
+//! in blocks. A file that was cut is refused: its index may lie anywhere in it.
 
 mod attributes;
 mod clock;

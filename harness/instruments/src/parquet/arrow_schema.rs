@@ -1,5 +1,5 @@
-//! What Arrow adds to the schema of a Parquet file, under the key `ARROW:schema`: units of columns and durations. The text is
-//! base64 of a message of <https://arrow.apache.org/docs/format/Columnar.html#ipc-message-format>, a table of
+//! What Arrow adds to the schema of a Parquet file, under the key `ARROW:schema`: units of columns and durations. The
+//! text is base64 of a message of <https://arrow.apache.org/docs/format/Columnar.html#ipc-message-format>, a table of
 //! <https://flatbuffers.dev/internals/>. The reader of Parquet's crate for it needs all of Arrow, some 10 crates.
 
 use parquet::file::metadata::KeyValue;

@@ -1,6 +1,6 @@
-//! Parquet: <https://parquet.apache.org/docs/file-format/>. Columns of numbers, decimals, dates and times are channels; dates
-//! and times count in s from the first. Read in blocks, row group by row group. The index stands at the end: a file that was
-//! cut is refused.
+//! Parquet: <https://parquet.apache.org/docs/file-format/>. Columns of numbers, decimals, dates and times are channels;
+//! dates and times count in s from the first. Read in blocks, row group by row group. The index stands at the end: a
+//! file that was cut is refused.
 
 mod arrow_schema;
 mod column;

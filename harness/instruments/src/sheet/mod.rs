@@ -1,6 +1,6 @@
-//! Spreadsheets: XLSX, XLSB, XLS and ODS. A sheet that holds numbers is a group; tables side by side are one group with all
-//! columns. These formats pack all cells of a sheet into one stream, which is read whole. Values of formulas are those that
-//! the writer stored. Dates and times count in s from the first.
+//! Spreadsheets: XLSX, XLSB, XLS and ODS. A sheet that holds numbers is a group; tables side by side are one group with
+//! all columns. These formats pack all cells of a sheet into one stream, which is read whole. Values of formulas are
+//! those that the writer stored. Dates and times count in s from the first.
 
 mod cells;
 mod excel;

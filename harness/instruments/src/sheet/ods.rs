@@ -1,5 +1,6 @@
-//! OpenDocument sheets: <https://docs.oasis-open.org/office/OpenDocument/v1.3/>. Our own reader, since that of `calamine` 0.38
-//! does not end where the content ends within a table, and spreads repeated cells without a limit of memory.
+//! OpenDocument sheets: <https://docs.oasis-open.org/office/OpenDocument/v1.3/>. Our own reader, since that of
+//! `calamine` 0.38 does not end where the content ends within a table, and spreads repeated cells without a limit of
+//! memory.
 
 use super::cells::{Book, Cell, Sheet};
 use super::{packed, time};

@@ -1,5 +1,5 @@
-//! Excel files before 2007 are checked before `calamine` (0.38) takes them: it follows cycles of sectors without end, and
-//! takes memory for the whole rectangle around the cells however far they lie apart.
+//! Excel files before 2007 are checked before `calamine` (0.38) takes them: it follows cycles of sectors without end,
+//! and takes memory for the whole rectangle around the cells however far they lie apart.
 
 use crate::Fault;
 use std::io::{Cursor, Read};
@@ -132,8 +132,8 @@ fn far_cell_of_sheet(stream: &[u8], start: usize) -> Option<usize> {
     cells.is_far().then_some(last)
 }
 
-/// Whether a rectangle of cells lies on a sheet: first row, row behind the last, first column, column behind the last. Rows
-/// have two bytes in old files, four in newer ones.
+/// Whether a rectangle of cells lies on a sheet: first row, row behind the last, first column, column behind the last.
+/// Rows have two bytes in old files, four in newer ones.
 fn is_claim_fit(content: &[u8]) -> bool {
     let short = |at| word(content, at).map(u64::from);
     let long = |at| double_word(content, at).map(u64::from);
