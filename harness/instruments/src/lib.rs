@@ -6,12 +6,20 @@
 mod binary;
 mod block;
 mod date;
+mod dates;
+mod guard;
+mod half;
+mod hdf5;
 mod lines;
 mod lvm;
 mod mat;
+mod mat73;
 mod mdf;
 mod memory;
+mod parquet;
+mod sheet;
 mod table;
+mod table_head;
 mod tdms;
 mod text;
 mod uff;
@@ -114,8 +122,19 @@ pub struct Format {
 }
 
 /// All formats, the ones known by their first bytes first, text of any dialect last.
-pub const FORMATS: &[Format] =
-    &[tdms::FORMAT, mdf::FORMAT, wav::FORMAT, mat::FORMAT, lvm::FORMAT, uff::FORMAT, text::FORMAT];
+pub const FORMATS: &[Format] = &[
+    tdms::FORMAT,
+    mdf::FORMAT,
+    wav::FORMAT,
+    mat73::FORMAT,
+    mat::FORMAT,
+    hdf5::FORMAT,
+    parquet::FORMAT,
+    sheet::FORMAT,
+    lvm::FORMAT,
+    uff::FORMAT,
+    text::FORMAT,
+];
 
 /// Opens a file of any format.
 ///

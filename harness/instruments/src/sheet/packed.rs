@@ -1,0 +1,34 @@
+//! Zip files are checked before a reader takes them whole: what they claim to hold, and what they do hold.
+
+use crate::Fault;
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+use zip::ZipArchive;
+
+/// Bytes that the unpacked file may have.
+const UNPACKED: u64 = 2 << 30;
+
+/// The archive at `path`, whose parts can all be unpacked and stay within the limit.
+pub(super) fn archive(path: &Path) -> Result<ZipArchive<BufReader<File>>, Fault> {
+    let damaged = |e: &dyn std::fmt::Display| Fault::new(path, e, "copy or write the file whole");
+    let file = File::open(path).map_err(|e| Fault::new(path, e, "give a file that can be read"))?;
+    let mut archive = ZipArchive::new(BufReader::new(file)).map_err(|e| damaged(&e))?;
+    let mut left = UNPACKED;
+    for index in 0..archive.len() {
+        let part = archive.by_index(index).map_err(|e| damaged(&e).at(format!("part {index} of the archive")))?;
+        let name = part.name().to_string();
+        if part.size() > left {
+            return Err(too_large(path).at(format!("part \"{name}\"")));
+        }
+        let mut part = part.take(left + 1);
+        let held =
+            std::io::copy(&mut part, &mut std::io::sink()).map_err(|e| damaged(&e).at(format!("part \"{name}\"")))?;
+        left = left.checked_sub(held).ok_or_else(|| too_large(path).at(format!("part \"{name}\"")))?;
+    }
+    Ok(archive)
+}
+
+fn too_large(path: &Path) -> Fault {
+    Fault::new(path, "unpacked, the file has more than 2 GiB", "split it, or export its sheets as text (CSV)")
+}
