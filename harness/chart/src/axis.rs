@@ -24,7 +24,7 @@ pub(crate) struct Axis {
 }
 
 /// Units that take a prefix, those written otherwise than they are given, and units that stay.
-const PREFIXED: [&str; 7] = ["s", "m", "N", "J", "Hz", "m/s", "Pa"];
+const PREFIXED: [&str; 6] = ["s", "m", "N", "J", "Hz", "Pa"];
 /// Prefixes by power of ten, from the largest on.
 const PREFIXES: [(f64, &str); 5] = [(1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "\u{b5}")];
 /// Smallest unit, and what is shown in no larger one: nobody writes km of penetration or ks of contact.
@@ -46,8 +46,10 @@ pub(crate) fn suited(unit: &str, most: f64) -> (f64, String) {
     if !PREFIXED.contains(&unit) || !most.is_finite() || most <= 0.0 {
         return (1.0, unit.replace("^2", "\u{b2}"));
     }
-    let upscaled = !matches!(unit, "s" | "m" | "m/s");
-    let fits = |p: &&(f64, &str)| most >= p.0 && (upscaled || p.0 <= 1.0);
+    let upscaled = !matches!(unit, "s" | "m");
+    // a contact of half a millisecond is one in ms
+    let from = if unit == "s" { 0.2 } else { 1.0 };
+    let fits = |p: &&(f64, &str)| most >= from * p.0 && (upscaled || p.0 <= 1.0);
     let (by, prefix) = PREFIXES.iter().find(fits).copied().unwrap_or(NANO);
     (1.0 / by, format!("{prefix}{unit}"))
 }
@@ -113,6 +115,19 @@ impl Axis {
     }
 }
 
+/// A quantity given in SI in the unit that suits it, in four digits.
+pub fn quantity(v: f64, unit: &str) -> String {
+    let (factor, unit) = suited(unit, v.abs());
+    format!("{} {unit}", digits(v * factor)).trim_end().replace('-', "\u{2212}")
+}
+
+/// Both ends of an interval in the unit that suits the larger.
+pub fn interval(low: f64, high: f64, unit: &str) -> String {
+    let (factor, unit) = suited(unit, low.abs().max(high.abs()));
+    let (low, high) = (digits(low * factor), digits(high * factor));
+    format!("{low} to {high} {unit}").trim_end().replace('-', "\u{2212}")
+}
+
 /// The round number (1, 2 or 5 times a power of ten) that is not below `raw`.
 fn round_step(raw: f64) -> f64 {
     if !raw.is_finite() || raw <= 0.0 {
@@ -148,6 +163,7 @@ mod tests {
     fn a_unit_suits_its_values() {
         for (unit, most, shown) in [
             ("s", 2.1e-3, "ms"),
+            ("s", 6.5e-4, "ms"),
             ("s", 3.0, "s"),
             ("m", 2.5e-4, "\u{b5}m"),
             ("m", 4.0, "m"),
@@ -162,6 +178,9 @@ mod tests {
             assert_eq!(suited(unit, most).1, shown, "{most} {unit}");
         }
         let a = Axis::new("force [N]", -20.0, 1250.0, Scale::Linear);
+        assert_eq!(quantity(1.529e-4, "m"), "152.9 \u{b5}m");
+        assert_eq!(quantity(4.041e8, "N/m^p"), "4.041e8 N/m^p");
+        assert_eq!(interval(-1e-5, 2.5e-3, "s"), "\u{2212}0.01000 to 2.500 ms");
         assert_eq!((a.title().as_str(), a.value(1234.56).as_str()), ("force, kN", "1.235"));
     }
 

@@ -1,6 +1,6 @@
 //! The card on top of a diagnosis: what is wrong, how sure that is, what it does, what to do next.
 
-use super::page::{escape, LEAD};
+use super::page::{escape, tight, LEAD};
 
 /// A cause and its probability.
 pub struct Chance {
@@ -48,7 +48,7 @@ impl Card {
                 s += &format!("<div><dt>{name}</dt><dd>{inner}</dd></div>\n");
             }
         }
-        s + "</dl>" + CLOSE + "\n"
+        tight(&s) + "</dl>" + CLOSE + "\n"
     }
 
     fn chances(&self) -> String {
@@ -111,7 +111,7 @@ mod tests {
         };
         let html = card(vec!["add it".into()]).html();
         let at: Vec<usize> =
-            ["&lt;friction&gt;", "How sure", "0.80", "What it does", "+1.2 %", "What to do next", "add it"]
+            ["&lt;friction&gt;", "How sure", "0.80", "What it does", "+1.2\u{a0}%", "What to do next", "add it"]
                 .map(|t| html.find(t).unwrap())
                 .to_vec();
         assert!(at.windows(2).all(|w| w[0] < w[1]), "{at:?}");

@@ -24,10 +24,24 @@ pub enum Style {
     Inferred,
 }
 
+/// Colours and strokes, of charts in a page and alone.
+pub(crate) const STYLE: &str = include_str!("chart.css");
+/// Height of a row of names below a chart that stands alone, px, and how many stand beside each other.
+const NAME: f64 = 20.0;
+const BESIDE: usize = 2;
 /// Colours of [`Style::Line`].
 const LINES: usize = 8;
 
 impl Style {
+    /// Shape of its marks, from their middle on, told apart without colour: a dot, a cross, a diamond.
+    fn mark(self) -> &'static str {
+        match self {
+            Style::Given => "m-4,-4l8,8m0,-8l-8,8",
+            Style::Before => "m0,-5l5,5l-5,5l-5,-5z",
+            _ => "l0,0",
+        }
+    }
+
     /// Its class in the page's style sheet.
     fn class(self) -> String {
         match self {
@@ -62,6 +76,8 @@ pub struct Chart {
     focus: Option<(f64, f64)>,
     link: String,
     scale: Scale,
+    /// Whether the chart below it has the name of x.
+    shared: bool,
 }
 
 /// Space around the plot, px: left for numbers, above for the name of y, below for numbers and the name of x.
@@ -69,6 +85,10 @@ const LEFT: f64 = 52.0;
 const RIGHT: f64 = 12.0;
 const TOP: f64 = 24.0;
 const BELOW: f64 = 42.0;
+/// The same below for numbers alone.
+const NUMBERS: f64 = 24.0;
+/// Room that a number takes along x, and along y, px.
+const ROOM: (f64, f64) = (66.0, 36.0);
 /// Share of the values' span left free above and below them.
 const PAD: f64 = 0.05;
 /// Rows of the table behind a chart.
@@ -102,6 +122,7 @@ impl Chart {
             focus: None,
             link: String::new(),
             scale: Scale::Linear,
+            shared: false,
         }
     }
 
@@ -114,6 +135,12 @@ impl Chart {
     /// Both axes by powers of ten.
     pub fn logarithmic(mut self) -> Chart {
         self.scale = Scale::Logarithmic;
+        self
+    }
+
+    /// Leaves the name of x out, where the chart below has it.
+    pub(crate) fn above(mut self) -> Chart {
+        self.shared = true;
         self
     }
 
@@ -202,7 +229,7 @@ impl Chart {
             x: Axis::new(&self.x, x0 - dx, x1 + dx, self.scale),
             y: Axis::new(&self.y, y0 - pad - dy, y1 + pad + dy, self.scale),
             width: self.size.0 - LEFT - RIGHT,
-            height: self.size.1 - TOP - BELOW,
+            height: self.size.1 - TOP - if self.shared { NUMBERS } else { BELOW },
         })
     }
 
@@ -211,17 +238,42 @@ impl Chart {
         self.frame().map_or(String::new(), |f| self.picture(&f))
     }
 
+    /// The picture with title, colours and names of its own, as an SVG file; empty where there is nothing to draw.
+    pub fn alone(&self) -> String {
+        let Some(f) = self.frame() else { return String::new() };
+        let named: Vec<&Series> = self.series.iter().filter(|s| !s.name.is_empty()).collect();
+        let (w, h, top) = (self.size.0, self.size.1, 1.4 * NAME);
+        let all = h + top + NAME * (named.len().div_ceil(BESIDE) as f64 + 0.5);
+        let mut s = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{all}\" viewBox=\"-8 0 {:.0} {all}\" \
+             font-family=\"Helvetica, Arial, sans-serif\">\n<style>\n{STYLE}rect {{ fill: var(--paper); }}\n\
+             text {{ fill: var(--ink); font-size: 12px; }}</style>\n<rect x=\"-8\" width=\"100%\" height=\"100%\"/>\
+             <text y=\"16\" style=\"font-size:14px\">{}</text>\n\
+             <svg y=\"{top}\" width=\"{w}\" height=\"{h}\">{}</svg>\n<g class=\"plot\">",
+            w + 16.0,
+            escape(&self.title),
+            self.picture(&f)
+        );
+        for (i, series) in named.into_iter().enumerate() {
+            let (x, y) = (w / BESIDE as f64 * (i % BESIDE) as f64, top + h + NAME * (0.5 + (i / BESIDE) as f64));
+            s += &format!(
+                "<g transform=\"translate({x:.1},{y:.1})\"><path class=\"{}\" d=\"M1,5H21\"/><text x=\"30\" y=\"9\">{}</text></g>\n",
+                self.class(series),
+                escape(&series.name)
+            );
+        }
+        s + "</g></svg>\n"
+    }
+
     /// The picture with its names, its readout and its table, as HTML; an empty string where there is nothing to draw.
     pub(crate) fn figure(&self, caption: &str) -> String {
         let Some(f) = self.frame() else { return String::new() };
-        let title = if self.title.is_empty() { String::new() } else { format!("<b>{}</b> ", escape(&self.title)) };
-        format!(
-            "<figure><figcaption>{title}{}</figcaption>{}{}{}</figure>\n",
-            escape(caption),
-            self.keys(),
-            self.picture(&f),
-            self.table(&f)
-        )
+        let title = match (self.title.is_empty(), caption.is_empty()) {
+            (true, true) => String::new(),
+            (true, false) => format!("<figcaption>{}</figcaption>", escape(caption)),
+            _ => format!("<figcaption><b>{}</b> {}</figcaption>", escape(&self.title), escape(caption)),
+        };
+        format!("<figure>{title}{}{}{}</figure>\n", self.keys(), self.picture(&f), self.table(&f))
     }
 
     /// The names of the series with a piece of their line.
@@ -230,7 +282,7 @@ impl Chart {
             return String::new();
         }
         let item = |(i, s): (usize, &Series)| {
-            let piece = if s.marks { "M11,5l0,0" } else { "M1,5H21" };
+            let piece = if s.marks { format!("M11,5{}", s.style.mark()) } else { "M1,5H21".into() };
             format!(
                 "<li data-s=\"{i}\"><svg class=\"piece\" viewBox=\"0 0 22 10\" aria-hidden=\"true\"><path class=\"{}\" \
                  d=\"{piece}\"/></svg>{}</li>",
@@ -238,7 +290,13 @@ impl Chart {
                 escape(&s.name)
             )
         };
-        let items: String = self.series.iter().enumerate().filter(|(_, s)| !s.points.is_empty()).map(item).collect();
+        let items: String = self
+            .series
+            .iter()
+            .enumerate()
+            .filter(|(_, s)| !s.points.is_empty() && !s.name.is_empty())
+            .map(item)
+            .collect();
         format!("<ul class=\"keys\">{items}</ul>")
     }
 
@@ -255,7 +313,7 @@ impl Chart {
             label = escape(&self.label(f)),
             data = self.data(f)
         );
-        let (xs, ys) = (f.x.ticks(5), f.y.ticks(if f.height > 160.0 { 5 } else { 3 }));
+        let (xs, ys) = (f.x.ticks((f.width / ROOM.0) as usize), f.y.ticks(((f.height / ROOM.1) as usize).max(3)));
         let (left, low) = (LEFT, TOP + f.height);
         for (u, _) in &ys {
             let y = low - u * f.height;
@@ -273,19 +331,18 @@ impl Chart {
             let y = low - u * f.height;
             s += &format!("<text x=\"{:.2}\" y=\"{y:.2}\" dy=\".35em\">{}</text>", left - 8.0, escape(text));
         }
-        s += &format!(
-            "</g><text class=\"name\" x=\"0\" y=\"13\">{}</text><text class=\"name end\" x=\"{:.2}\" y=\"{:.2}\">{}</text>\n",
-            escape(&f.y.title()),
-            left + f.width,
-            h - 5.0,
-            escape(&f.x.title())
-        );
+        s += &format!("</g><text class=\"name\" x=\"0\" y=\"13\">{}</text>", escape(&f.y.title()));
+        if !self.shared {
+            let (right, y) = (left + f.width, h - 5.0);
+            let name = escape(&f.x.title());
+            s += &format!("<text class=\"name end\" x=\"{right:.2}\" y=\"{y:.2}\">{name}</text>\n");
+        }
         s += &format!(
             "<svg class=\"plot\" x=\"{left}\" y=\"{TOP}\" width=\"{:.2}\" height=\"{:.2}\">",
             f.width, f.height
         );
         for b in &self.bands {
-            s += &format!("<path class=\"band\" d=\"{}\"/>", path(&self.stretches(f, b), false));
+            s += &format!("<path class=\"band\" d=\"{}\"/>", path(&self.stretches(f, b), ""));
         }
         for (i, series) in self.series.iter().enumerate() {
             s += &self.line(f, i, series);
@@ -309,7 +366,12 @@ impl Chart {
             let of: Vec<String> = stretches.iter().flatten().map(|p| format!("{:.4e}", s.along[p.2])).collect();
             along = format!(" data-along=\"{}\"", of.join(" "));
         }
-        format!("<path class=\"{}\" data-s=\"{i}\"{along} d=\"{}\"/>\n", self.class(s), path(&stretches, s.marks))
+        format!(
+            "<path class=\"{}\" data-s=\"{i}\" data-n=\"{}\"{along} d=\"{}\"/>\n",
+            self.class(s),
+            escape(&s.name),
+            path(&stretches, if s.marks { s.style.mark() } else { "" })
+        )
     }
 
     /// What the script has to know: ends, factors and units of both axes, and the whole span of x.
@@ -366,9 +428,10 @@ impl Chart {
             rows += &format!("<tr><th>{}</th>{}</tr>", escape(&s.name), cells(&|p| f.y.value(p.1)));
             rows += &format!("<tr><th>at {}</th>{}</tr>\n", escape(&f.x.title()), cells(&|p| f.x.value(p.0)));
         }
+        let of = if self.title.is_empty() { format!(": {}", escape(&f.y.name)) } else { String::new() };
         format!(
-            "<details class=\"data\"><summary>Values</summary><p>{}</p><div class=\"scroll\" tabindex=\"0\" role=\"region\" \
-             aria-label=\"Values of {}\"><table>{rows}</table></div></details>",
+            "<div class=\"below\"><details class=\"data\"><summary>Values{of}</summary><p>{}</p><div class=\"scroll\" tabindex=\"0\" role=\"region\" \
+             aria-label=\"Values of {}\"><table>{rows}</table></div></details></div>",
             escape(&self.described(f)),
             escape(&self.label(f))
         )
@@ -379,16 +442,13 @@ fn with_unit(a: &Axis, v: f64) -> String {
     format!("{} {}", a.value(v), a.unit).trim_end().into()
 }
 
-/// Stretches as the commands of a path, of marks a dot a point.
-fn path(stretches: &[Stretch], marks: bool) -> String {
+/// Stretches as the commands of a path; with a mark one at every point.
+fn path(stretches: &[Stretch], mark: &str) -> String {
     let mut s = String::new();
     for stretch in stretches {
         for (k, (x, y, _)) in stretch.iter().enumerate() {
-            s.push(if k == 0 || marks { 'M' } else { 'L' });
-            s += &format!("{x:.2},{y:.2}");
-            if marks {
-                s += "l0,0";
-            }
+            s.push(if k == 0 || !mark.is_empty() { 'M' } else { 'L' });
+            s += &format!("{x:.2},{y:.2}{mark}");
         }
     }
     s
@@ -416,7 +476,7 @@ mod tests {
         let highest = points(&svg, 0).iter().map(|p| p.1).fold(f64::MAX, f64::min);
         // 5 % of the span is left free above it and below
         assert!((highest - plot * PAD / (1.0 + 2.0 * PAD)).abs() < 0.01, "{highest}");
-        assert!(svg.contains("largest 1.250 kN at 123.5 ms") && svg.len() < 60_000, "{}", svg.len());
+        assert!(svg.contains("largest 1.250 kN at 0.1235 s") && svg.len() < 60_000, "{}", svg.len());
     }
 
     #[test]
@@ -457,6 +517,9 @@ mod tests {
                 && one.contains("line1")
                 && !one.contains("NaN")
         );
+        let alone = Chart::new("a & b", "x", "y").series("<c>", &[0.0, 1.0], &[0.0, 1.0], Style::Line(0)).alone();
+        assert!(alone.contains("a &amp; b") && alone.contains("&lt;c&gt;") && alone.contains("--l0"));
+        assert_eq!(alone.matches("<svg").count(), alone.matches("</svg>").count());
         let log =
             Chart::new("", "n", "e").logarithmic().series("a", &[1.0, 10.0, 100.0], &[1.0, 0.0, 0.01], Style::Before);
         let f = log.frame().unwrap();

@@ -7,6 +7,7 @@ mod heat;
 mod line;
 mod page;
 
+pub use axis::{interval, quantity};
 pub use card::{Card, Chance, Effects};
 pub use chart::{Chart, Style};
 pub use heat::Heat;

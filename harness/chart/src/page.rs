@@ -1,7 +1,7 @@
 //! One self-contained HTML page.
 
 use super::card::{self, Card};
-use super::chart::Chart;
+use super::chart::{Chart, STYLE};
 use super::heat::Heat;
 
 /// Opens a sentence.
@@ -29,6 +29,17 @@ pub struct Page {
 /// Text safe inside HTML and SVG.
 pub(super) fn escape(s: &str) -> String {
     s.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// Numbers as print has them: per cent on the number's line, a minus for a hyphen before a digit.
+pub(super) fn tight(html: &str) -> String {
+    let mut s = html.replace(" %", "\u{a0}%");
+    for digit in '0'..='9' {
+        for before in [' ', '('] {
+            s = s.replace(&format!("{before}-{digit}"), &format!("{before}\u{2212}{digit}"));
+        }
+    }
+    s
 }
 
 impl Page {
@@ -98,7 +109,7 @@ impl Page {
 
     /// A paragraph.
     pub fn paragraph(self, text: &str) -> Page {
-        self.add(&format!("<p>{}</p>\n", escape(text)))
+        self.add(&format!("<p>{}</p>\n", tight(&escape(text))))
     }
 
     /// A list.
@@ -135,8 +146,10 @@ impl Page {
     }
 
     /// Charts that belong together, one below the other in one place of the row.
-    pub fn stack(self, charts: &[(Chart, &str)]) -> Page {
-        let all: String = charts.iter().map(|(c, caption)| c.figure(caption)).collect();
+    pub fn stack(self, charts: Vec<(Chart, &str)>) -> Page {
+        let last = charts.len().saturating_sub(1);
+        let one = |(i, (c, caption)): (usize, (Chart, &str))| if i < last { c.above() } else { c }.figure(caption);
+        let all: String = charts.into_iter().enumerate().map(one).collect();
         let html = if all.is_empty() { all } else { format!("<div class=\"stack\">{all}</div>\n") };
         self.add_picture(&html)
     }
@@ -203,7 +216,7 @@ impl Page {
              <header>{PAGES}{up}</nav><h1>{t}</h1></header>\n\
              <main id=\"main\">\n{top}{contents}{rest}{end}</main>\n<script>\n{js}</script></body></html>\n",
             t = escape(&self.title),
-            css = include_str!("style.css"),
+            css = STYLE.to_owned() + include_str!("style.css"),
             js = include_str!("script.js"),
             contents = self.contents(),
         )

@@ -23,12 +23,12 @@
     const [low, high, factor, ...unit] = text.split(" ");
     return { low: +low, high: +high, factor: +factor, unit: unit.join(" ") };
   };
-  // points of a path, in px; a gap before each M
+  // points of a path, in px; a gap before each M; behind a point the shape of its mark
   const points = (path) => {
     const along = path.dataset.along ? path.dataset.along.split(" ").map(Number) : null;
     let i = 0;
-    return [...path.getAttribute("d").matchAll(/([ML])(-?[\d.]+),(-?[\d.]+)/g)].map((m) => ({
-      gap: m[1] === "M", x: +m[2], y: +m[3], along: along ? along[i++] : 0,
+    return [...path.getAttribute("d").matchAll(/([ML])(-?[\d.]+),(-?[\d.]+)([^ML]*)/g)].map((m) => ({
+      gap: m[1] === "M", x: +m[2], y: +m[3], mark: m[4], along: along ? along[i++] : 0,
     }));
   };
 
@@ -62,7 +62,6 @@
     }
 
     names() {
-      this.keys = {};
       for (const li of this.figure.querySelectorAll(".keys li")) {
         const path = this.paths.find((p) => p.dataset.s === li.dataset.s);
         if (!path) continue;
@@ -72,11 +71,7 @@
         button.title = "Show or hide";
         button.append(...li.childNodes);
         button.addEventListener("click", () => this.toggle(path, button));
-        const value = document.createElement("span");
-        value.className = "value";
-        value.setAttribute("aria-hidden", "true");
-        li.append(button, value);
-        this.keys[li.dataset.s] = { value, name: button.textContent };
+        li.append(button);
       }
     }
 
@@ -113,7 +108,7 @@
       this.whole = [this.x.low + least * span, this.x.low + most * span];
       if (most - least > 1.02) button("all", "The whole recording", () => this.show(this.whole));
       button("reset", "As at first", () => this.show(null));
-      this.svg.before(box);
+      if (this.figure.querySelector(".keys")) this.figure.querySelector(".below").append(box);
     }
 
     group() {
@@ -186,39 +181,54 @@
       if (old) old.remove();
       const g = make("g", { class: "cursor" }, this.plot);
       const said = [];
-      for (const k in this.keys) this.keys[k].value.textContent = "";
+      const rows = [];
+      let mean = 0;
       for (const line of this.lines()) {
         const at = this.nearest(line, value);
         if (!at) continue;
         make("circle", { cx: at.x, cy: at.y, r: 3.5 }, g);
         const text = `${digits(this.log ? 10 ** at.vy : at.vy * this.y.factor)} ${this.y.unit}`.trim();
-        const key = this.keys[line.path.dataset.s];
-        if (key) {
-          key.value.textContent = text;
-          said.push(`${key.name} ${text}`);
-        } else {
-          said.push(text);
-        }
+        said.push(`${line.path.dataset.n} ${text}`);
+        rows.push([line.path, line.path.dataset.n, text]);
+        mean += at.x;
       }
       if (!this.curve) {
         const x = (this.width * (value - this.view[0])) / (this.view[1] - this.view[0]);
         make("line", { x1: x, x2: x, y1: 0, y2: this.height }, g);
         const shown = `${digits(this.log ? 10 ** value : value * this.x.factor)} ${this.x.unit}`.trim();
-        this.read_out(x, shown);
+        this.tell(x, [[null, this.svg.querySelector(".name.end")?.textContent.split(",")[0] || "", shown], ...rows]);
         return `${shown}: ${said.join(", ")}`;
       }
+      this.tell(rows.length ? mean / rows.length : 0, rows);
       return said.join(", ");
     }
 
-    // the value of x, above the cursor
-    read_out(x, text) {
-      this.label ||= make("text", { class: "at", y: 13 }, this.svg);
-      this.label.textContent = text;
-      const name = this.svg.querySelector(".name").getBBox();
-      const half = this.label.getComputedTextLength() / 2;
-      const middle = Math.max(name.x + name.width + 8 + half, Math.min(this.left + x, this.left + this.width - half));
-      this.label.setAttribute("x", middle);
-      this.label.setAttribute("style", "text-anchor:middle");
+    // the values under the cursor, in a box on the other side of the plot
+    tell(x, rows) {
+      if (!this.box) {
+        this.box = document.createElement("div");
+        this.box.className = "readout";
+        this.box.setAttribute("aria-hidden", "true");
+        this.figure.append(this.box);
+      }
+      this.box.hidden = rows.length === 0;
+      this.box.replaceChildren(...rows.map(([path, name, text]) => {
+        const row = document.createElement("div");
+        if (path) {
+          const piece = make("svg", { class: "piece", viewBox: "0 0 22 10" }, row);
+          make("path", { class: path.getAttribute("class"), d: path.classList.contains("marks") ? `M11,5${points(path)[0].mark}` : "M1,5H21" }, piece);
+        }
+        const value = document.createElement("b");
+        value.textContent = text;
+        row.append(name, value);
+        return row;
+      }));
+      const svg = this.svg.getBoundingClientRect();
+      const scale = svg.width / this.svg.viewBox.baseVal.width;
+      const within = (this.box.offsetParent || document.body).getBoundingClientRect();
+      const left = x > this.width / 2 ? this.left + 6 : this.left + this.width - 6 - this.box.offsetWidth / scale;
+      this.box.style.left = `${svg.left - within.left + left * scale}px`;
+      this.box.style.top = `${svg.top - within.top + (this.top + 4) * scale}px`;
     }
 
     nearest(line, value) {
@@ -248,8 +258,7 @@
     clear() {
       const old = this.plot.querySelector(".cursor");
       if (old) old.remove();
-      if (this.label) this.label.textContent = "";
-      for (const k in this.keys) this.keys[k].value.textContent = "";
+      if (this.box) this.box.hidden = true;
     }
 
     press(event) {
@@ -313,10 +322,9 @@
       this.bands ||= [...this.plot.querySelectorAll(".band")].map((path) => ({ path, points: points(path) }));
       this.lines();
       for (const { path, points: all } of [...this.read, ...this.bands]) {
-        const dot = path.classList.contains("marks") ? "l0,0" : "";
         path.setAttribute("d", all.map((p) => {
           const n = this.now(p);
-          return `${p.gap ? "M" : "L"}${n.x.toFixed(2)},${n.y.toFixed(2)}${dot}`;
+          return `${p.gap ? "M" : "L"}${n.x.toFixed(2)},${n.y.toFixed(2)}${p.mark}`;
         }).join(""));
       }
       this.ticks();
@@ -327,12 +335,12 @@
       const grid = this.svg.querySelector(".grid"), base = grid.querySelector(".base");
       const [gx, gy] = [this.svg.querySelector("g.x"), this.svg.querySelector("g.y")];
       for (const g of [grid, gx, gy]) g.replaceChildren();
-      for (const [v, text] of round(this.view[2] * this.y.factor, this.view[3] * this.y.factor, this.height > 160 ? 5 : 3)) {
+      for (const [v, text] of round(this.view[2] * this.y.factor, this.view[3] * this.y.factor, Math.max(3, Math.floor(this.height / 36)))) {
         const y = low - (this.height * (v / this.y.factor - this.view[2])) / (this.view[3] - this.view[2]);
         make("path", { d: `M${this.left},${y}h${this.width}` }, grid);
         make("text", { x: this.left - 8, y, dy: ".35em" }, gy).textContent = text;
       }
-      for (const [v, text] of round(this.view[0] * this.x.factor, this.view[1] * this.x.factor, 5)) {
+      for (const [v, text] of round(this.view[0] * this.x.factor, this.view[1] * this.x.factor, Math.floor(this.width / 66))) {
         const x = this.left + (this.width * (v / this.x.factor - this.view[0])) / (this.view[1] - this.view[0]);
         make("path", { d: `M${x},${low}v4` }, grid);
         make("text", { x, y: low + 17 }, gx).textContent = text;
@@ -383,6 +391,17 @@
     return all;
   };
 
+  // text of one size on screen, whatever the width of its chart
+  const sizes = new ResizeObserver((all) => {
+    for (const { target } of all) {
+      const width = target.getBoundingClientRect().width;
+      if (width) target.style.setProperty("--f", `${((11.5 * target.viewBox.baseVal.width) / width).toFixed(2)}px`);
+    }
+  });
+
   const charts = [];
-  for (const svg of document.querySelectorAll("svg.chart")) charts.push(new Chart(svg));
+  for (const svg of document.querySelectorAll("svg.chart")) {
+    charts.push(new Chart(svg));
+    sizes.observe(svg);
+  }
 })();

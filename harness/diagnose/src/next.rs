@@ -1,5 +1,6 @@
 //! What to do next, from the decision and the findings: a step each, the first thing first.
 
+use super::bias::Bias;
 use super::decide::Decision;
 use super::experiment::Tie;
 use super::findings::Findings;
@@ -15,6 +16,8 @@ pub const LITTLE: f64 = 2.0;
 /// Where nothing can be judged.
 pub const PUT_RIGHT: &str =
     "Put right what is said above, look at the campaign with `touchdown check`, and diagnose again.";
+/// Parameters that are start values of the element.
+const SYMBOLS: [&str; 3] = ["k", "p", "mu_d"];
 /// Other names at most that a measurement is proposed against.
 const OTHERS: usize = 2;
 
@@ -26,12 +29,12 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
         let names = words(&named.iter().map(|m| m.name).collect::<Vec<_>>());
         v.push(format!("Do not build on {names} yet. {}", f.gates.join(" ")));
     } else {
-        v.extend(named.iter().map(|m| format!("{}: {}", plain(m.name), m.cure)));
+        match &named[..] {
+            [one] => v.push(one.cure.into()),
+            all => v.extend(all.iter().map(|m| format!("{}: {}", plain(m.name), m.cure))),
+        }
     }
-    let in_the_fmu = named.iter().any(|m| m.origin == Origin::Contact) && f.gates.is_empty();
-    if fmu && !in_the_fmu {
-        v.push(recalibrated(d, &named, f).into());
-    }
+    v.extend(calibration(f).filter(|_| fmu && f.gates.is_empty() && !d.unexplained));
     if f.unclipped.is_some() && named.iter().any(|m| m.hints.limits_reading) {
         v.push(
             "Until the channel has a wider range, take its peaks from without_clipping/, with their intervals.".into(),
@@ -40,6 +43,10 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
     v.extend(against_others(c, d, f, &named));
     v.extend(unexplained(d, f));
     v.extend(more_recordings(c, d, f));
+    let in_the_fmu = named.iter().any(|m| m.origin == Origin::Contact) && f.gates.is_empty();
+    if fmu && !in_the_fmu {
+        v.push(recalibrated(d, &named, f).into());
+    }
     v
 }
 
@@ -72,6 +79,23 @@ fn recalibrated(d: &Decision, named: &[&Mechanism], f: &Findings) -> &'static st
         "Put HysteresisContact.fmu in the place of the simulation's contact: calibrated beside what is corrected elsewhere, \
          it is free of the error that the missing physics had forced on it."
     }
+}
+
+/// What else the element's start values put right; None where the calibration had absorbed nothing.
+fn calibration(f: &Findings) -> Option<String> {
+    let off = |b: &&Bias| b.sigmas.abs() > 2.0 && b.percent.is_finite() && SYMBOLS.contains(&b.name);
+    let moved: Vec<String> = f
+        .bias
+        .iter()
+        .filter(off)
+        .map(|b| format!("{} by {:+.1} %", b.name, b.percent).replace('-', "\u{2212}"))
+        .collect();
+    (!moved.is_empty()).then(|| {
+        format!(
+            "Take its other start values, too: calibrated without the missing physics, the simulation had been off in {}.",
+            moved.join(", ")
+        )
+    })
 }
 
 /// What would tell what is named from what fits as well.

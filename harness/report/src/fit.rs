@@ -3,7 +3,7 @@
 use chart::{Chart, Page, Style};
 use estimate::case::{Case, Estimate, Interval, Method, CLOSE};
 use estimate::levels::{name as name_of, nrmse, Level, Readings};
-use record::{Campaign, Channel, Kind};
+use record::{pulse, Campaign, Channel, Kind};
 use serde_json::{json, Map, Value};
 use std::path::Path;
 
@@ -286,6 +286,11 @@ impl Answer<'_> {
                     if indentation { (&rec.setup.imposed, "penetration [m]") } else { (&rec.setup.time, "time [s]") };
                 let unit = ["force [N]", "acceleration [m/s^2]", "penetration [m]"][i];
                 let mut chart = Chart::new(&rec.file, axis, unit).series("measured", x, y, Style::Measured);
+                let read = [0, 1].iter().find_map(|i| rec.y[*i].as_ref());
+                if let Some((first, last)) = read.filter(|_| !indentation).and_then(|y| pulse(x, y)) {
+                    let around = AROUND * (last - first);
+                    chart = chart.focus((first - around).max(x[0]), (last + around).min(x[x.len() - 1]));
+                }
                 if !self.initial[r][i].is_empty() {
                     chart = chart.series("initial", x, &self.initial[r][i], Style::Before);
                 }
@@ -299,6 +304,8 @@ impl Answer<'_> {
     }
 }
 
+/// Share of the pulse shown on either side of it.
+const AROUND: f64 = 0.4;
 /// Levels drawn at most.
 const MOST_LEVELS: usize = 8;
 

@@ -187,7 +187,7 @@ fn does(o: &Outcome) -> Vec<String> {
         out.push("Beside the same simulation without it, mean of the recordings.".into());
     }
     if let Some(r) = &v.remainder {
-        let left = if v.mismatch.detected { "Left over after that" } else { "Left over" };
+        let left = if !v.missing.is_empty() { "Left over after that" } else { "Left over" };
         out.push(format!("{left}: {}; peaks read and simulated differ by {:.2} %.", r.text, 100.0 * r.peak_force));
     }
     out

@@ -2,12 +2,11 @@
 
 use super::card::{capital, card};
 use super::pictures;
-use super::words::{bias, cause, material, parameters, plain, probability, sensors, share, sigmas, through};
-use chart::{Chart, Heat, Page, Style};
-use diagnose::figure::figure;
+use super::words::{bias, cause, plain, probability, sensors, share, sigmas, through};
+use chart::{interval, quantity, Chart, Heat, Page, Style};
 use diagnose::phases::PHASES;
 use diagnose::run::Outcome;
-use diagnose::verdict::Missing;
+use diagnose::verdict::{Cause, Missing, Parameter};
 use record::{Campaign, Channel, Kind};
 
 /// The whole report.
@@ -72,38 +71,20 @@ fn facts(page: Page, c: &Campaign, o: &Outcome) -> Page {
     )
 }
 
-/// What may be the cause, how probable each is, and what it does.
+/// What may be the cause, and how probable each is.
 fn causes(page: Page, o: &Outcome) -> Page {
     /// Probability from which a cause is listed.
     const LISTED: f64 = 0.005;
     let v = &o.verdict;
-    let rows: Vec<Vec<String>> = v
-        .posterior
-        .iter()
-        .filter(|c| c.probability >= LISTED)
-        .map(|c| {
-            let held = v.credible_set.iter().any(|s| s.mechanisms == c.mechanisms);
-            vec![cause(&c.mechanisms), probability(c.probability), if held { "yes" } else { "" }.into()]
-        })
-        .collect();
+    let row = |c: &Cause| {
+        let held = v.credible_set.iter().any(|s| s.mechanisms == c.mechanisms);
+        vec![cause(&c.mechanisms), probability(c.probability), if held { "yes" } else { "" }.into()]
+    };
+    let rows: Vec<Vec<String>> = v.posterior.iter().filter(|c| c.probability >= LISTED).map(row).collect();
     if rows.is_empty() {
         return page;
     }
-    let mut page = page
-        .section("How sure this is")
-        .table(&["cause", "probability", "among those that hold the cause with 95 %"], &rows);
-    let does: Vec<Vec<String>> = v.material.iter().flatten().map(|(name, e)| vec![plain(name), material(e)]).collect();
-    if !does.is_empty() {
-        page = page.table(&["mechanism", "what it changes, mean of the recordings"], &does);
-    }
-    match &v.remainder {
-        Some(r) if v.mismatch.detected => page.paragraph(&format!(
-            "Left over: {}; peaks read and simulated differ by {:.2} %.",
-            r.text,
-            100.0 * r.peak_force
-        )),
-        _ => page,
-    }
+    page.section("Causes weighed").table(&["cause", "probability", "among those that hold the cause with 95 %"], &rows)
 }
 
 fn heat(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
@@ -138,7 +119,10 @@ fn heat(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
         .paragraph("Misfit over noise by level, channel and phase, all recordings fitted; 1 is noise alone.")
         .heat(&table("Recalibrated", false));
     if o.after.is_some() {
-        page = page.heat(&table("With the physics found", true));
+        page = page.heat(&table(
+            if o.verdict.missing.is_empty() { "With a stand-in for the unknown" } else { "With the physics found" },
+            true,
+        ));
     }
     page
 }
@@ -152,10 +136,13 @@ fn short(c: Channel) -> &'static str {
 }
 
 fn mechanism(page: Page, m: &Missing) -> Page {
-    let rows: Vec<Vec<String>> = parameters(m).into_iter().map(|(n, v, ci)| vec![n, v, ci]).collect();
+    let row = |(n, p): (&String, &Parameter)| {
+        vec![plain(n), quantity(p.value, p.unit), interval(p.ci95[0], p.ci95[1], p.unit)]
+    };
+    let rows: Vec<Vec<String>> = m.parameters.iter().map(row).collect();
     page.section(&format!("{} ({})", capital(&plain(m.mechanism)), m.form))
         .paragraph(&format!("{}.", capital(m.sentence)))
-        .paragraph(&format!("{} ({})", m.equation, m.source))
+        .paragraph(&format!("{} ({}).", capital(m.equation), m.source))
         .table(&["parameter", "value", &format!("95 % interval by {}", m.intervals_by)], &rows)
 }
 
@@ -171,9 +158,9 @@ fn clipping(page: Page, c: &Campaign, o: &Outcome) -> Page {
             vec![
                 u.file.clone(),
                 level,
-                figure(u.read, q),
-                figure(u.peak, q),
-                format!("{} to {}", figure(u.peak - 1.96 * u.sd, ""), figure(u.peak + 1.96 * u.sd, q)),
+                quantity(u.read, q),
+                quantity(u.peak, q),
+                interval(u.peak - 1.96 * u.sd, u.peak + 1.96 * u.sd, q),
             ]
         })
         .collect();
@@ -194,12 +181,12 @@ fn other_sensors(mut page: Page, o: &Outcome) -> Page {
                 let (q, percent) = (a.channel.unit(), |v: f64| format!("{:.2} %", 100.0 * v));
                 vec![
                     r.file.clone(),
-                    format!("{} ms", figure(1e3 * r.lag, "")),
-                    figure(r.gain, ""),
+                    quantity(r.lag, "s"),
+                    quantity(r.gain, "1"),
                     percent(r.before),
                     percent(r.after),
-                    figure(r.read, q),
-                    figure(r.expected, q),
+                    quantity(r.read, q),
+                    quantity(r.expected, q),
                 ]
             })
             .collect();
@@ -278,7 +265,13 @@ fn bias_table(page: Page, o: &Outcome) -> Page {
         .bias
         .iter()
         .map(|b| {
-            vec![b.name.to_string(), figure(b.before, &b.unit), figure(b.after, &b.unit), share(b), sigmas(b.sigmas)]
+            vec![
+                b.name.to_string(),
+                quantity(b.before, &b.unit),
+                quantity(b.after, &b.unit),
+                share(b),
+                sigmas(b.sigmas),
+            ]
         })
         .collect();
     page.section("How far the calibration had been biased")
@@ -288,9 +281,9 @@ fn bias_table(page: Page, o: &Outcome) -> Page {
 
 fn element(page: Page, o: &Outcome) -> Page {
     let Ok(p) = &o.element else { return page };
-    let rows: Vec<Vec<String>> = p.starts.iter().map(|(n, v, u)| vec![n.to_string(), figure(*v, u)]).collect();
+    let rows: Vec<Vec<String>> = p.starts.iter().map(|(n, v, u)| vec![n.to_string(), quantity(*v, u)]).collect();
     page.section("Back in the simulator: HysteresisContact.fmu")
-        .paragraph(&format!("{}.", through(o, p)))
+        .paragraph(&format!("{}.", capital(&through(o, p))))
         .table(&["parameter", "start value"], &rows)
 }
 

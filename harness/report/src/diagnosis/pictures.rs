@@ -6,7 +6,7 @@ use chart::{Chart, Page, Style};
 use diagnose::courses::{Course, Impact};
 use diagnose::run::Outcome;
 use estimate::levels::nrmse;
-use record::{Campaign, Channel};
+use record::{Campaign, Channel, Kind};
 
 /// Loops drawn at most beside that of the recording that tells most.
 const LOOPS: usize = 9;
@@ -16,7 +16,9 @@ const AFTER: f64 = 0.4;
 
 const GIVEN: &str = "as given";
 const RECALIBRATED: &str = "recalibrated";
-const FOUND: &str = "with the physics found";
+const FOUND: &str = "physics found";
+/// The same where a force stands in for what nobody has named.
+const STAND_IN: &str = "with a stand-in";
 
 /// The simulations there are, with name and style, each with all recordings.
 fn simulations(o: &Outcome) -> Vec<(&'static str, Style, &[Course])> {
@@ -27,7 +29,8 @@ fn simulations(o: &Outcome) -> Vec<(&'static str, Style, &[Course])> {
     }
     all.push((RECALIBRATED, Style::Before, &c.recalibrated[..]));
     if let Some(found) = &c.found {
-        all.push((FOUND, Style::After, &found[..]));
+        let name = if o.verdict.missing.is_empty() { STAND_IN } else { FOUND };
+        all.push((name, Style::After, &found[..]));
     }
     all
 }
@@ -35,12 +38,12 @@ fn simulations(o: &Outcome) -> Vec<(&'static str, Style, &[Course])> {
 /// Times of recording `i` from its touch, s.
 fn from_touch(c: &Campaign, o: &Outcome, i: usize) -> Vec<f64> {
     let touch = o.courses.contacts.get(i).map_or(0.0, |t| t.touch);
-    let zero = if touch.is_finite() && c.kind != record::Kind::Indentation { touch } else { 0.0 };
+    let zero = if touch.is_finite() && c.kind != Kind::Indentation { touch } else { 0.0 };
     c.recordings[i].time.iter().map(|t| t - zero).collect()
 }
 
 fn time_axis(c: &Campaign) -> &'static str {
-    if c.kind == record::Kind::Indentation {
+    if c.kind == Kind::Indentation {
         "time [s]"
     } else {
         "time from touch [s]"
@@ -51,7 +54,7 @@ fn time_axis(c: &Campaign) -> &'static str {
 fn on_the_pulse(chart: Chart, c: &Campaign, o: &Outcome, i: usize) -> Chart {
     let Some(t) = o.courses.contacts.get(i) else { return chart };
     let long = t.leave - t.touch;
-    if c.kind == record::Kind::Indentation || !long.is_finite() || long <= 0.0 {
+    if c.kind == Kind::Indentation || !long.is_finite() || long <= 0.0 {
         return chart;
     }
     let time = from_touch(c, o, i);
@@ -132,11 +135,13 @@ fn key(o: &Outcome) -> String {
         Some(_) => "As given: with k, p and mu_d of campaign.toml, and only the time of touch fitted. ",
         None => "campaign.toml gives no k and p, so that nothing is drawn as given. ",
     };
-    let found =
-        if o.courses.found.is_some() { " With the physics found: the same with what is named above." } else { "" };
+    let found = match (&o.courses.found, o.verdict.missing.is_empty()) {
+        (None, _) => "",
+        (_, false) => " Physics found: the same with what is named above.",
+        (_, true) => " With a stand-in: the same with a force in the place of the cause that nobody has named.",
+    };
     format!(
-        "{given}Recalibrated: the best fit without new physics.{found} Both are predicted as one of {} and drawn where the \
-         recording has its samples.",
+        "{given}Recalibrated: the best fit without new physics.{found} What is recalibrated is a prediction of {}.",
         unseen(o).trim_end_matches(',')
     )
 }
@@ -145,10 +150,13 @@ fn key(o: &Outcome) -> String {
 pub fn first_sight(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
     let i = telling(c, o);
     page = page.section("Force over penetration, and over time").paragraph(&key(o));
-    let shown = hysteresis(c, o, i, &named(c, i)).size(600, 440).linked("telling");
+    let shown = hysteresis(c, o, i, &named(c, i)).size(600, 425).linked("telling");
     let source = if o.courses.penetration_recorded { "" } else { "penetration measured: the force integrated twice" };
-    page = page.stack(&[(shown, source)]);
+    page = page.stack(vec![(shown, source)]);
     for ch in Channel::ALL {
+        if c.kind == Kind::Indentation && ch == Channel::Penetration {
+            continue;
+        }
         let title = if ch == Channel::Force {
             "Force"
         } else if ch == Channel::Acceleration {
@@ -157,8 +165,10 @@ pub fn first_sight(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
             "Penetration"
         };
         let (Some(of), Some(left)) = (readings(c, o, i, ch, title), residual(c, o, i, ch)) else { continue };
-        page = page
-            .stack(&[(of.size(600, 300).linked("telling"), "over time"), (left.size(600, 150).linked("telling"), "")]);
+        page = page.stack(vec![
+            (of.size(600, 270).linked("telling"), "over time"),
+            (left.size(600, 165).linked("telling"), ""),
+        ]);
     }
     loops(page, c, o, i)
 }

@@ -2,7 +2,7 @@
 
 use super::lines::headline;
 use super::summary::{Done, HeightRow, Summary};
-use chart::{Chart, Page, Style};
+use chart::{quantity, Chart, Page, Style};
 use scenario::Row;
 
 /// Most runs drawn in one chart.
@@ -55,27 +55,23 @@ fn number(v: f64) -> String {
 }
 
 fn impacts(page: Page, s: &Summary) -> Page {
-    let head = [
-        "run",
-        "touch, s",
-        "speed, m/s",
-        "deepest, m",
-        "peak force, N",
-        "duration, s",
-        "restitution",
-        "lost, J",
-        "rebound, m",
-        "from exact",
-    ];
+    let head =
+        ["run", "touch", "speed", "deepest", "peak force", "duration", "restitution", "lost", "rebound", "from exact"];
     let mut rows: Vec<Vec<String>> = Vec::new();
     for r in &s.runs {
         for b in r.impacts.iter().take(IMPACTS) {
-            let mut row = vec![r.name.clone()];
-            let f = [b.touch, b.impact_speed, b.deepest, b.peak_force, b.duration, b.restitution, b.energy_lost];
-            row.extend(f.iter().map(|v| number(*v)));
-            row.push(b.rebound_height.map_or("-".into(), number));
-            row.push(b.exact.map_or("-".into(), |e| format!("{:.1e}", e.worst())));
-            rows.push(row);
+            rows.push(vec![
+                r.name.clone(),
+                quantity(b.touch, "s"),
+                quantity(b.impact_speed, "m/s"),
+                quantity(b.deepest, "m"),
+                quantity(b.peak_force, "N"),
+                quantity(b.duration, "s"),
+                quantity(b.restitution, "1"),
+                quantity(b.energy_lost, "J"),
+                b.rebound_height.map_or("-".into(), |h| quantity(h, "m")),
+                b.exact.map_or("-".into(), |e| format!("{:.1e}", e.worst())),
+            ]);
         }
     }
     rows.truncate(TABLED);
@@ -98,11 +94,18 @@ fn heights(mut page: Page, s: &Summary) -> Page {
         .iter()
         .take(TABLED)
         .map(|r| {
-            let f = [r.drop_height, r.impact_speed, r.restitution, r.peak_force, r.deepest, r.duration];
-            std::iter::once(name(r)).chain(f.iter().map(|v| number(*v))).collect()
+            vec![
+                name(r),
+                quantity(r.drop_height, "m"),
+                quantity(r.impact_speed, "m/s"),
+                quantity(r.restitution, "1"),
+                quantity(r.peak_force, "N"),
+                quantity(r.deepest, "m"),
+                quantity(r.duration, "s"),
+            ]
         })
         .collect();
-    let head = ["run", "height, m", "speed, m/s", "restitution", "peak force, N", "deepest, m", "duration, s"];
+    let head = ["run", "height", "speed", "restitution", "peak force", "deepest", "duration"];
     page = page.section("By drop height").table(&head, &rows);
     let mut names: Vec<String> = s.by_height.iter().map(name).collect();
     names.sort();
@@ -211,17 +214,16 @@ fn comparison(page: Page, s: &Summary) -> Page {
         .map(|c| {
             vec![
                 c.name.clone(),
-                number(c.stiffness),
-                number(c.deepest),
-                number(c.peak_force),
-                number(c.duration),
+                quantity(c.stiffness, "N/m^p"),
+                quantity(c.deepest, "m"),
+                quantity(c.peak_force, "N"),
+                quantity(c.duration, "s"),
                 format!("{:.4}", c.peak_ratio),
                 c.free_ratio.map_or("-".into(), |f| format!("{f:.4}")),
             ]
         })
         .collect();
-    let head =
-        ["run", "stiffness, N/m^p", "deepest, m", "peak force, N", "duration, s", "peak over own", "if free, undamped"];
+    let head = ["run", "stiffness", "deepest", "peak force", "duration", "peak over own", "if free, undamped"];
     page.section("Stiffnesses compared").table(&head, &rows)
 }
 
@@ -268,9 +270,6 @@ pub fn page(title: &str, done: &[Done], s: &Summary) -> Page {
     for r in s.remarks.iter().take(5) {
         p = p.sentence(r);
     }
-    p = impacts(p, s);
-    p = comparison(p, s);
-    p = heights(p, s);
     p = p.section("Contact force");
     let time = ("time from touch [s]", "force [N]");
     let time = of_impact("First impact over time", time, done, |r, zero| (r.time - zero, r.force));
@@ -298,6 +297,9 @@ pub fn page(title: &str, done: &[Done], s: &Summary) -> Page {
             p = p.chart(&c, "their height, by impact");
         }
     }
+    p = impacts(p, s);
+    p = comparison(p, s);
+    p = heights(p, s);
     p = sensors(p, done, s);
     p = interrupter_table(p, s);
     energy(p, done, s)
