@@ -56,14 +56,17 @@ class Browser:
     def pdf(self):
         return base64.b64decode(self.driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": True, "preferCSSPageSize": True})["data"])
 
-    def shot(self, name):
-        """Keeps a picture of the whole page, where REPORT_SHOTS names a folder."""
+    def shot(self, name, whole=True):
+        """Keeps a picture of the whole page, or of what is on the screen, where REPORT_SHOTS names a folder."""
         if "REPORT_SHOTS" not in os.environ:
+            return
+        folder = pathlib.Path(os.environ["REPORT_SHOTS"])
+        folder.mkdir(parents=True, exist_ok=True)
+        if not whole:
+            self.driver.save_screenshot(str(folder / f"{name}.png"))
             return
         width, height = self.js("return [document.documentElement.clientWidth, document.documentElement.scrollHeight]")
         shot = self.driver.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True, "clip": {"x": 0, "y": 0, "width": width, "height": min(height, 12000), "scale": 1}})
-        folder = pathlib.Path(os.environ["REPORT_SHOTS"])
-        folder.mkdir(parents=True, exist_ok=True)
         (folder / f"{name}.png").write_bytes(base64.b64decode(shot["data"]))
 
 

@@ -137,7 +137,7 @@ def test_hover_reads_values_and_linked_charts_follow(browser, demo):
     # force, its residual, acceleration with residual, penetration with residual, and the loop
     assert len(read) == 7 and all("recalibrated" in r for r in read), read
     assert any("kN" in r and "ms" in r and "measured" in r for r in read), read
-    browser.shot("hover-1400-light")
+    browser.shot("hover-1400-light", whole=False)
     ActionChains(browser.driver).move_to_element(chart(browser, "r09.csv")).perform()
     assert len(shown(browser)) == 7
     ActionChains(browser.driver).move_to_element(browser.driver.find_element(By.CSS_SELECTOR, "h1")).perform()
