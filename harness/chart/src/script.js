@@ -395,7 +395,8 @@
   const sizes = new ResizeObserver((all) => {
     for (const { target } of all) {
       const width = target.getBoundingClientRect().width;
-      if (width) target.style.setProperty("--f", `${((11.5 * target.viewBox.baseVal.width) / width).toFixed(2)}px`);
+      const scale = width / target.viewBox.baseVal.width;
+      if (width) target.style.setProperty("--f", `${((scale < 0.7 ? 10.5 : 11.5) / scale).toFixed(2)}px`);
     }
   });
 
