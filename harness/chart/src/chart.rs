@@ -18,7 +18,7 @@ pub enum Style {
     Before,
     /// After: with the physics found, or where a fit ends.
     After,
-    /// One of many: a line in the n-th of eight colours, from 0 on, over again beyond.
+    /// One of many: a line in the n-th of eight colours, from 0 on, over again beyond, dashed.
     Line(usize),
     /// What no recording shows, worked out.
     Inferred,
@@ -50,7 +50,7 @@ impl Style {
             Style::Before => "before".into(),
             Style::After => "after".into(),
             Style::Inferred => "inferred".into(),
-            Style::Line(n) => format!("line{}", n % LINES),
+            Style::Line(n) => format!("line{}{}", n % LINES, if n < LINES { "" } else { " again" }),
         }
     }
 }
