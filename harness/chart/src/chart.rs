@@ -1,38 +1,67 @@
-//! Line charts as SVG.
+//! Line charts as SVG with places finer than a pixel, in colours that the page gives.
+//!
+//! Written here and not by a drawing crate: plotters rounds to whole pixels and writes colours into its shapes, where a page
+//! wants sub-pixel places, classes for light, dark and paper, and text for a screen reader.
 
-use plotters::prelude::*;
+use super::axis::{Axis, Scale};
+use super::line::{drawn, Stretch};
+use super::page::escape;
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
     /// Measured: a broad grey line.
     Measured,
-    /// Before: a red line.
+    /// The simulation as its user gave it.
+    Given,
+    /// Before: the simulation recalibrated, or where a fit starts.
     Before,
-    /// After: a blue line.
+    /// After: with the physics found, or where a fit ends.
     After,
-    /// One of many: a line in the n-th of eight colours, from 0 on, over again beyond.
+    /// One of many: a line in the n-th of eight colours, from 0 on, over again beyond, dashed.
     Line(usize),
-    /// What no recording shows, worked out: a green line.
+    /// What no recording shows, worked out.
     Inferred,
 }
 
-/// Colours of [`Style::Line`]: told apart without red and green (after Okabe and Ito 2008).
-const COLOURS: [RGBColor; 8] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-    RGBColor(0, 0, 0),
-    RGBColor(130, 110, 60),
-];
+/// Colours and strokes, of charts in a page and alone.
+pub(crate) const STYLE: &str = include_str!("chart.css");
+/// Height of a row of names below a chart that stands alone, px, and how many stand beside each other.
+const NAME: f64 = 20.0;
+const BESIDE: usize = 2;
+/// Colours of [`Style::Line`].
+const LINES: usize = 8;
+
+impl Style {
+    /// Shape of its marks, from their middle on, told apart without colour: a dot, a cross, a diamond.
+    fn mark(self) -> &'static str {
+        match self {
+            Style::Given => "m-4,-4l8,8m0,-8l-8,8",
+            Style::Before => "m0,-5l5,5l-5,5l-5,-5z",
+            _ => "l0,0",
+        }
+    }
+
+    /// Its class in the page's style sheet.
+    fn class(self) -> String {
+        match self {
+            Style::Measured => "measured".into(),
+            Style::Given => "given".into(),
+            Style::Before => "before".into(),
+            Style::After => "after".into(),
+            Style::Inferred => "inferred".into(),
+            Style::Line(n) => format!("line{}{}", n % LINES, if n < LINES { "" } else { " again" }),
+        }
+    }
+}
 
 struct Series {
     name: String,
     points: Vec<(f64, f64)>,
+    /// What runs along the curve, where a cursor over another chart shall find its point.
+    along: Vec<f64>,
     style: Style,
+    marks: bool,
 }
 
 /// A chart of several series over one axis.
@@ -42,15 +71,45 @@ pub struct Chart {
     y: String,
     series: Vec<Series>,
     bands: Vec<Vec<(f64, f64)>>,
-    size: (u32, u32),
+    size: (f64, f64),
     names: bool,
+    focus: Option<(f64, f64)>,
+    link: String,
+    scale: Scale,
+    /// Whether the chart below it has the name of x.
+    shared: bool,
 }
 
-/// Most points of a series that are drawn; longer series are thinned by bucket, extremes kept.
-const MOST_POINTS: usize = 600;
+/// Space around the plot, px: left for numbers, above for the name of y, below for numbers and the name of x.
+const LEFT: f64 = 52.0;
+const RIGHT: f64 = 12.0;
+const TOP: f64 = 24.0;
+const BELOW: f64 = 42.0;
+/// The same below for numbers alone.
+const NUMBERS: f64 = 24.0;
+/// Room that a number takes along x, and along y, px.
+const ROOM: (f64, f64) = (66.0, 36.0);
+/// Share of the values' span left free above and below them.
+const PAD: f64 = 0.05;
+/// Rows of the table behind a chart.
+const ROWS: usize = 13;
+
+/// A plot's axes and its size in px.
+struct Frame {
+    x: Axis,
+    y: Axis,
+    width: f64,
+    height: f64,
+}
+
+impl Frame {
+    fn px(&self, p: (f64, f64)) -> (f64, f64) {
+        (self.width * self.x.place(p.0), self.height * (1.0 - self.y.place(p.1)))
+    }
+}
 
 impl Chart {
-    /// An empty chart; axes carry their units.
+    /// An empty chart; axes carry their units, as in `force [N]`. SI values are shown in ms, um, kN, as suits them.
     pub fn new(title: &str, x: &str, y: &str) -> Chart {
         Chart {
             title: title.into(),
@@ -58,14 +117,30 @@ impl Chart {
             y: y.into(),
             series: Vec::new(),
             bands: Vec::new(),
-            size: (620, 330),
+            size: (400.0, 270.0),
             names: true,
+            focus: None,
+            link: String::new(),
+            scale: Scale::Linear,
+            shared: false,
         }
     }
 
-    /// Width and height in pixels (620 by 330 unless given).
+    /// Width and height in pixels (400 by 270 unless given).
     pub fn size(mut self, width: u32, height: u32) -> Chart {
-        self.size = (width.max(120), height.max(80));
+        self.size = (f64::from(width.max(120)), f64::from(height.max(90)));
+        self
+    }
+
+    /// Both axes by powers of ten.
+    pub fn logarithmic(mut self) -> Chart {
+        self.scale = Scale::Logarithmic;
+        self
+    }
+
+    /// Leaves the name of x out, where the chart below has it.
+    pub(crate) fn above(mut self) -> Chart {
+        self.shared = true;
         self
     }
 
@@ -75,13 +150,23 @@ impl Chart {
         self
     }
 
+    /// The part of x that is shown first, from `low` to `high`; the rest is there for who zooms out. Without effect where one
+    /// is not finite, or they are not in order.
+    pub fn focus(mut self, low: f64, high: f64) -> Chart {
+        self.focus = (low.is_finite() && high.is_finite() && low < high).then_some((low, high));
+        self
+    }
+
+    /// Links its cursor with that of the other charts of this name.
+    pub fn linked(mut self, group: &str) -> Chart {
+        self.link = group.into();
+        self
+    }
+
     /// A shaded band between two curves; points that are not finite are left out.
     pub fn band(mut self, x: &[f64], low: &[f64], high: &[f64]) -> Chart {
-        let edge = |y: &[f64]| {
-            let all: Vec<(f64, f64)> =
-                x.iter().cloned().zip(y.iter().cloned()).filter(|p| p.0.is_finite() && p.1.is_finite()).collect();
-            let step = all.len().div_ceil(MOST_POINTS / 2).max(1);
-            all.into_iter().step_by(step).collect::<Vec<_>>()
+        let edge = |y: &[f64]| -> Vec<(f64, f64)> {
+            x.iter().copied().zip(y.iter().copied()).filter(|p| p.0.is_finite() && p.1.is_finite()).collect()
         };
         let mut outline = edge(low);
         outline.extend(edge(high).into_iter().rev());
@@ -91,163 +176,353 @@ impl Chart {
         self
     }
 
-    /// Adds a series; points that are not finite are left out.
-    pub fn series(mut self, name: &str, x: &[f64], y: &[f64], style: Style) -> Chart {
-        let points: Vec<(f64, f64)> =
-            x.iter().cloned().zip(y.iter().cloned()).filter(|p| p.0.is_finite() && p.1.is_finite()).collect();
-        self.series.push(Series { name: name.into(), points: thin(points), style });
+    /// Adds a series; a point that is not finite is a gap.
+    pub fn series(self, name: &str, x: &[f64], y: &[f64], style: Style) -> Chart {
+        self.push(name, x, y, &[], style, false)
+    }
+
+    /// Adds a curve along which `along` runs, such as the time along a loop: the cursor of a linked chart over that axis
+    /// finds its point.
+    pub fn curve(self, name: &str, x: &[f64], y: &[f64], along: &[f64], style: Style) -> Chart {
+        self.push(name, x, y, along, style, false)
+    }
+
+    /// Adds single points.
+    pub fn marks(self, name: &str, x: &[f64], y: &[f64], style: Style) -> Chart {
+        self.push(name, x, y, &[], style, true)
+    }
+
+    fn push(mut self, name: &str, x: &[f64], y: &[f64], along: &[f64], style: Style, marks: bool) -> Chart {
+        let points = x.iter().copied().zip(y.iter().copied()).collect();
+        self.series.push(Series { name: name.into(), points, along: along.to_vec(), style, marks });
         self
     }
 
-    /// The chart as SVG text; an empty string where there is nothing to draw.
-    pub fn svg(&self) -> String {
-        let all: Vec<&(f64, f64)> =
-            self.series.iter().flat_map(|s| &s.points).chain(self.bands.iter().flatten()).collect();
-        let Some(first) = all.first() else { return String::new() };
-        let (mut x0, mut x1, mut y0, mut y1) = (first.0, first.0, first.1, first.1);
-        for p in &all {
-            x0 = x0.min(p.0);
-            x1 = x1.max(p.0);
-            y0 = y0.min(p.1);
-            y1 = y1.max(p.1);
-        }
-        if x1 <= x0 {
-            x1 = x0 + 1.0;
-        }
-        let pad = if y1 > y0 { 0.06 * (y1 - y0) } else { 1.0 };
-        let mut out = String::new();
-        let drawn = self.draw(&mut out, (x0, x1), (y0 - pad, y1 + pad));
-        if drawn.is_ok() {
-            out
-        } else {
-            String::new()
-        }
+    /// Whether `p` can be drawn.
+    fn drawable(&self, p: &(f64, f64)) -> bool {
+        let log = self.scale == Scale::Logarithmic;
+        p.0.is_finite() && p.1.is_finite() && !(log && (p.0 <= 0.0 || p.1 <= 0.0))
     }
 
-    /// The place of the legend that covers the fewest points.
-    fn emptiest(&self, x: (f64, f64), y: (f64, f64)) -> SeriesLabelPosition {
-        use SeriesLabelPosition::{LowerLeft, LowerRight, MiddleRight, UpperLeft, UpperRight};
-        // share of the width and height it takes, more or less
-        let (wide, high) = (0.4, (0.05 + 0.06 * self.series.len() as f64).min(0.9));
-        let places = [
-            (MiddleRight, 1.0 - wide, 0.5 - high / 2.0),
-            (UpperRight, 1.0 - wide, 1.0 - high),
-            (UpperLeft, 0.0, 1.0 - high),
-            (LowerRight, 1.0 - wide, 0.0),
-            (LowerLeft, 0.0, 0.0),
-        ];
-        let covered = |left: f64, low: f64| {
-            let points = self.series.iter().flat_map(|s| &s.points);
-            let shares = points.map(|p| ((p.0 - x.0) / (x.1 - x.0), (p.1 - y.0) / (y.1 - y.0)));
-            shares.filter(|p| (left..=left + wide).contains(&p.0) && (low..=low + high).contains(&p.1)).count()
+    /// Axes that hold what is shown first; None where there is nothing to draw.
+    fn frame(&self) -> Option<Frame> {
+        let finite = |p: &&(f64, f64)| self.drawable(p);
+        let inside = |p: &&(f64, f64)| self.focus.is_none_or(|(a, b)| (a..=b).contains(&p.0));
+        let all = || self.series.iter().flat_map(|s| &s.points).chain(self.bands.iter().flatten()).filter(finite);
+        let span = |v: &mut dyn Iterator<Item = f64>| -> Option<(f64, f64)> {
+            let of = |v: f64| if self.scale == Scale::Logarithmic { v.log10() } else { v };
+            v.map(of).fold(None, |s, v| s.map_or(Some((v, v)), |(a, b): (f64, f64)| Some((a.min(v), b.max(v)))))
         };
-        places.into_iter().min_by_key(|p| covered(p.1, p.2)).map_or(MiddleRight, |p| p.0)
+        let (mut x0, mut x1) = span(&mut all().map(|p| p.0))?;
+        let whole = span(&mut all().map(|p| p.1))?;
+        if let Some((a, b)) = self.focus {
+            (x0, x1) = (a, b);
+        } else if self.series.iter().all(|s| s.marks) {
+            let pad = PAD * (x1 - x0);
+            (x0, x1) = (x0 - pad, x1 + pad);
+        }
+        let (y0, y1) = span(&mut all().filter(inside).map(|p| p.1)).unwrap_or(whole);
+        let apart = |a: f64, b: f64| if b > a { 0.0 } else { 0.5 * a.abs().max(1e-12) };
+        let (dx, dy) = (apart(x0, x1), apart(y0, y1));
+        let pad = PAD * (y1 - y0);
+        Some(Frame {
+            x: Axis::new(&self.x, x0 - dx, x1 + dx, self.scale),
+            y: Axis::new(&self.y, y0 - pad - dy, y1 + pad + dy, self.scale),
+            width: self.size.0 - LEFT - RIGHT,
+            height: self.size.1 - TOP - if self.shared { NUMBERS } else { BELOW },
+        })
     }
 
-    fn draw(
-        &self,
-        out: &mut String,
-        x: (f64, f64),
-        y: (f64, f64),
-    ) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-        let fail = |e: String| -> Box<dyn std::error::Error + Send + Sync> { e.into() };
-        let root = SVGBackend::with_string(out, self.size).into_drawing_area();
-        root.fill(&WHITE).map_err(|e| fail(e.to_string()))?;
-        let mut chart = ChartBuilder::on(&root)
-            .caption(&self.title, ("sans-serif", 14))
-            .margin(6)
-            .x_label_area_size(34)
-            .y_label_area_size(58)
-            .build_cartesian_2d(x.0..x.1, y.0..y.1)
-            .map_err(|e| fail(e.to_string()))?;
-        chart
-            .configure_mesh()
-            .x_desc(&self.x)
-            .y_desc(&self.y)
-            .light_line_style(WHITE.mix(0.0))
-            .x_labels(5)
-            .y_labels(5)
-            .label_style(("sans-serif", 11))
-            .x_label_formatter(&|v| short(*v, x.1 - x.0))
-            .y_label_formatter(&|v| short(*v, y.1 - y.0))
-            .draw()
-            .map_err(|e| fail(e.to_string()))?;
+    /// The picture alone, as SVG text; an empty string where there is nothing to draw.
+    pub fn svg(&self) -> String {
+        self.frame().map_or(String::new(), |f| self.picture(&f))
+    }
+
+    /// The picture with title, colours and names of its own, as an SVG file; empty where there is nothing to draw.
+    pub fn alone(&self) -> String {
+        let Some(f) = self.frame() else { return String::new() };
+        let named: Vec<&Series> = self.series.iter().filter(|s| !s.name.is_empty()).collect();
+        let (w, h, top) = (self.size.0, self.size.1, 1.4 * NAME);
+        let all = h + top + NAME * (named.len().div_ceil(BESIDE) as f64 + 0.5);
+        let mut s = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{all}\" viewBox=\"-8 0 {:.0} {all}\" \
+             font-family=\"Helvetica, Arial, sans-serif\">\n<style>\n{STYLE}rect {{ fill: var(--paper); }}\n\
+             text {{ fill: var(--ink); font-size: 12px; }}</style>\n<rect x=\"-8\" width=\"100%\" height=\"100%\"/>\
+             <text y=\"16\" style=\"font-size:14px\">{}</text>\n\
+             <svg y=\"{top}\" width=\"{w}\" height=\"{h}\">{}</svg>\n<g class=\"plot\">",
+            w + 16.0,
+            escape(&self.title),
+            self.picture(&f)
+        );
+        for (i, series) in named.into_iter().enumerate() {
+            let (x, y) = (w / BESIDE as f64 * (i % BESIDE) as f64, top + h + NAME * (0.5 + (i / BESIDE) as f64));
+            s += &format!(
+                "<g transform=\"translate({x:.1},{y:.1})\"><path class=\"{}\" d=\"M1,5H21\"/><text x=\"30\" y=\"9\">{}</text></g>\n",
+                self.class(series),
+                escape(&series.name)
+            );
+        }
+        s + "</g></svg>\n"
+    }
+
+    /// The picture with its names, its readout and its table, as HTML; an empty string where there is nothing to draw.
+    pub(crate) fn figure(&self, caption: &str) -> String {
+        let Some(f) = self.frame() else { return String::new() };
+        let title = match (self.title.is_empty(), caption.is_empty()) {
+            (true, true) => String::new(),
+            (true, false) => format!("<figcaption>{}</figcaption>", escape(caption)),
+            _ => format!("<figcaption><b>{}</b> {}</figcaption>", escape(&self.title), escape(caption)),
+        };
+        format!("<figure>{title}{}{}{}</figure>\n", self.keys(), self.picture(&f), self.table(&f))
+    }
+
+    /// The names of the series with a piece of their line.
+    fn keys(&self) -> String {
+        if !self.names {
+            return String::new();
+        }
+        let item = |(i, s): (usize, &Series)| {
+            let piece = if s.marks { format!("M11,5{}", s.style.mark()) } else { "M1,5H21".into() };
+            format!(
+                "<li data-s=\"{i}\"><svg class=\"piece\" viewBox=\"0 0 22 10\" aria-hidden=\"true\"><path class=\"{}\" \
+                 d=\"{piece}\"/></svg>{}</li>",
+                self.class(s),
+                escape(&s.name)
+            )
+        };
+        let items: String = self
+            .series
+            .iter()
+            .enumerate()
+            .filter(|(_, s)| !s.points.is_empty() && !s.name.is_empty())
+            .map(item)
+            .collect();
+        format!("<ul class=\"keys\">{items}</ul>")
+    }
+
+    fn class(&self, s: &Series) -> String {
+        format!("{}{}", s.style.class(), if s.marks { " marks" } else { "" })
+    }
+
+    fn picture(&self, f: &Frame) -> String {
+        let (w, h) = self.size;
+        let mut s = format!(
+            "<svg class=\"chart\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" style=\"--w:{w}\" role=\"img\" \
+             aria-label=\"{label}\"{data}><title>{label}</title><desc>{}</desc>\n<g class=\"grid\">",
+            escape(&self.described(f)),
+            label = escape(&self.label(f)),
+            data = self.data(f)
+        );
+        let (xs, ys) = (f.x.ticks((f.width / ROOM.0) as usize), f.y.ticks(((f.height / ROOM.1) as usize).max(3)));
+        let (left, low) = (LEFT, TOP + f.height);
+        for (u, _) in &ys {
+            let y = low - u * f.height;
+            s += &format!("<path d=\"M{left},{y:.2}H{:.2}\"/>", left + f.width);
+        }
+        for (u, _) in &xs {
+            s += &format!("<path d=\"M{:.2},{low:.2}v4\"/>", left + u * f.width);
+        }
+        s += &format!("<path class=\"base\" d=\"M{left},{low:.2}h{:.2}\"/></g><g class=\"x\">", f.width);
+        for (u, text) in &xs {
+            s += &format!("<text x=\"{:.2}\" y=\"{:.2}\">{}</text>", left + u * f.width, low + 17.0, escape(text));
+        }
+        s += "</g><g class=\"y\">";
+        for (u, text) in &ys {
+            let y = low - u * f.height;
+            s += &format!("<text x=\"{:.2}\" y=\"{y:.2}\" dy=\".35em\">{}</text>", left - 8.0, escape(text));
+        }
+        s += &format!("</g><text class=\"name\" x=\"0\" y=\"13\">{}</text>", escape(&f.y.title()));
+        if !self.shared {
+            let (right, y) = (left + f.width, h - 5.0);
+            let name = escape(&f.x.title());
+            s += &format!("<text class=\"name end\" x=\"{right:.2}\" y=\"{y:.2}\">{name}</text>\n");
+        }
+        s += &format!(
+            "<svg class=\"plot\" x=\"{left}\" y=\"{TOP}\" width=\"{:.2}\" height=\"{:.2}\">",
+            f.width, f.height
+        );
         for b in &self.bands {
-            let fill = RGBColor(40, 140, 90).mix(0.2);
-            chart.draw_series(std::iter::once(Polygon::new(b.clone(), fill))).map_err(|e| fail(e.to_string()))?;
+            s += &format!("<path class=\"band\" d=\"{}\"/>", path(&self.stretches(f, b), ""));
         }
+        for (i, series) in self.series.iter().enumerate() {
+            s += &self.line(f, i, series);
+        }
+        s + "</svg></svg>"
+    }
+
+    /// Points as they are drawn; what cannot be is a gap.
+    fn stretches(&self, f: &Frame, points: &[(f64, f64)]) -> Vec<Stretch> {
+        let gap = (f64::NAN, f64::NAN);
+        drawn(points.iter().map(|p| if self.drawable(p) { f.px(*p) } else { gap }), f.width)
+    }
+
+    fn line(&self, f: &Frame, i: usize, s: &Series) -> String {
+        let stretches = self.stretches(f, &s.points);
+        if stretches.is_empty() {
+            return String::new();
+        }
+        let mut along = String::new();
+        if s.along.len() == s.points.len() {
+            let of: Vec<String> = stretches.iter().flatten().map(|p| format!("{:.4e}", s.along[p.2])).collect();
+            along = format!(" data-along=\"{}\"", of.join(" "));
+        }
+        format!(
+            "<path class=\"{}\" data-s=\"{i}\" data-n=\"{}\"{along} d=\"{}\"/>\n",
+            self.class(s),
+            escape(&s.name),
+            path(&stretches, if s.marks { s.style.mark() } else { "" })
+        )
+    }
+
+    /// What the script has to know: ends, factors and units of both axes, and the whole span of x.
+    fn data(&self, f: &Frame) -> String {
+        let all = self.series.iter().flat_map(|s| &s.points).filter(|p| self.drawable(p)).map(|p| f.x.place(p.0));
+        let (least, most) = all.fold((0.0f64, 1.0f64), |(a, b), u| (a.min(u), b.max(u)));
+        let axis = |a: &Axis| format!("{:e} {:e} {:e} {}", a.low, a.high, a.factor, escape(&a.unit));
+        let mut s = format!(" data-x=\"{}\" data-y=\"{}\"", axis(&f.x), axis(&f.y));
+        s += &format!(" data-whole=\"{least:.4} {most:.4}\"");
+        if self.scale == Scale::Logarithmic {
+            s += " data-log=\"1\"";
+        }
+        if !self.link.is_empty() {
+            s += &format!(" data-link=\"{}\"", escape(&self.link));
+        }
+        s
+    }
+
+    fn label(&self, f: &Frame) -> String {
+        let what = format!("{} over {}", f.y.name, f.x.name);
+        if self.title.is_empty() {
+            what
+        } else {
+            format!("{}: {what}", self.title)
+        }
+    }
+
+    /// Largest and least of every series in words.
+    fn described(&self, f: &Frame) -> String {
+        let of = |s: &Series| {
+            let (low, high) = self.extremes(s)?;
+            let at = |p: (f64, f64)| format!("{} at {}", with_unit(&f.y, p.1), with_unit(&f.x, p.0));
+            Some(format!("{}: least {}, largest {}.", s.name, at(low), at(high)))
+        };
+        self.series.iter().filter_map(of).collect::<Vec<_>>().join(" ")
+    }
+
+    /// The points of least and largest y.
+    fn extremes(&self, s: &Series) -> Option<((f64, f64), (f64, f64))> {
+        let all = || s.points.iter().filter(|p| self.drawable(p)).copied();
+        Some((all().min_by(|a, b| a.1.total_cmp(&b.1))?, all().max_by(|a, b| a.1.total_cmp(&b.1))?))
+    }
+
+    /// A table of what is drawn, folded away: every series' values at places spread over what is shown first.
+    fn table(&self, f: &Frame) -> String {
+        let mut rows = String::new();
         for s in &self.series {
-            let (colour, width) = match s.style {
-                Style::Measured => (RGBColor(165, 165, 165), 3),
-                Style::Before => (RGBColor(200, 40, 40), 1),
-                Style::After => (RGBColor(30, 80, 200), 1),
-                Style::Inferred => (RGBColor(30, 130, 80), 1),
-                Style::Line(n) => (COLOURS[n % COLOURS.len()], 1),
+            let inside = |p: &&(f64, f64)| self.drawable(p) && self.focus.is_none_or(|(a, b)| (a..=b).contains(&p.0));
+            let points: Vec<&(f64, f64)> = s.points.iter().filter(inside).collect();
+            let step = points.len().div_ceil(ROWS).max(1);
+            let cells = |of: &dyn Fn(&(f64, f64)) -> String| -> String {
+                points.iter().step_by(step).map(|p| format!("<td>{}</td>", of(p))).collect()
             };
-            chart
-                .draw_series(LineSeries::new(s.points.iter().cloned(), colour.stroke_width(width)))
-                .map_err(|e| fail(e.to_string()))?
-                .label(&s.name)
-                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 14, y)], colour.stroke_width(width)));
+            rows += &format!("<tr><th>{}</th>{}</tr>", escape(&s.name), cells(&|p| f.y.value(p.1)));
+            rows += &format!("<tr><th>at {}</th>{}</tr>\n", escape(&f.x.title()), cells(&|p| f.x.value(p.0)));
         }
-        if self.names {
-            chart
-                .configure_series_labels()
-                .label_font(("sans-serif", 11))
-                .position(self.emptiest(x, y))
-                .background_style(WHITE.mix(0.8))
-                .border_style(BLACK.mix(0.2))
-                .draw()
-                .map_err(|e| fail(e.to_string()))?;
-        }
-        root.present().map_err(|e| fail(e.to_string()))?;
-        Ok(())
+        let of = if self.title.is_empty() { format!(": {}", escape(&f.y.name)) } else { String::new() };
+        format!(
+            "<div class=\"below\"><details class=\"data\"><summary>Values{of}</summary><p>{}</p><div class=\"scroll\" tabindex=\"0\" role=\"region\" \
+             aria-label=\"Values of {}\"><table>{rows}</table></div></details></div>",
+            escape(&self.described(f)),
+            escape(&self.label(f))
+        )
     }
 }
 
-/// A number short enough for an axis that spans `span`.
-fn short(v: f64, span: f64) -> String {
-    let a = v.abs();
-    if a < 1e-9 * span {
-        "0".into()
-    } else if a != 0.0 && !(1e-2..1e5).contains(&a) {
-        format!("{v:.1e}")
-    } else if a >= 100.0 {
-        format!("{v:.0}")
-    } else {
-        format!("{v:.3}").trim_end_matches('0').trim_end_matches('.').to_string()
-    }
+fn with_unit(a: &Axis, v: f64) -> String {
+    format!("{} {}", a.value(v), a.unit).trim_end().into()
 }
 
-fn thin(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
-    if points.len() <= MOST_POINTS {
-        return points;
-    }
-    let size = (2 * points.len()).div_ceil(MOST_POINTS);
-    let mut out = Vec::with_capacity(MOST_POINTS);
-    for b in points.chunks(size) {
-        let lo = b.iter().enumerate().min_by(|a, c| a.1 .1.total_cmp(&c.1 .1)).map_or(0, |p| p.0);
-        let hi = b.iter().enumerate().max_by(|a, c| a.1 .1.total_cmp(&c.1 .1)).map_or(0, |p| p.0);
-        out.push(b[lo.min(hi)]);
-        if lo != hi {
-            out.push(b[lo.max(hi)]);
+/// Stretches as the commands of a path; with a mark one at every point.
+fn path(stretches: &[Stretch], mark: &str) -> String {
+    let mut s = String::new();
+    for stretch in stretches {
+        for (k, (x, y, _)) in stretch.iter().enumerate() {
+            s.push(if k == 0 || !mark.is_empty() { 'M' } else { 'L' });
+            s += &format!("{x:.2},{y:.2}{mark}");
         }
     }
-    out
+    s
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Points of the n-th line drawn.
+    fn points(svg: &str, n: usize) -> Vec<(f64, f64)> {
+        let line = svg.split("data-s=\"").nth(n + 1).unwrap();
+        let d = line.split(" d=\"").nth(1).unwrap().split('"').next().unwrap();
+        let pair = |p: &str| p.split_once(',').map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap()));
+        d.split(['M', 'L']).filter_map(pair).collect()
+    }
+
     #[test]
-    fn a_chart_holds_its_names_and_survives_what_is_not_finite() {
-        let x: Vec<f64> = (0..5000).map(f64::from).collect();
-        let mut y: Vec<f64> = x.iter().map(|v| (v * 0.01).sin()).collect();
-        y[7] = f64::NAN;
-        let svg = Chart::new("force", "time [s]", "force [N]").series("measured", &x, &y, Style::Measured).svg();
-        assert!(svg.contains("<svg") && svg.contains("measured") && svg.len() < 200_000);
+    fn a_spike_of_one_sample_in_a_million_is_drawn_at_its_full_height() {
+        let n = 1_000_000;
+        let x: Vec<f64> = (0..n).map(|i| f64::from(i) * 1e-6).collect();
+        let y: Vec<f64> = (0..n).map(|i| if i == 123_457 { 1250.0 } else { 0.0 }).collect();
+        let svg = Chart::new("", "time [s]", "force [N]").series("measured", &x, &y, Style::Measured).svg();
+        let plot = 270.0 - TOP - BELOW;
+        let highest = points(&svg, 0).iter().map(|p| p.1).fold(f64::MAX, f64::min);
+        // 5 % of the span is left free above it and below
+        assert!((highest - plot * PAD / (1.0 + 2.0 * PAD)).abs() < 0.01, "{highest}");
+        assert!(svg.contains("largest 1.250 kN at 0.1235 s") && svg.len() < 60_000, "{}", svg.len());
+    }
+
+    #[test]
+    fn places_are_finer_than_a_pixel() {
+        let x: Vec<f64> = (0..700).map(|i| f64::from(i) * 1e-5).collect();
+        let y: Vec<f64> = x.iter().map(|t| 800.0 * (t * 448.0).sin()).collect();
+        let svg = Chart::new("", "time [s]", "force [N]").series("a", &x, &y, Style::After).svg();
+        let all = points(&svg, 0);
+        let whole = |v: f64| (v - v.round()).abs() < 0.005;
+        assert!(all.len() > 600 && all.iter().filter(|p| whole(p.0) && whole(p.1)).count() < all.len() / 10);
+        let f = Chart::new("", "time [s]", "force [N]").series("a", &x, &y, Style::After).frame().unwrap();
+        let (px, drawn) = (f.px((x[10], y[10])), all.iter().find(|p| (p.0 - f.px((x[10], 0.0)).0).abs() < 0.01));
+        assert!((drawn.unwrap().1 - px.1).abs() < 0.01);
+    }
+
+    #[test]
+    fn the_axis_shows_the_pulse_and_the_rest_is_there() {
+        let x: Vec<f64> = (0..100_000).map(|i| f64::from(i) * 1e-5).collect();
+        let y: Vec<f64> =
+            x.iter().map(|t| if *t > 0.9 { 5000.0 } else { (1.0 - (t - 0.5).abs() / 1e-3).max(0.0) }).collect();
+        let c = Chart::new("", "time [s]", "force [N]").series("a", &x, &y, Style::After).focus(0.498, 0.502);
+        let f = c.frame().unwrap();
+        assert!(f.y.high < 1.1 && f.x.high < 0.503, "{} {}", f.y.high, f.x.high);
+        let all = points(&c.svg(), 0);
+        assert!(all.iter().any(|p| p.1 < -1000.0), "outside what is shown, for who zooms out");
+        assert!(all.iter().filter(|p| (0.0..=336.0).contains(&p.0)).count() > 300 && all.len() < 5000, "{}", all.len());
+    }
+
+    #[test]
+    fn a_chart_survives_what_cannot_be_drawn_and_escapes_names() {
         assert_eq!(Chart::new("", "", "").svg(), "");
-        assert!(thin(x.into_iter().zip(y).collect()).len() <= MOST_POINTS);
+        let nan = [f64::NAN; 3];
+        assert_eq!(Chart::new("", "", "").series("a", &nan, &nan, Style::Before).figure("x"), "");
+        let one = Chart::new("<b>", "x", "y").series("<script>", &[1.0], &[0.0], Style::Line(9)).figure("c");
+        assert!(
+            one.contains("&lt;script&gt;")
+                && !one.contains("<script>")
+                && one.contains("line1")
+                && !one.contains("NaN")
+        );
+        let alone = Chart::new("a & b", "x", "y").series("<c>", &[0.0, 1.0], &[0.0, 1.0], Style::Line(0)).alone();
+        assert!(alone.contains("a &amp; b") && alone.contains("&lt;c&gt;") && alone.contains("--l0"));
+        assert_eq!(alone.matches("<svg").count(), alone.matches("</svg>").count());
+        let log =
+            Chart::new("", "n", "e").logarithmic().series("a", &[1.0, 10.0, 100.0], &[1.0, 0.0, 0.01], Style::Before);
+        let f = log.frame().unwrap();
+        assert!((f.x.low, f.x.high) == (0.0, 2.0) && log.svg().matches('M').count() > 2);
     }
 }

@@ -1,9 +1,14 @@
 //! Self-contained HTML pages and SVG charts.
 
+mod axis;
+mod card;
 mod chart;
 mod heat;
+mod line;
 mod page;
 
+pub use axis::{interval, quantity};
+pub use card::{Card, Chance, Effects};
 pub use chart::{Chart, Style};
 pub use heat::Heat;
-pub use page::{lead, picture, Page};
+pub use page::{card, is_ours, lead, linked, picture, Page};

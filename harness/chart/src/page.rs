@@ -1,12 +1,29 @@
 //! One self-contained HTML page.
 
+use super::card::{self, Card};
+use super::chart::{Chart, STYLE};
+use super::heat::Heat;
+
 /// Opens a sentence.
-const LEAD: &str = "<p class=\"lead\">";
+pub(super) const LEAD: &str = "<p class=\"lead\">";
+/// Opens the links to other pages; there on every page, so that an index can put a link to itself in.
+const PAGES: &str = "<nav class=\"pages\" aria-label=\"Pages\">";
+/// Opens a row of pictures.
+const FIGURES: &str = "<div class=\"figures\">\n";
+/// Sections from which a page has a list of them.
+const LISTED: usize = 4;
 
 /// A page built top to bottom.
 pub struct Page {
     title: String,
     body: String,
+    /// Identifier and heading of every section.
+    sections: Vec<(String, String)>,
+    /// Whether a row of pictures is open.
+    row: bool,
+    /// Where the list of sections goes, in the body.
+    list_at: usize,
+    up: Option<(String, String)>,
 }
 
 /// Text safe inside HTML and SVG.
@@ -14,93 +31,216 @@ pub(super) fn escape(s: &str) -> String {
     s.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
+/// Numbers as print has them: per cent on the number's line, a minus for a hyphen before a digit.
+pub(super) fn tight(html: &str) -> String {
+    let mut s = html.replace(" %", "\u{a0}%");
+    for digit in '0'..='9' {
+        for before in [' ', '('] {
+            s = s.replace(&format!("{before}-{digit}"), &format!("{before}\u{2212}{digit}"));
+        }
+    }
+    s
+}
+
 impl Page {
     /// An empty page.
     pub fn new(title: &str) -> Page {
-        Page { title: title.into(), body: String::new() }
+        Page { title: title.into(), body: String::new(), sections: Vec::new(), row: false, list_at: 0, up: None }
+    }
+
+    /// Links to the page above this one, its index.
+    pub fn up(mut self, to: &str, text: &str) -> Page {
+        self.up = Some((to.into(), text.into()));
+        self
+    }
+
+    /// Adds `html` after what is there; a row of pictures ends before it.
+    fn add(mut self, html: &str) -> Page {
+        if self.row {
+            self.body += "</div>\n";
+            self.row = false;
+        }
+        self.body += html;
+        self
+    }
+
+    /// Adds a picture to the row of pictures.
+    fn add_picture(mut self, html: &str) -> Page {
+        if html.is_empty() {
+            return self;
+        }
+        if !self.row {
+            self.body += FIGURES;
+            self.row = true;
+        }
+        self.body += html;
+        self
     }
 
     /// The sentence a reader should take away.
-    pub fn sentence(mut self, text: &str) -> Page {
-        self.body += &format!("{LEAD}{}</p>\n", escape(text));
+    pub fn sentence(self, text: &str) -> Page {
+        self.add(&format!("{LEAD}{}</p>\n", escape(text))).list_below()
+    }
+
+    /// What is wrong, how sure that is, what it does, what to do next.
+    pub fn card(self, card: &Card) -> Page {
+        self.add(&card.html()).list_below()
+    }
+
+    /// A card of another page of ours, as [`card`] finds it.
+    pub fn card_of(self, html: &str) -> Page {
+        self.add(html)
+    }
+
+    /// The list of sections stands no higher than here.
+    fn list_below(mut self) -> Page {
+        if self.sections.is_empty() {
+            self.list_at = self.body.len();
+        }
         self
     }
 
     /// A heading.
     pub fn section(mut self, text: &str) -> Page {
-        self.body += &format!("<h2>{}</h2>\n", escape(text));
-        self
+        let id = format!("s{}", self.sections.len() + 1);
+        self.sections.push((id.clone(), text.into()));
+        self.add(&format!("<h2 id=\"{id}\">{}</h2>\n", escape(text)))
     }
 
     /// A paragraph.
-    pub fn paragraph(mut self, text: &str) -> Page {
-        self.body += &format!("<p>{}</p>\n", escape(text));
-        self
+    pub fn paragraph(self, text: &str) -> Page {
+        self.add(&format!("<p>{}</p>\n", tight(&escape(text))))
+    }
+
+    /// A list.
+    pub fn list(self, items: &[String]) -> Page {
+        let items: String = items.iter().map(|t| format!("<li>{}</li>", escape(t))).collect();
+        self.add(&format!("<ul class=\"plain\">{items}</ul>\n"))
     }
 
     /// A table.
-    pub fn table(mut self, head: &[&str], rows: &[Vec<String>]) -> Page {
-        self.body += "<table><tr>";
-        for h in head {
-            self.body += &format!("<th>{}</th>", escape(h));
-        }
-        self.body += "</tr>\n";
+    pub fn table(self, head: &[&str], rows: &[Vec<String>]) -> Page {
+        let cells = |tag: &str, cells: &mut dyn Iterator<Item = &str>| -> String {
+            cells.map(|c| format!("<{tag}>{}</{tag}>", escape(c))).collect()
+        };
+        let name = head.first().copied().unwrap_or("table");
+        let mut s = format!(
+            "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Table by {}\"><table><thead><tr>{}</tr></thead><tbody>",
+            escape(name),
+            cells("th", &mut head.iter().copied())
+        );
         for r in rows {
-            self.body += "<tr>";
-            for c in r {
-                self.body += &format!("<td>{}</td>", escape(c));
-            }
-            self.body += "</tr>\n";
+            s += &format!("<tr>{}</tr>\n", cells("td", &mut r.iter().map(String::as_str)));
         }
-        self.body += "</table>\n";
-        self
+        self.add(&(s + "</tbody></table></div>\n"))
     }
 
-    /// A picture with its caption.
-    pub fn figure(mut self, svg: &str, caption: &str) -> Page {
-        if !svg.is_empty() {
-            self.body += &format!("<figure>{svg}<figcaption>{}</figcaption></figure>\n", escape(caption));
-        }
-        self
+    /// A heat table.
+    pub fn heat(self, heat: &Heat) -> Page {
+        self.add(&heat.html())
+    }
+
+    /// A chart with its caption; nothing where it has nothing to draw.
+    pub fn chart(self, chart: &Chart, caption: &str) -> Page {
+        self.add_picture(&chart.figure(caption))
+    }
+
+    /// Charts that belong together, one below the other in one place of the row.
+    pub fn stack(self, charts: Vec<(Chart, &str)>) -> Page {
+        let last = charts.len().saturating_sub(1);
+        let one = |(i, (c, caption)): (usize, (Chart, &str))| if i < last { c.above() } else { c }.figure(caption);
+        let all: String = charts.into_iter().enumerate().map(one).collect();
+        let html = if all.is_empty() { all } else { format!("<div class=\"stack\">{all}</div>\n") };
+        self.add_picture(&html)
+    }
+
+    /// A picture of another page of ours, as [`picture`] finds it.
+    pub fn picture_of(self, html: &str) -> Page {
+        self.add_picture(html)
     }
 
     /// A command as typed.
-    pub fn code(mut self, text: &str) -> Page {
-        self.body += &format!("<pre>{}</pre>\n", escape(text));
-        self
+    pub fn code(self, text: &str) -> Page {
+        self.add(&format!("<pre tabindex=\"0\">{}</pre>\n", escape(text)))
     }
 
     /// A link to another file.
-    pub fn link(mut self, to: &str, text: &str) -> Page {
-        self.body += &format!("<p><a href=\"{}\">{}</a></p>\n", escape(to), escape(text));
-        self
+    pub fn link(self, to: &str, text: &str) -> Page {
+        self.add(&format!("<p><a href=\"{}\">{}</a></p>\n", escape(to), escape(text)))
+    }
+
+    /// An entry of an index: a link, and what is found there.
+    pub fn entry(self, to: &str, name: &str, text: &str) -> Page {
+        self.add(&format!(
+            "<article class=\"entry\"><h2><a href=\"{}\">{}</a></h2><p>{}</p></article>\n",
+            escape(to),
+            escape(name),
+            escape(text)
+        ))
     }
 
     /// What `inner` holds, folded away until a reader opens it.
-    pub fn folded(mut self, title: &str, inner: impl FnOnce(Page) -> Page) -> Page {
-        let part = inner(Page { title: String::new(), body: String::new() });
-        self.body += &format!("<details><summary>{}</summary>\n{}</details>\n", escape(title), part.body);
+    pub fn folded(self, title: &str, inner: impl FnOnce(Page) -> Page) -> Page {
+        let part = inner(Page::new("")).add("");
+        self.add(&format!("<details><summary>{}</summary>\n{}</details>\n", escape(title), part.body))
+    }
+
+    /// What `rest` holds, after what is here.
+    pub fn then(mut self, rest: Page) -> Page {
+        let rest = rest.add("");
+        self = self.list_below().add(&rest.body);
+        self.sections.extend(rest.sections);
         self
+    }
+
+    /// The list of sections; empty where they are few.
+    fn contents(&self) -> String {
+        if self.sections.len() < LISTED {
+            return String::new();
+        }
+        let item = |(id, text): &(String, String)| format!("<li><a href=\"#{id}\">{}</a></li>", escape(text));
+        let items: String = self.sections.iter().map(item).collect();
+        format!("<nav class=\"contents\" aria-label=\"On this page\"><ul>{items}</ul></nav>\n")
     }
 
     /// The whole page.
     pub fn html(&self) -> String {
+        let end = if self.row { "</div>\n" } else { "" };
+        let (top, rest) = self.body.split_at(self.list_at);
+        let up = self.up.as_ref().map_or(String::new(), |(to, text)| anchor(to, text));
         format!(
-            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{t}</title>\n<style>\
-             body{{font:14px/1.45 sans-serif;max-width:1320px;margin:1.2em auto;padding:0 1em;color:#222}}\
-             h1{{font-size:1.3em;margin:.3em 0}}h2{{font-size:1.1em;margin:1.1em 0 .3em}}p{{margin:.3em 0;max-width:75em}}\
-             .lead{{font-size:1.25em;border-left:4px solid #1e50c8;padding-left:.7em}}\
-             table{{border-collapse:collapse}}td,th{{border:1px solid #ccc;padding:.25em .6em;text-align:left}}\
-             figure{{display:inline-block;margin:.2em}}pre{{background:#f4f4f4;padding:.4em .7em;overflow:auto}}summary{{cursor:pointer;color:#1e50c8;margin:.4em 0}}\
-             figcaption{{font-size:.85em;color:#555}}</style></head>\n\
-             <body><h1>{t}</h1>\n{b}</body></html>\n",
+            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{t}</title>\n\
+             <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
+             <meta name=\"color-scheme\" content=\"light dark\">\n<link rel=\"icon\" href=\"data:,\">\n\
+             <style>\n{css}</style></head>\n<body><a class=\"skip\" href=\"#main\">To the content</a>\n\
+             <header>{PAGES}{up}</nav><h1>{t}</h1></header>\n\
+             <main id=\"main\">\n{top}{contents}{rest}{end}</main>\n<script>\n{js}</script></body></html>\n",
             t = escape(&self.title),
-            b = self.body
+            css = STYLE.to_owned() + include_str!("style.css"),
+            js = include_str!("script.js"),
+            contents = self.contents(),
         )
     }
 }
 
-/// What `html` has between `start` and `end`, first time.
+fn anchor(to: &str, text: &str) -> String {
+    format!("<a href=\"{}\">{}</a>", escape(to), escape(text))
+}
+
+/// `html`, a page of ours, with a link to the page `to` above it in the place of the one it has.
+pub fn linked(html: &str, to: &str, text: &str) -> String {
+    match between(html, PAGES, "</nav>") {
+        Some(old) => html.replacen(old, &format!("{PAGES}{}", anchor(to, text)), 1),
+        None => html.into(),
+    }
+}
+
+/// Whether `html` is a page of ours.
+pub fn is_ours(html: &str) -> bool {
+    html.contains(PAGES)
+}
+
+/// What `html` has between `start` and `end`, first time, with `start`.
 fn between<'a>(html: &'a str, start: &str, end: &str) -> Option<&'a str> {
     let from = html.find(start)?;
     let to = html[from..].find(end)?;
@@ -113,31 +253,60 @@ pub fn lead(html: &str) -> Option<String> {
     Some(inner.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&amp;", "&"))
 }
 
-/// The first picture of a page of ours, SVG.
-pub fn picture(html: &str) -> Option<&str> {
-    between(html, "<figure>", "<figcaption>")?.strip_prefix("<figure>")
+/// The first picture of a page of ours, HTML.
+pub fn picture(html: &str) -> Option<String> {
+    Some(between(html, "<figure>", "</figure>")?.to_string() + "</figure>\n")
+}
+
+/// The card of a page of ours, HTML.
+pub fn card(html: &str) -> Option<String> {
+    Some(between(html, card::OPEN, card::CLOSE)?.to_string() + card::CLOSE + "\n")
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::chart::Style;
     use super::*;
+
+    fn chart(name: &str) -> Chart {
+        Chart::new(name, "x", "y").series(name, &[0.0, 1.0], &[0.0, 1.0], Style::Before)
+    }
 
     #[test]
     fn sentence_and_picture_are_found_again() {
         let page = Page::new("t")
             .paragraph("p")
             .sentence("a < \"b\" & c")
-            .figure("<svg>1</svg>", "x")
-            .figure("<svg>2</svg>", "y");
+            .chart(&chart("first"), "x")
+            .chart(&chart("second"), "y");
         let h = page.html();
         assert_eq!(lead(&h).as_deref(), Some("a < \"b\" & c"));
-        assert_eq!(picture(&h), Some("<svg>1</svg>"));
-        assert_eq!((lead("<p>none</p>"), picture("")), (None, None));
+        let first = picture(&h).unwrap();
+        assert!(first.contains("first") && !first.contains("second") && first.ends_with("</figure>\n"));
+        assert_eq!((lead("<p>none</p>"), picture(""), card(&h)), (None, None, None));
     }
 
     #[test]
     fn what_a_user_names_cannot_break_the_page() {
         let h = Page::new("<b>").paragraph("a<script>").table(&["x"], &[vec!["<td>".into()]]).html();
-        assert!(!h.contains("<script>") && h.contains("&lt;td&gt;") && h.contains("<title>&lt;b&gt;</title>"));
+        assert!(!h.contains("a<script>") && h.contains("&lt;td&gt;") && h.contains("<title>&lt;b&gt;</title>"));
+    }
+
+    #[test]
+    fn pages_are_linked_and_a_row_of_pictures_is_closed() {
+        let h =
+            Page::new("t").up("../index.html", "all").chart(&chart("a"), "").section("b").chart(&chart("c"), "").html();
+        assert!(h.contains("<a href=\"../index.html\">all</a>"));
+        assert_eq!(h.matches("<div").count(), h.matches("</div>").count());
+        let other = linked(&h, "../../index.html", "the demo");
+        assert!(other.contains("../../index.html") && !other.contains("\"../index.html\""));
+    }
+
+    #[test]
+    fn a_page_asks_for_nothing_from_a_network() {
+        let h = Page::new("t").chart(&chart("a"), "").html().replace("http://www.w3.org/2000/svg", "");
+        for word in ["http:", "https:", "url(", "@import", "src="] {
+            assert!(!h.contains(word), "{word}");
+        }
     }
 }

@@ -10,7 +10,7 @@ fn every_step_of_the_demo_leaves_its_picture_and_the_last_fmu_holds_what_was_fou
     let o = run();
     assert!(o.status.success(), "{}", String::from_utf8_lossy(&o.stderr));
     let index = std::fs::read_to_string(out.join("index.html")).unwrap();
-    assert_eq!(index.matches("<svg").count(), 5, "a picture a step but packing");
+    assert_eq!(index.matches("<svg class=\"chart\"").count(), 5, "a picture a step but packing");
     let verdict = std::fs::read_to_string(out.join("diagnosis/bench_drop/verdict.json")).unwrap();
     let verdict: serde_json::Value = serde_json::from_str(&verdict).unwrap();
     assert_eq!(verdict["missing"].as_array().unwrap().len(), 1);

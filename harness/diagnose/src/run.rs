@@ -2,6 +2,7 @@
 
 use super::bootstrap::bootstrap;
 use super::candidate::Candidate;
+use super::courses::{Courses, Traces};
 use super::decide::Decision;
 use super::element::{packed, Packed};
 use super::findings::{gather, Findings};
@@ -23,6 +24,8 @@ pub struct Outcome {
     pub verdict: Verdict,
     pub before: HeldOut,
     pub after: Option<HeldOut>,
+    /// Every recording as read, and as each simulation has it; empty where nothing could be judged.
+    pub courses: Courses,
     /// The law to put into the FMU.
     pub law: law::Parameters,
     pub findings: Findings,
@@ -169,6 +172,8 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     } else {
         Err("not asked for".into())
     };
+    let traces = Traces::new(&decision.base, &decision.before);
+    let traces_after = decision.after.as_ref().map(|a| Traces::new(&decision.chosen, a));
     // what is predicted with the mechanisms is what the FMU does
     if let (Some(a), Some(t)) = (&mut decision.after, element.as_ref().ok().and_then(|e| e.through.as_ref())) {
         a.predictions.clone_from(&t.predictions);
@@ -178,15 +183,18 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
         f.put_in(a, &decision.chosen);
     }
     // what would be predicted worse is predicted by the simulation as given: a name is no reason to do worse
-    if let Some(a) = decision.after.as_mut().filter(|a| a.nrmse > decision.before.nrmse) {
-        a.clone_from(&decision.before);
+    let worse = decision.after.as_ref().is_some_and(|a| a.nrmse > decision.before.nrmse);
+    if worse {
+        decision.after = Some(decision.before.clone());
     }
+    let better = traces_after.as_ref().zip(decision.after.as_ref()).filter(|_| !worse);
+    let courses = Courses::new(&decision, &traces, better.map(|(t, a)| (t, &a.predictions)));
     if let Err(e) = &element {
         findings.caveats.push(format!("HysteresisContact.fmu is not written: {e}."));
     }
     let verdict = Verdict::new(c, &decision, &findings, element.as_ref().ok());
     let Decision { before, after, .. } = decision;
-    Ok(Outcome { verdict, before, after, law, findings, element, data: prepared.data })
+    Ok(Outcome { verdict, before, after, courses, law, findings, element, data: prepared.data })
 }
 
 /// The outcome where nothing can be judged.
@@ -197,6 +205,7 @@ fn unjudged(c: &Campaign, data: Arc<Data>, reason: String, before: Option<HeldOu
         data,
         before,
         after: None,
+        courses: Courses::default(),
         law: Default::default(),
         findings: Findings { caveats: c.warnings.clone(), ..Findings::default() },
         element: Err("nothing was judged".into()),

@@ -197,7 +197,34 @@ pub fn range(y: &[f64]) -> f64 {
     high - low
 }
 
+/// Share of the largest reading from which a pulse is told from what lies around it.
+const PULSE: f64 = 0.05;
+
+/// First and last time, in s, of the stretch about the largest magnitude of `y` in which readings stay above 5 % of it; None
+/// where there is none, or it is all there is.
+pub fn pulse(time: &[f64], y: &[f64]) -> Option<(f64, f64)> {
+    let n = time.len().min(y.len());
+    let top = (0..n).filter(|i| y[*i].is_finite()).max_by(|a, b| y[*a].abs().total_cmp(&y[*b].abs()))?;
+    let low = |i: &usize| y[*i].abs() <= PULSE * y[top].abs();
+    let first = (0..top).rev().find(low)?;
+    let last = (top + 1..n).find(low)?;
+    Some((time[first], time[last]))
+}
+
 /// Largest magnitude, in the readings' unit; zero where there are none.
 pub fn largest(y: &[f64]) -> f64 {
     y.iter().fold(0.0, |m, v| v.abs().max(m))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pulse_is_what_stands_about_the_largest_reading() {
+        let t: Vec<f64> = (0..9).map(f64::from).collect();
+        assert_eq!(pulse(&t, &[0.0, 0.1, 4.0, 9.0, 5.0, 0.2, 3.0, 0.0, 0.0]), Some((1.0, 5.0)));
+        assert_eq!(pulse(&t, &[0.0, 0.0, -8.0, 0.0]), Some((1.0, 3.0)));
+        assert_eq!((pulse(&t, &[1.0; 9]), pulse(&t, &[]), pulse(&t, &[f64::NAN])), (None, None, None));
+    }
 }

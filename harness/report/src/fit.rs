@@ -3,7 +3,7 @@
 use chart::{Chart, Page, Style};
 use estimate::case::{Case, Estimate, Interval, Method, CLOSE};
 use estimate::levels::{name as name_of, nrmse, Level, Readings};
-use record::{Campaign, Channel, Kind};
+use record::{pulse, Campaign, Channel, Kind};
 use serde_json::{json, Map, Value};
 use std::path::Path;
 
@@ -191,18 +191,18 @@ impl Answer<'_> {
             .collect();
         let n: Vec<f64> = (0..e.objective.len()).map(|i| i as f64).collect();
         let fall: Vec<f64> = e.objective.iter().map(|v| v.log10()).collect();
-        let chart = Chart::new("Objective by iteration", "iteration", "log10 of the objective");
+        let chart = Chart::new("", "iteration", "log10 of the objective");
         let mut page = Page::new(&format!("Fit of {}", self.campaign.name))
             .sentence(&self.sentence())
             .table(&["parameter", "unit", "start", "estimate", "95 % interval"], &rows)
             .section("Initial and final curves")
             .paragraph("One recording a level. Grey: measured. Red: the start. Blue: the estimate.");
-        for (svg, caption) in self.curves() {
-            page = page.figure(&svg, &caption);
+        for (chart, caption) in self.curves() {
+            page = page.chart(&chart, &caption);
         }
         page = page
             .section("Objective by iteration")
-            .figure(&chart.series(name(e.method), &n, &fall, Style::After).svg(), "Sum of squared whitened residuals and priors")
+            .chart(&chart.series(name(e.method), &n, &fall, Style::After), "Sum of squared whitened residuals and priors")
             .section("Certificate")
             .paragraph(&format!(
                 "Steps of {CLOSE} standard errors both ways along every principal axis raise the objective by {:.3} or more, in units of the misfit's overdispersion; a parabola rises by {:.3}. The gradient is {:.3} standard errors long. Variances are widened {:.2} times for overdispersion. Starts:",
@@ -267,8 +267,8 @@ impl Answer<'_> {
             .collect()
     }
 
-    /// (SVG, caption): the first recording of every level, each channel; an indentation against its depth.
-    fn curves(&self) -> Vec<(String, String)> {
+    /// (chart, caption): the first recording of every level, each channel; an indentation against its depth.
+    fn curves(&self) -> Vec<(Chart, String)> {
         let data = &self.case.data;
         let mut seen = Vec::new();
         let mut out = Vec::new();
@@ -286,19 +286,26 @@ impl Answer<'_> {
                     if indentation { (&rec.setup.imposed, "penetration [m]") } else { (&rec.setup.time, "time [s]") };
                 let unit = ["force [N]", "acceleration [m/s^2]", "penetration [m]"][i];
                 let mut chart = Chart::new(&rec.file, axis, unit).series("measured", x, y, Style::Measured);
+                let read = [0, 1].iter().find_map(|i| rec.y[*i].as_ref());
+                if let Some((first, last)) = read.filter(|_| !indentation).and_then(|y| pulse(x, y)) {
+                    let around = AROUND * (last - first);
+                    chart = chart.focus((first - around).max(x[0]), (last + around).min(x[x.len() - 1]));
+                }
                 if !self.initial[r][i].is_empty() {
                     chart = chart.series("initial", x, &self.initial[r][i], Style::Before);
                 }
                 if !self.last[r][i].is_empty() {
                     chart = chart.series("final", x, &self.last[r][i], Style::After);
                 }
-                out.push((chart.svg(), format!("{}, level {level}", c.name())));
+                out.push((chart, format!("{}, level {level}", c.name())));
             }
         }
         out
     }
 }
 
+/// Share of the pulse shown on either side of it.
+const AROUND: f64 = 0.4;
 /// Levels drawn at most.
 const MOST_LEVELS: usize = 8;
 

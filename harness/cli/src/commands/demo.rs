@@ -1,7 +1,7 @@
 //! `touchdown demo`: the main job on data of the repository, every step a command that can be run again by hand.
 
 use anyhow::{ensure, Context, Result};
-use chart::{lead, picture, Page};
+use chart::{card, lead, linked, picture, Page};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use touchdown::progress::{catch_interrupts, interrupted, INTERRUPTED_CODE};
@@ -96,6 +96,16 @@ fn fill(word: &str, out: &Path) -> String {
     word.replace("{}", &out.display().to_string())
 }
 
+/// The page at `report`, now with a link to the demo's index.
+fn below_index(out: &Path, report: &str) -> Result<String> {
+    let path = out.join(report);
+    let html = std::fs::read_to_string(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    let up = "../".repeat(report.matches('/').count()) + "index.html";
+    let html = linked(&html, &up, "The demo's steps");
+    output::write(&path, html.as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))?;
+    Ok(html)
+}
+
 pub fn run(a: &Arguments) -> Result<ExitCode> {
     ensure!(
         !a.out.exists() || a.out.join("index.html").exists() || std::fs::read_dir(&a.out)?.next().is_none(),
@@ -108,8 +118,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         let path = a.out.join("input").join(name);
         output::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))?;
     }
-    let mut page = Page::new("touchdown: the main job, step by step")
-        .paragraph("Every step is one command; its input lies in input/ beside this page.");
+    let mut finding = None;
+    let mut page = Page::new("");
     for (i, step) in STEPS.iter().enumerate() {
         let words: Vec<String> = step.words.iter().map(|w| fill(w, &a.out)).collect();
         println!("\n{} of {}: {}\n$ touchdown {}", i + 1, STEPS.len(), step.title, words.join(" "));
@@ -122,14 +132,20 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         }
         page = page.section(&format!("{}. {}", i + 1, step.title)).code(&format!("touchdown {}", words.join(" ")));
         if let Some(report) = step.report {
-            let path = a.out.join(report);
-            let html = std::fs::read_to_string(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+            let html = below_index(&a.out, report)?;
             if let Some(text) = lead(&html) {
-                page = page.sentence(&text);
+                page = page.paragraph(&text);
             }
-            page = page.figure(picture(&html).unwrap_or_default(), "").link(report, "the whole report");
+            page = page.picture_of(&picture(&html).unwrap_or_default()).link(report, "The whole report");
+            finding = finding.or(card(&html));
         }
     }
+    let page = Page::new("touchdown: the main job, step by step")
+        .card_of(&finding.unwrap_or_default())
+        .paragraph(
+            "This is what step 5 found. Every step below is one command; its input lies in input/ beside this page.",
+        )
+        .then(page);
     let index = a.out.join("index.html");
     output::write(&index, page.html().as_bytes()).with_context(|| format!("{}: cannot be written", index.display()))?;
     println!("\npictures: {}", index.display());

@@ -106,7 +106,13 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     }
     drop(progress);
     if written > 0 {
-        println!("answers, each with a report.html: {}", a.out.display());
+        match answer::write_index(&a.out) {
+            Ok(()) => println!("answers: {}", a.out.join("index.html").display()),
+            Err(e) => {
+                eprintln!("touchdown: {}: {e}", a.out.join("index.html").display());
+                println!("answers, each with a report.html: {}", a.out.display());
+            }
+        }
     }
     Ok(if failed { ExitCode::from(2) } else { ExitCode::SUCCESS })
 }

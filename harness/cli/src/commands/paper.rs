@@ -41,25 +41,25 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
             "The data are the drop of {MASS} kg at {SPEED} m/s on the paper's estimated values, by its reduced equation 6; the simplex starts at its initial values and moves in ln F at 1.5 mm, p and mu_d/k."
         ))
         .table(&h.iter().map(String::as_str).collect::<Vec<_>>(), &rows);
-    let force = Chart::new("Force", "time [s]", "force [N]")
+    let force = Chart::new("", "time [s]", "force [N]")
         .series("data", &r.data.time, &r.data.force, Style::Measured)
         .series("initial", &r.first.time, &r.first.force, Style::Before)
         .series("final", &last.time, &last.force, Style::After);
-    let loops = Chart::new("Force", "penetration [m]", "force [N]")
+    let loops = Chart::new("", "penetration [m]", "force [N]")
         .series("data", &r.data.penetration, &r.data.force, Style::Measured)
         .series("initial", &r.first.penetration, &r.first.force, Style::Before)
         .series("final", &last.penetration, &last.force, Style::After);
     let n: Vec<f64> = (0..r.minimum.path.len()).map(|i| i as f64).collect();
     let objective: Vec<f64> = r.minimum.path.iter().map(|p| p.1.log10()).collect();
     let most: Vec<f64> = r.largest.iter().map(|v| v.log10()).collect();
-    let fall = Chart::new("Objective by iteration", "iteration", "log10 of share of force")
+    let fall = Chart::new("", "iteration", "log10 of share of force")
         .series("rms of the difference (objective)", &n, &objective, Style::After)
         .series("largest difference", &n, &most, Style::Before);
     let (h, rows) = cells(&contactor);
     page = page
-        .figure(&force.svg(), "Paper figure 7: initial and final curve on the data")
-        .figure(&loops.svg(), "The same against penetration")
-        .figure(&fall.svg(), &format!("Paper figure 8: objective by iteration; the paper agrees by {AGREED}"))
+        .chart(&force, "Paper figure 7: initial and final curve on the data")
+        .chart(&loops, "The same against penetration")
+        .chart(&fall, &format!("Paper figure 8: objective by iteration; the paper agrees by {AGREED}"))
         .section("Contactor (paper figures 10 to 12)")
         .paragraph("The paper prints the estimated stiffness as 2270 N/m beside a calculated 19300 N/mm. In N/m the bar would sink deeper than it falls; in N/mm peak and duration are those of an impact.")
         .table(&h.iter().map(String::as_str).collect::<Vec<_>>(), &rows);

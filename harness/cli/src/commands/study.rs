@@ -33,7 +33,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         ("coupling.md", &table),
         ("coupling.csv", &study.csv()),
         ("coupling.json", &json),
-        ("coupling.svg", &study.picture()?),
+        ("coupling.svg", &study.picture()),
     ] {
         let path = out.join(name);
         output::write(&path, text.as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))?;

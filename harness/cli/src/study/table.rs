@@ -1,8 +1,7 @@
 //! The study as Markdown, CSV and a picture.
 
 use super::coupling::{Study, LADDER};
-use anyhow::{anyhow, Result};
-use plotters::prelude::*;
+use chart::{Chart, Style};
 
 /// A share in as few characters as it needs.
 fn share(v: f64) -> String {
@@ -77,53 +76,17 @@ impl Study {
     }
 
     /// Error of restitution against macro-steps a contact, both logarithmic, as SVG.
-    ///
-    /// # Errors
-    /// As the drawing gives them.
-    pub fn picture(&self) -> Result<String> {
-        let mut out = String::new();
-        let fail = |e: String| anyhow!("the picture cannot be drawn: {e}");
-        {
-            let root = SVGBackend::with_string(&mut out, (900, 640)).into_drawing_area();
-            root.fill(&WHITE).map_err(|e| fail(e.to_string()))?;
-            let (plot, names) = root.split_vertically(430);
-            let mut chart = ChartBuilder::on(&plot)
-                .caption("Worst error of restitution over 4 impacts and 8 phases", ("sans-serif", 17))
-                .margin(10)
-                .x_label_area_size(40)
-                .y_label_area_size(70)
-                .build_cartesian_2d((8f64..800f64).log_scale(), (1e-9f64..1f64).log_scale())
-                .map_err(|e| fail(e.to_string()))?;
-            chart
-                .configure_mesh()
-                .x_desc("macro-steps a contact")
-                .y_desc("relative error")
-                .y_label_formatter(&|v| format!("{v:.0e}"))
-                .x_label_formatter(&|v| format!("{v:.0}"))
-                .draw()
-                .map_err(|e| fail(e.to_string()))?;
-            for (i, r) in self.rows.iter().enumerate() {
-                let colour = Palette99::pick(i).to_rgba();
-                let points: Vec<(f64, f64)> = r
-                    .errors
-                    .iter()
-                    .zip(&r.fineness)
-                    .map(|(e, f)| (if r.adapts { e.steps } else { *f }, e.restitution.clamp(1e-9, 1.0)))
-                    .filter(|p| p.0 >= 8.0 && p.0 <= 800.0)
-                    .collect();
-                let line = colour.stroke_width(if r.adapts { 1 } else { 2 });
-                chart.draw_series(LineSeries::new(points.clone(), line)).map_err(|e| fail(e.to_string()))?;
-                chart
-                    .draw_series(points.iter().map(|p| Circle::new(*p, 3, colour.filled())))
-                    .map_err(|e| fail(e.to_string()))?;
-                let (x, y) = (20 + 440 * (i as i32 % 2), 12 + 26 * (i as i32 / 2));
-                let at = [(x, y + 6), (x + 24, y + 6)];
-                names.draw(&PathElement::new(at, colour.stroke_width(2))).map_err(|e| fail(e.to_string()))?;
-                let text = Text::new(r.master, (x + 30, y), ("sans-serif", 12).into_font());
-                names.draw(&text).map_err(|e| fail(e.to_string()))?;
-            }
-            root.present().map_err(|e| fail(e.to_string()))?;
+    pub fn picture(&self) -> String {
+        let title = "Worst error of restitution over 4 impacts and 8 phases";
+        let mut chart = Chart::new(title, "macro-steps a contact", "relative error").logarithmic().size(884, 470);
+        for (i, r) in self.rows.iter().enumerate() {
+            let points = r.errors.iter().zip(&r.fineness);
+            let (x, y): (Vec<f64>, Vec<f64>) = points
+                .map(|(e, f)| (if r.adapts { e.steps } else { *f }, e.restitution.clamp(1e-9, 1.0)))
+                .filter(|p| p.0 >= 8.0 && p.0 <= 800.0)
+                .unzip();
+            chart = chart.series(r.master, &x, &y, Style::Line(i)).marks("", &x, &y, Style::Line(i));
         }
-        Ok(out)
+        chart.alone()
     }
 }

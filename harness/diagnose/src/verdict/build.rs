@@ -7,6 +7,7 @@ use crate::evidence::{self, Evidences};
 use crate::experiment;
 use crate::findings::Findings;
 use crate::map;
+use crate::next;
 use crate::phases::{phases, shares, PHASES};
 use crate::posterior::LARGE;
 use crate::rivals::Rival;
@@ -32,6 +33,7 @@ impl Verdict {
             mismatch: mismatch(d, f, (0..terms.len()).map(|i| place(c, d, &f.map, i)).collect()),
             missing: named.map(|i| missing(d, f, i)).collect(),
             unexplained: Unexplained { detected: d.unexplained, text: unexplained(d, f) },
+            next: next::steps(c, d, f, packed.is_some()),
             fit: FitQuality {
                 before: quality(d.before.nrmse, &d.base),
                 after: quality(d.after.as_ref().map_or(d.before.nrmse, |a| a.nrmse), &d.chosen),
@@ -86,6 +88,7 @@ impl Verdict {
             },
             missing: Vec::new(),
             unexplained: Unexplained { detected: false, text: String::new() },
+            next: vec![next::PUT_RIGHT.into()],
             fit: FitQuality {
                 before: quality,
                 after: quality,
@@ -143,6 +146,7 @@ fn missing(d: &Decision, f: &Findings, i: usize) -> Missing {
         intervals_by: if profiled { "profile likelihood" } else { "covariance" },
         also_possible: d.ties.get(i).cloned().unwrap_or_default(),
         text: format!("{}. {}", t.mechanism.sentence, t.mechanism.cure),
+        sentence: t.mechanism.sentence,
         cure: t.mechanism.cure,
         equation: t.mechanism.equation,
         source: t.mechanism.source,

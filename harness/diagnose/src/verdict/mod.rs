@@ -23,6 +23,8 @@ pub struct Verdict {
     /// Mechanisms named, in the order they were found.
     pub missing: Vec<Missing>,
     pub unexplained: Unexplained,
+    /// What to do next, the first thing first.
+    pub next: Vec<String>,
     pub fit: FitQuality,
     /// Every mechanism alone, best first.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -191,6 +193,8 @@ pub struct Missing {
     /// Names that these recordings cannot part from it.
     pub also_possible: Vec<&'static str>,
     pub text: String,
+    /// What it is, in words.
+    pub sentence: &'static str,
     pub cure: &'static str,
     pub equation: &'static str,
     pub source: &'static str,

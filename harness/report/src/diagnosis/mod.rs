@@ -1,8 +1,12 @@
 //! What a diagnosis came to: its words on the terminal, its page, its files.
 
+mod card;
 mod files;
+mod index;
 mod page;
+mod pictures;
 mod words;
 
 pub use files::{check_folder, write};
+pub use index::write as write_index;
 pub use words::{sentence, summary};

@@ -1,28 +1,24 @@
 //! report.html: what a test engineer reads in a minute, the sentence on top.
 
-use super::words::{
-    advice, bias, material, parameters, probability, sensors, sentence, share, sigmas, through, unseen,
-};
-use chart::{Chart, Heat, Page, Style};
-use diagnose::figure::figure;
+use super::card::{capital, card};
+use super::pictures;
+use super::words::{bias, cause, plain, probability, sensors, share, sigmas, through};
+use chart::{interval, quantity, Chart, Heat, Page, Style};
 use diagnose::phases::PHASES;
 use diagnose::run::Outcome;
-use diagnose::verdict::Missing;
-use estimate::levels::nrmse;
+use diagnose::verdict::{Cause, Missing, Parameter};
 use record::{Campaign, Channel, Kind};
 
 /// The whole report.
 pub fn html(c: &Campaign, o: &Outcome) -> String {
     let v = &o.verdict;
-    let mut page = Page::new(&format!("Diagnosis of {}", c.name)).sentence(&sentence(o));
+    let mut page = Page::new(&format!("Diagnosis of {}", c.name)).up("../index.html", "All campaigns").card(&card(o));
+    let predicted = !o.before.predictions.judged.is_empty();
     if v.invalid.is_none() {
-        for a in advice(o) {
-            page = page.paragraph(&a);
-        }
-        page = facts(page, c, o);
-        page = causes(page, o);
-        page = first_sight(page, c, o);
+        page = pictures::first_sight(page, c, o);
+        page = pictures::over_speed(page, c, o);
         page = heat(page, c, o);
+        page = causes(page, o);
         for m in &v.missing {
             page = mechanism(page, m);
         }
@@ -31,24 +27,17 @@ pub fn html(c: &Campaign, o: &Outcome) -> String {
         page = experiments(page, o);
         page = latent(page, o);
         page = bias_table(page, o);
-        page = candidates(page, o);
         page = element(page, o);
+        page = candidates(page, o);
+        page = facts(page, c, o);
     }
     if !o.findings.caveats.is_empty() {
-        page = page.section("To know before believing this");
-        for n in &o.findings.caveats {
-            page = page.paragraph(n);
-        }
+        page = page.section("To know before believing this").list(&o.findings.caveats);
     }
-    if !o.before.predictions.judged.is_empty() {
-        page = page.folded("Every recording, predicted without its own level", |mut p| {
-            for i in 0..c.recordings.len() {
-                for ch in Channel::ALL {
-                    p = p.figure(&overlay(c, o, i, ch, (400, 210)), "");
-                }
-            }
-            p
-        });
+    if predicted {
+        page = page
+            .section("Every recording")
+            .folded("Show every recording, predicted without its own level", |p| pictures::all(p, c, o));
     }
     page.html()
 }
@@ -69,7 +58,7 @@ fn facts(page: Page, c: &Campaign, o: &Outcome) -> Page {
         None => format!("{alarm:.1e} (theory)"),
     };
     let after = o.after.as_ref().map_or("-".into(), |a| format!("{:.3} %", 100.0 * a.nrmse));
-    page.table(
+    page.section("The campaign").table(
         &["campaign", "recordings", "levels", "misfit of range before, held out", "after", "false-alarm probability"],
         &[vec![
             kind.into(),
@@ -82,109 +71,20 @@ fn facts(page: Page, c: &Campaign, o: &Outcome) -> Page {
     )
 }
 
-/// What may be the cause, how probable each is, and what it does.
+/// What may be the cause, and how probable each is.
 fn causes(page: Page, o: &Outcome) -> Page {
     /// Probability from which a cause is listed.
     const LISTED: f64 = 0.005;
     let v = &o.verdict;
-    let rows: Vec<Vec<String>> = v
-        .posterior
-        .iter()
-        .filter(|c| c.probability >= LISTED)
-        .map(|c| {
-            let what = match c.mechanisms[..] {
-                [] => "nothing is missing".to_string(),
-                ["unknown"] => "a cause that no mechanism known explains".into(),
-                _ => c.mechanisms.join(" and "),
-            };
-            let held = v.credible_set.iter().any(|s| s.mechanisms == c.mechanisms);
-            vec![what, probability(c.probability), if held { "yes" } else { "" }.into()]
-        })
-        .collect();
+    let row = |c: &Cause| {
+        let held = v.credible_set.iter().any(|s| s.mechanisms == c.mechanisms);
+        vec![cause(&c.mechanisms), probability(c.probability), if held { "yes" } else { "" }.into()]
+    };
+    let rows: Vec<Vec<String>> = v.posterior.iter().filter(|c| c.probability >= LISTED).map(row).collect();
     if rows.is_empty() {
         return page;
     }
-    let mut page = page
-        .section("How sure this is")
-        .table(&["cause", "probability", "among those that hold the cause with 95 %"], &rows);
-    let does: Vec<Vec<String>> =
-        v.material.iter().flatten().map(|(name, e)| vec![name.to_string(), material(e)]).collect();
-    if !does.is_empty() {
-        page = page.table(&["mechanism", "what it changes, mean of the recordings"], &does);
-    }
-    match &v.remainder {
-        Some(r) if v.mismatch.detected => page.paragraph(&format!(
-            "Left over: {}; peaks read and simulated differ by {:.2} %.",
-            r.text,
-            100.0 * r.peak_force
-        )),
-        _ => page,
-    }
-}
-
-/// Measured, before and after of one channel on one axis; empty where it was not recorded.
-fn overlay(c: &Campaign, o: &Outcome, i: usize, ch: Channel, size: (u32, u32)) -> String {
-    let r = &c.recordings[i];
-    let Some(y) = &r.channels[ch.index()] else { return String::new() };
-    if o.before.predictions.judged[i][ch.index()].len() != y.len() {
-        return String::new();
-    }
-    let mut chart =
-        Chart::new(&format!("{} {}", r.file, ch.name()), "time [s]", &format!("{} [{}]", ch.name(), ch.unit()))
-            .size(size.0, size.1)
-            .series("measured", &r.time, y, Style::Measured)
-            .series("before", &r.time, &o.before.predictions.judged[i][ch.index()], Style::Before);
-    if let Some(a) = &o.after {
-        chart = chart.series("after", &r.time, &a.predictions.judged[i][ch.index()], Style::After);
-    }
-    if let Some((k, list)) = &o.findings.unclipped {
-        if let Some(u) = list.iter().find(|u| *k == ch && u.file == r.file && u.clipped) {
-            chart = chart.series("without clipping", &r.time, &u.curve, Style::Inferred);
-        }
-    }
-    chart.svg()
-}
-
-/// What is measured less what was predicted, before and after.
-fn remainder(c: &Campaign, o: &Outcome, i: usize, ch: Channel) -> String {
-    let r = &c.recordings[i];
-    let Some(y) = &r.channels[ch.index()] else { return String::new() };
-    let less = |p: &[f64]| -> Vec<f64> { y.iter().zip(p).map(|(a, b)| a - b).collect() };
-    let mut chart = Chart::new("measured - predicted", "time [s]", &format!("[{}]", ch.unit()))
-        .size(420, 170)
-        .without_names()
-        .series("before", &r.time, &less(&o.before.predictions.judged[i][ch.index()]), Style::Before);
-    if let Some(a) = &o.after {
-        chart = chart.series("after", &r.time, &less(&a.predictions.judged[i][ch.index()]), Style::After);
-    }
-    chart.svg()
-}
-
-/// The recording whose prediction gained most (or, with nothing found, fits worst).
-fn telling(c: &Campaign, o: &Outcome) -> usize {
-    let score = |i: usize| -> f64 {
-        let of = |p: &[Vec<f64>; 3]| -> f64 {
-            c.recordings[i].channels.iter().zip(p).filter_map(|(y, p)| nrmse(y.as_ref()?, p)).sum()
-        };
-        of(&o.before.predictions.judged[i]) - o.after.as_ref().map_or(0.0, |a| of(&a.predictions.judged[i]))
-    };
-    (0..c.recordings.len()).max_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(0)
-}
-
-fn first_sight(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
-    let i = telling(c, o);
-    let what = if o.after.is_some() { "Before and after" } else { "Measured and simulated" };
-    page = page.section(&format!("{what}: {}, predicted as one of {}", c.recordings[i].file, unseen(o)));
-    let channels: Vec<Channel> =
-        Channel::ALL.into_iter().filter(|ch| c.recordings[i].channels[ch.index()].is_some()).collect();
-    for ch in &channels {
-        page = page.figure(&overlay(c, o, i, *ch, (420, 260)), "");
-    }
-    page = page.paragraph("");
-    for ch in &channels {
-        page = page.figure(&remainder(c, o, i, *ch), "");
-    }
-    page
+    page.section("Causes weighed").table(&["cause", "probability", "among those that hold the cause with 95 %"], &rows)
 }
 
 fn heat(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
@@ -194,7 +94,7 @@ fn heat(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
     }
     page = page.section("Where the mismatch sits");
     for w in &o.verdict.mismatch.places {
-        page = page.paragraph(&format!("In the {}: {}.", w.origin, w.text));
+        page = page.paragraph(&format!("In the {}: {}.", w.origin, plain(&w.text)));
     }
     let channels: Vec<Channel> = Channel::ALL.into_iter().filter(|ch| map.iter().any(|m| m.channel == *ch)).collect();
     let phases: Vec<usize> = (0..4).filter(|p| map.iter().any(|m| m.phase == *p)).collect();
@@ -213,13 +113,18 @@ fn heat(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
                 .collect();
             h = h.row(name, &values);
         }
-        h.svg()
+        h
     };
-    page = page.figure(&table("before", false), "");
+    page = page
+        .paragraph("Misfit over noise by level, channel and phase, all recordings fitted; 1 is noise alone.")
+        .heat(&table("Recalibrated", false));
     if o.after.is_some() {
-        page = page.figure(&table("after", true), "");
+        page = page.heat(&table(
+            if o.verdict.missing.is_empty() { "With a stand-in for the unknown" } else { "With the physics found" },
+            true,
+        ));
     }
-    page.paragraph("Misfit over noise by level, channel and phase, all recordings fitted; 1 is noise alone.")
+    page
 }
 
 fn short(c: Channel) -> &'static str {
@@ -231,10 +136,13 @@ fn short(c: Channel) -> &'static str {
 }
 
 fn mechanism(page: Page, m: &Missing) -> Page {
-    let rows: Vec<Vec<String>> = parameters(m).into_iter().map(|(n, v, ci)| vec![n, v, ci]).collect();
-    page.section(&format!("{} ({})", m.mechanism, m.form))
-        .paragraph(&m.text)
-        .paragraph(&format!("{} ({})", m.equation, m.source))
+    let row = |(n, p): (&String, &Parameter)| {
+        vec![plain(n), quantity(p.value, p.unit), interval(p.ci95[0], p.ci95[1], p.unit)]
+    };
+    let rows: Vec<Vec<String>> = m.parameters.iter().map(row).collect();
+    page.section(&format!("{} ({})", capital(&plain(m.mechanism)), m.form))
+        .paragraph(&format!("{}.", capital(m.sentence)))
+        .paragraph(&format!("{} ({}).", capital(m.equation), m.source))
         .table(&["parameter", "value", &format!("95 % interval by {}", m.intervals_by)], &rows)
 }
 
@@ -250,9 +158,9 @@ fn clipping(page: Page, c: &Campaign, o: &Outcome) -> Page {
             vec![
                 u.file.clone(),
                 level,
-                figure(u.read, q),
-                figure(u.peak, q),
-                format!("{} to {}", figure(u.peak - 1.96 * u.sd, ""), figure(u.peak + 1.96 * u.sd, q)),
+                quantity(u.read, q),
+                quantity(u.peak, q),
+                interval(u.peak - 1.96 * u.sd, u.peak + 1.96 * u.sd, q),
             ]
         })
         .collect();
@@ -273,12 +181,12 @@ fn other_sensors(mut page: Page, o: &Outcome) -> Page {
                 let (q, percent) = (a.channel.unit(), |v: f64| format!("{:.2} %", 100.0 * v));
                 vec![
                     r.file.clone(),
-                    format!("{} ms", figure(1e3 * r.lag, "")),
-                    figure(r.gain, ""),
+                    quantity(r.lag, "s"),
+                    quantity(r.gain, "1"),
                     percent(r.before),
                     percent(r.after),
-                    figure(r.read, q),
-                    figure(r.expected, q),
+                    quantity(r.read, q),
+                    quantity(r.expected, q),
                 ]
             })
             .collect();
@@ -300,7 +208,7 @@ fn other_sensors(mut page: Page, o: &Outcome) -> Page {
 
 fn experiments(mut page: Page, o: &Outcome) -> Page {
     for t in o.findings.ties.iter().flatten() {
-        page = page.section(&format!("Collinear in these recordings: {}", t.set.join(", ")));
+        page = page.section(&format!("Collinear in these recordings: {}", plain(&t.set.join(", "))));
         page = page.paragraph(&format!(
             "The trace left after refit is {:.1} sigma long, the closest pair has a cosine of {:.4}: P(right) = {:.2}.",
             t.trace, t.rho, t.p_right
@@ -333,10 +241,9 @@ fn latent(mut page: Page, o: &Outcome) -> Page {
         let low: Vec<f64> = r.force.iter().zip(&r.band).map(|(f, b)| f - b).collect();
         let high: Vec<f64> = r.force.iter().zip(&r.band).map(|(f, b)| f + b).collect();
         let chart = Chart::new(&r.file, "time [s]", &format!("d [{}]", l.place.unit()))
-            .size(420, 240)
             .band(&r.time, &low, &high)
             .series("d(t), 95 % band", &r.time, &r.force, Style::Inferred);
-        page = page.figure(&chart.svg(), "");
+        page = page.chart(&chart, "");
     }
     let rows: Vec<Vec<String>> = l.scores.iter().map(|(p, g)| vec![p.words(), format!("{g:.0}")]).collect();
     page.table(&["modelled as", "fall of chi^2, less twice the freedom spent"], &rows)
@@ -358,7 +265,13 @@ fn bias_table(page: Page, o: &Outcome) -> Page {
         .bias
         .iter()
         .map(|b| {
-            vec![b.name.to_string(), figure(b.before, &b.unit), figure(b.after, &b.unit), share(b), sigmas(b.sigmas)]
+            vec![
+                b.name.to_string(),
+                quantity(b.before, &b.unit),
+                quantity(b.after, &b.unit),
+                share(b),
+                sigmas(b.sigmas),
+            ]
         })
         .collect();
     page.section("How far the calibration had been biased")
@@ -368,16 +281,21 @@ fn bias_table(page: Page, o: &Outcome) -> Page {
 
 fn element(page: Page, o: &Outcome) -> Page {
     let Ok(p) = &o.element else { return page };
-    let rows: Vec<Vec<String>> = p.starts.iter().map(|(n, v, u)| vec![n.to_string(), figure(*v, u)]).collect();
+    let rows: Vec<Vec<String>> = p.starts.iter().map(|(n, v, u)| vec![n.to_string(), quantity(*v, u)]).collect();
     page.section("Back in the simulator: HysteresisContact.fmu")
-        .paragraph(&format!("{}.", through(o, p)))
+        .paragraph(&format!("{}.", capital(&through(o, p))))
         .table(&["parameter", "start value"], &rows)
 }
 
 fn candidates(page: Page, o: &Outcome) -> Page {
     let score = |h: Option<f64>| h.map_or("-".into(), |h| format!("{:.3} %", 100.0 * h));
-    let mut rows =
-        vec![vec!["(as given)".into(), String::new(), String::new(), score(Some(o.before.nrmse)), String::new()]];
+    let mut rows = vec![vec![
+        "(recalibrated, none)".into(),
+        String::new(),
+        String::new(),
+        score(Some(o.before.nrmse)),
+        String::new(),
+    ]];
     let wrong = o
         .findings
         .rivals
@@ -398,7 +316,7 @@ fn candidates(page: Page, o: &Outcome) -> Page {
             ""
         };
         rows.push(vec![
-            format!("{} ({})", r.name, r.form),
+            format!("{} ({})", plain(&r.name), r.form),
             r.origin.into(),
             format!("{:.1}", r.gain),
             score(r.heldout),

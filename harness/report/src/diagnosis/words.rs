@@ -4,12 +4,10 @@ use diagnose::bias::Bias;
 use diagnose::element::Packed;
 use diagnose::figure::figure;
 use diagnose::material::Effect;
+use diagnose::next::{LITTLE, SURE};
 use diagnose::run::Outcome;
 use diagnose::sensors::{Against, Reading};
 use diagnose::verdict::{Missing, Unclipped};
-
-/// Probability of having named the right one of a tie from which no experiment is asked for.
-const SURE: f64 = 0.95;
 
 /// The sentence that sums a verdict up.
 pub fn sentence(o: &Outcome) -> String {
@@ -130,20 +128,31 @@ pub fn bias(o: &Outcome) -> Vec<String> {
         .collect()
 }
 
-/// What to do about it, one text each: correct what was named, part what is tied.
-pub fn advice(o: &Outcome) -> Vec<String> {
+/// The experiment that parts tied names best, where one is asked for.
+fn experiment(o: &Outcome) -> Option<String> {
     let v = &o.verdict;
-    let mut out: Vec<String> = v.missing.iter().map(|m| format!("{}: {}", m.mechanism, m.cure)).collect();
     let open = v.missing.iter().filter_map(|m| m.tie.as_ref()).any(|t| t.p_right <= SURE);
-    if let Some(e) = v.experiment.as_ref().filter(|_| open) {
-        let (sigmas, p) = (e.separation_sigmas, e.p_right);
-        let hope = if sigmas < 2.0 { ", which is little: no experiment tried parts them well" } else { "" };
-        out.push(format!(
-            "experiment that parts the names best: {} ({sigmas:.1} sigma apart{hope}; P(right) then {p:.2})",
-            e.text
-        ));
+    let e = v.experiment.as_ref().filter(|_| open)?;
+    let (sigmas, p) = (e.separation_sigmas, e.p_right);
+    let hope = if sigmas < LITTLE { ", which is little: no experiment tried parts them well" } else { "" };
+    Some(format!(
+        "experiment that parts the names best: {} ({sigmas:.1} sigma apart{hope}; P(right) then {p:.2})",
+        e.text
+    ))
+}
+
+/// A name as it is read.
+pub fn plain(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+/// A set of names as a cause: none, or one that no mechanism has.
+pub fn cause(mechanisms: &[&str]) -> String {
+    match mechanisms {
+        [] => "nothing is missing".into(),
+        ["unknown"] => "a cause that no mechanism known explains".into(),
+        _ => plain(&mechanisms.join(" and ")),
     }
-    out
 }
 
 /// What the packed element holds, and how it did.
@@ -214,8 +223,8 @@ pub fn summary(o: &Outcome) -> String {
     if let Some(r) = v.remainder.as_ref().filter(|_| v.mismatch.detected) {
         s += &format!("  left over: {}\n", r.text);
     }
-    for a in advice(o).iter().skip(v.missing.len()) {
-        s += &format!("  {a}\n");
+    if let Some(e) = experiment(o) {
+        s += &format!("  {e}\n");
     }
     let moved = bias(o);
     if !moved.is_empty() {

@@ -2,7 +2,7 @@
 
 use super::lines::headline;
 use super::summary::{Done, HeightRow, Summary};
-use chart::{Chart, Page, Style};
+use chart::{quantity, Chart, Page, Style};
 use scenario::Row;
 
 /// Most runs drawn in one chart.
@@ -20,35 +20,34 @@ fn label(d: &Done) -> String {
     }
 }
 
-/// A chart of every run's rows.
-fn chart(title: &str, axes: (&str, &str), done: &[Done], xy: impl Fn(&Row) -> (f64, f64), during: bool) -> String {
-    picked(title, axes, done, xy, during, |_, _| true)
+/// A chart of the first impact of every run, its cursor shared with the others of the kind.
+fn of_impact(title: &str, axes: (&str, &str), done: &[Done], xy: impl Fn(&Row, f64) -> (f64, f64)) -> Chart {
+    let mut c = Chart::new(title, axes.0, axes.1).linked("impact");
+    for (i, d) in done.iter().enumerate().take(DRAWN) {
+        let (start, end) = match d.outcome.bounces.first() {
+            Some(b) => (b.touch, b.separation.unwrap_or(f64::INFINITY) + 0.1 * b.duration),
+            None => (f64::NEG_INFINITY, f64::INFINITY),
+        };
+        let zero = start.max(0.0);
+        let rows = d.outcome.rows.iter().filter(|r| r.time >= start && r.time <= end);
+        let (along, (x, y)): (Vec<f64>, (Vec<f64>, Vec<f64>)) = rows.map(|r| (r.time - zero, xy(r, zero))).unzip();
+        c = if axes.0.starts_with("time") {
+            c.series(&label(d), &x, &y, Style::Line(i))
+        } else {
+            c.curve(&label(d), &x, &y, &along, Style::Line(i))
+        };
+    }
+    c
 }
 
-/// A chart of the rows picked by run and number.
-fn picked(
-    title: &str,
-    axes: (&str, &str),
-    done: &[Done],
-    xy: impl Fn(&Row) -> (f64, f64),
-    during: bool,
-    pick: impl Fn(&Done, usize) -> bool,
-) -> String {
-    let mut c = Chart::new(title, axes.0, axes.1);
+/// A chart of every run's rows over time, its cursor shared with the others of the kind.
+fn over_time(title: &str, unit: &str, done: &[Done], y: impl Fn(&Row) -> f64) -> Chart {
+    let mut c = Chart::new(title, "time [s]", unit).linked("run");
     for (i, d) in done.iter().enumerate().take(DRAWN) {
-        let b = d.outcome.bounces.first();
-        let (start, end) = match (during, b) {
-            (true, Some(b)) => (b.touch, b.separation.unwrap_or(f64::INFINITY) + 0.1 * b.duration),
-            _ => (f64::NEG_INFINITY, f64::INFINITY),
-        };
-        let zero = if during { start.max(0.0) } else { 0.0 };
-        let all = d.outcome.rows.iter().enumerate().filter(|(n, _)| pick(d, *n)).map(|(_, r)| r);
-        let rows = all.filter(|r| r.time >= start && r.time <= end);
-        let (x, y): (Vec<f64>, Vec<f64>) =
-            rows.map(|r| if axes.0.starts_with("time") { (r.time - zero, xy(r).1) } else { xy(r) }).unzip();
-        c = c.series(&label(d), &x, &y, Style::Line(i));
+        let (t, y): (Vec<f64>, Vec<f64>) = d.outcome.rows.iter().map(|r| (r.time, y(r))).unzip();
+        c = c.series(&label(d), &t, &y, Style::Line(i));
     }
-    c.svg()
+    c
 }
 
 fn number(v: f64) -> String {
@@ -56,27 +55,23 @@ fn number(v: f64) -> String {
 }
 
 fn impacts(page: Page, s: &Summary) -> Page {
-    let head = [
-        "run",
-        "touch, s",
-        "speed, m/s",
-        "deepest, m",
-        "peak force, N",
-        "duration, s",
-        "restitution",
-        "lost, J",
-        "rebound, m",
-        "from exact",
-    ];
+    let head =
+        ["run", "touch", "speed", "deepest", "peak force", "duration", "restitution", "lost", "rebound", "from exact"];
     let mut rows: Vec<Vec<String>> = Vec::new();
     for r in &s.runs {
         for b in r.impacts.iter().take(IMPACTS) {
-            let mut row = vec![r.name.clone()];
-            let f = [b.touch, b.impact_speed, b.deepest, b.peak_force, b.duration, b.restitution, b.energy_lost];
-            row.extend(f.iter().map(|v| number(*v)));
-            row.push(b.rebound_height.map_or("-".into(), number));
-            row.push(b.exact.map_or("-".into(), |e| format!("{:.1e}", e.worst())));
-            rows.push(row);
+            rows.push(vec![
+                r.name.clone(),
+                quantity(b.touch, "s"),
+                quantity(b.impact_speed, "m/s"),
+                quantity(b.deepest, "m"),
+                quantity(b.peak_force, "N"),
+                quantity(b.duration, "s"),
+                quantity(b.restitution, "1"),
+                quantity(b.energy_lost, "J"),
+                b.rebound_height.map_or("-".into(), |h| quantity(h, "m")),
+                b.exact.map_or("-".into(), |e| format!("{:.1e}", e.worst())),
+            ]);
         }
     }
     rows.truncate(TABLED);
@@ -99,11 +94,18 @@ fn heights(mut page: Page, s: &Summary) -> Page {
         .iter()
         .take(TABLED)
         .map(|r| {
-            let f = [r.drop_height, r.impact_speed, r.restitution, r.peak_force, r.deepest, r.duration];
-            std::iter::once(name(r)).chain(f.iter().map(|v| number(*v))).collect()
+            vec![
+                name(r),
+                quantity(r.drop_height, "m"),
+                quantity(r.impact_speed, "m/s"),
+                quantity(r.restitution, "1"),
+                quantity(r.peak_force, "N"),
+                quantity(r.deepest, "m"),
+                quantity(r.duration, "s"),
+            ]
         })
         .collect();
-    let head = ["run", "height, m", "speed, m/s", "restitution", "peak force, N", "deepest, m", "duration, s"];
+    let head = ["run", "height", "speed", "restitution", "peak force", "deepest", "duration"];
     page = page.section("By drop height").table(&head, &rows);
     let mut names: Vec<String> = s.by_height.iter().map(name).collect();
     names.sort();
@@ -118,9 +120,9 @@ fn heights(mut page: Page, s: &Summary) -> Page {
                 s.by_height.iter().filter(|r| name(r) == *n).map(|r| (r.drop_height, of(r))).collect();
             at.sort_by(|a, b| a.0.total_cmp(&b.0));
             let (x, y): (Vec<f64>, Vec<f64>) = at.into_iter().unzip();
-            c = c.series(if n.is_empty() { "contact" } else { n }, &x, &y, Style::Line(i));
+            c = c.marks(if n.is_empty() { "contact" } else { n }, &x, &y, Style::Line(i));
         }
-        page = page.figure(&c.svg(), &format!("{title} by drop height"));
+        page = page.chart(&c, "by drop height");
     }
     page
 }
@@ -169,7 +171,7 @@ fn sensors(mut page: Page, done: &[Done], s: &Summary) -> Page {
             .series("contact", &t, &contact, Style::Line(0))
             .series("transducer", &t, &read(&|s| s.0), Style::Line(1))
             .series("accelerometer x mass", &t, &read(&|s| -all * s.1), Style::Line(2));
-        page = page.figure(&c.svg(), &format!("What the sensors make of the contact force, {}", label(d)));
+        page = page.chart(&c, &format!("what the sensors make of the contact force, {}", label(d)));
     }
     page
 }
@@ -212,17 +214,16 @@ fn comparison(page: Page, s: &Summary) -> Page {
         .map(|c| {
             vec![
                 c.name.clone(),
-                number(c.stiffness),
-                number(c.deepest),
-                number(c.peak_force),
-                number(c.duration),
+                quantity(c.stiffness, "N/m^p"),
+                quantity(c.deepest, "m"),
+                quantity(c.peak_force, "N"),
+                quantity(c.duration, "s"),
                 format!("{:.4}", c.peak_ratio),
                 c.free_ratio.map_or("-".into(), |f| format!("{f:.4}")),
             ]
         })
         .collect();
-    let head =
-        ["run", "stiffness, N/m^p", "deepest, m", "peak force, N", "duration, s", "peak over own", "if free, undamped"];
+    let head = ["run", "stiffness", "deepest", "peak force", "duration", "peak over own", "if free, undamped"];
     page.section("Stiffnesses compared").table(&head, &rows)
 }
 
@@ -232,6 +233,7 @@ fn energy(page: Page, done: &[Done], s: &Summary) -> Page {
     let at = d.case.rig.places();
     let t = column(&|r| r.time);
     let mut c = Chart::new("Energy", "time [s]", "energy [J]")
+        .linked("run")
         .series("kinetic", &t, &column(&|r| r.kinetic), Style::Line(0))
         .series("potential", &t, &column(&|r| r.potential), Style::Line(1))
         .series("stored in contact", &t, &column(&|r| r.stored), Style::Line(2))
@@ -251,7 +253,7 @@ fn energy(page: Page, done: &[Done], s: &Summary) -> Page {
             "Kinetic, potential, stored and dissipated energy together stay what they were: {balance}, within \
              {motion:.1e} with the contact's work integrated along the motion."
         ))
-        .figure(&c.svg(), &format!("Energy against time, {}", label(d)))
+        .chart(&c, &label(d))
 }
 
 /// The page of the runs done.
@@ -268,42 +270,36 @@ pub fn page(title: &str, done: &[Done], s: &Summary) -> Page {
     for r in s.remarks.iter().take(5) {
         p = p.sentence(r);
     }
-    p = impacts(p, s);
-    p = comparison(p, s);
-    p = heights(p, s);
     p = p.section("Contact force");
-    let time = chart("Force", ("time from touch [s]", "force [N]"), done, |r| (r.time, r.force), true);
-    p = p.figure(&time, "Force against time, first impact");
-    let depth = chart("Force", ("penetration [m]", "force [N]"), done, |r| (r.state[0], r.force), true);
-    p = p.figure(&depth, "Force against penetration, first impact");
+    let time = ("time from touch [s]", "force [N]");
+    let time = of_impact("First impact over time", time, done, |r, zero| (r.time - zero, r.force));
+    let depth = ("penetration [m]", "force [N]");
+    let depth = of_impact("First impact over penetration", depth, done, |r, _| (r.state[0], r.force));
+    p = p.chart(&time, "").chart(&depth, "");
     let several = done.iter().any(|d| d.outcome.bounces.len() > 1);
     if several {
-        // a flight is drawn by its two ends
-        let ends = |d: &Done, n: usize| {
-            let r = &d.outcome.rows;
-            r[n.saturating_sub(1)..(n + 2).min(r.len())].iter().any(|r| r.force != 0.0)
-        };
-        let all = picked("Force", ("time [s]", "force [N]"), done, |r| (r.time, r.force), false, ends);
-        p = p.figure(&all, "Force against time, every impact");
+        p = p.chart(&over_time("Every impact", "force [N]", done, |r| r.force), "");
     }
     let moves = done.iter().any(|d| d.case.way().is_some());
     if moves {
         p = p.section("Motion");
-        let place = chart("Position", ("time [s]", "position [m]"), done, |r| (r.time, r.state[0]), false);
-        p = p.figure(&place, "Position against time; the stop's surface is at 0");
-        let speed = chart("Velocity", ("time [s]", "velocity [m/s]"), done, |r| (r.time, r.state[1]), false);
-        p = p.figure(&speed, "Velocity against time");
+        let place = over_time("Position", "position [m]", done, |r| r.state[0]);
+        let speed = over_time("Velocity", "velocity [m/s]", done, |r| r.state[1]);
+        p = p.chart(&place, "the stop's surface is at 0").chart(&speed, "");
         if several {
             let mut c = Chart::new("Rebounds", "impact", "height [m]");
             for (i, d) in done.iter().enumerate().take(DRAWN) {
                 let up = d.outcome.bounces.iter().enumerate();
                 let (n, up): (Vec<f64>, Vec<f64>) =
                     up.filter_map(|(i, b)| b.rebound_height.map(|h| ((i + 1) as f64, h))).unzip();
-                c = c.series(&label(d), &n, &up, Style::Line(i));
+                c = c.marks(&label(d), &n, &up, Style::Line(i));
             }
-            p = p.figure(&c.svg(), "Height of the rebound after each impact");
+            p = p.chart(&c, "their height, by impact");
         }
     }
+    p = impacts(p, s);
+    p = comparison(p, s);
+    p = heights(p, s);
     p = sensors(p, done, s);
     p = interrupter_table(p, s);
     energy(p, done, s)

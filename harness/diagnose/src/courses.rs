@@ -1,0 +1,285 @@
+//! Every recording as it was read, and as each simulation has it: as given, recalibrated, with the physics found. What a
+//! report draws.
+
+use crate::decide::Decision;
+use crate::heldout::HeldOut;
+use crate::predictions::Predictions;
+use estimate::fitted::Fitted;
+use estimate::problem::{Data, Nuisance};
+use estimate::structure::Law;
+use plant::simulate::Trace;
+use record::{Channel, Kind, GRAVITY};
+
+/// Share of the peak between whose crossings a contact is timed.
+const TIMED: f64 = 0.05;
+/// Share of the contact time by which a loop reaches beyond touch and leaving.
+const MARGIN: f64 = 0.04;
+/// Samples before the touch from which the zero of a force is read.
+const QUIET: usize = 8;
+
+/// Force over penetration during the first contact, as the channels recorded would give it; NaN outside.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Loop {
+    /// m
+    pub penetration: Vec<f64>,
+    /// N
+    pub force: Vec<f64>,
+}
+
+/// The first impact of a recording, read off its force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Impact {
+    /// Largest force, N.
+    pub peak_force: f64,
+    /// Rebound speed over speed at touch, by the impulse; None where the recording ends in contact.
+    pub restitution: Option<f64>,
+    /// Time between the crossings of 5 % of the peak, s; None where the recording ends before the second.
+    pub contact_time: Option<f64>,
+}
+
+/// One recording, read or simulated.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Course {
+    /// By channel; empty where there is none.
+    pub readings: [Vec<f64>; 3],
+    pub hysteresis: Loop,
+    pub impact: Option<Impact>,
+}
+
+/// The contact of a recording on its own clock, by the best simulation there is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// s
+    pub touch: f64,
+    pub leave: f64,
+    /// Speed at touch, m/s.
+    pub speed: f64,
+}
+
+/// All recordings, in the order of the data, by simulation.
+#[derive(Clone, Debug, Default)]
+pub struct Courses {
+    pub contacts: Vec<Contact>,
+    pub measured: Vec<Course>,
+    /// With the values of campaign.toml, nothing fitted but the time of touch; None where the campaign gives no k and p.
+    pub given: Option<Vec<Course>>,
+    /// Without new physics, each predicted without its level.
+    pub recalibrated: Vec<Course>,
+    /// With the physics found, each predicted without its level; None where nothing was found, or nothing better.
+    pub found: Option<Vec<Course>>,
+    /// Whether penetration was recorded (or imposed); else it is the force integrated twice.
+    pub penetration_recorded: bool,
+    /// The channel that forces are read from; acceleration times mass where there is no force.
+    pub force_from: Option<Channel>,
+}
+
+/// Traces of what predicted every recording.
+pub struct Traces(Vec<Trace>);
+
+impl Traces {
+    /// Of the predictions `of`, made by structures as that of `fitted`.
+    pub fn new(fitted: &Fitted, of: &HeldOut) -> Traces {
+        let problem = fitted.problem();
+        Traces(of.points.iter().enumerate().map(|(r, (theta, local))| problem.predict(theta, r, local).0).collect())
+    }
+}
+
+impl Courses {
+    /// Of a decision: `before` are the traces of its predictions before, `after` those of its predictions after with what is
+    /// predicted in the end.
+    pub fn new(d: &Decision, before: &Traces, after: Option<(&Traces, &Predictions)>) -> Courses {
+        let data = &*d.base.data;
+        let view = View::new(data);
+        let recalibrated = view.simulated(&d.before.predictions, &before.0, gravity(&d.base));
+        let found = after.map(|(t, p)| view.simulated(p, &t.0, gravity(&d.chosen)));
+        let best = after.map_or(&before.0, |(t, _)| &t.0);
+        let contacts: Vec<Contact> = best.iter().zip(&data.records).map(|(t, r)| contact(t, &r.setup.time)).collect();
+        Courses {
+            measured: contacts.iter().enumerate().map(|(r, c)| view.measured(r, c)).collect(),
+            given: d.base.structure.base().law().map(|law| view.given(&d.base, law)),
+            recalibrated,
+            found,
+            contacts,
+            penetration_recorded: data.has(Channel::Penetration),
+            force_from: view.force_from,
+        }
+    }
+}
+
+/// Gravity that a simulation has, m/s^2.
+fn gravity(f: &Fitted) -> f64 {
+    f.physics().gravity
+}
+
+fn contact(t: &Trace, time: &[f64]) -> Contact {
+    let at = time.partition_point(|u| *u < t.touch).min(time.len().saturating_sub(1));
+    Contact { touch: t.touch, leave: t.leave, speed: t.velocity.get(at).copied().unwrap_or(f64::NAN) }
+}
+
+struct View<'a> {
+    data: &'a Data,
+    force_from: Option<Channel>,
+}
+
+impl<'a> View<'a> {
+    fn new(data: &'a Data) -> View<'a> {
+        let force_from = [Channel::Force, Channel::Acceleration].into_iter().find(|c| data.has(*c));
+        View { data, force_from }
+    }
+
+    /// Contact force as the readings of one channel have it, N; empty where there is none.
+    fn force(&self, readings: &[Vec<f64>; 3]) -> Vec<f64> {
+        match self.force_from {
+            Some(Channel::Acceleration) => readings[1].iter().map(|a| -self.data.mass * a).collect(),
+            _ => readings[0].clone(),
+        }
+    }
+
+    fn measured(&self, r: usize, c: &Contact) -> Course {
+        let rec = &self.data.records[r];
+        let readings = [0, 1, 2].map(|i| rec.y[i].clone().unwrap_or_default());
+        let force = self.force(&readings);
+        let pull = if self.data.kind == Kind::DropTest { GRAVITY } else { 0.0 };
+        let penetration = match &rec.y[Channel::Penetration.index()] {
+            Some(x) => x.clone(),
+            None => self.integrated(r, c, &force, pull),
+        };
+        self.course(r, readings, penetration, c, pull)
+    }
+
+    /// Penetration by integrating the force read twice from the touch on, m; NaN before.
+    fn integrated(&self, r: usize, c: &Contact, force: &[f64], pull: f64) -> Vec<f64> {
+        let setup = &self.data.records[r].setup;
+        let (mut x, mut v, mut last) = (0.0, c.speed, c.touch);
+        let step = |(t, f): (&f64, &f64)| {
+            if *t < c.touch {
+                return f64::NAN;
+            }
+            let (dt, a) = (t - last, pull + (setup.drive(x) - f) / self.data.mass);
+            x += dt * (v + 0.5 * dt * a);
+            v += dt * a;
+            last = *t;
+            x
+        };
+        setup.time.iter().zip(force).map(step).collect()
+    }
+
+    fn simulated(&self, p: &Predictions, traces: &[Trace], pull: f64) -> Vec<Course> {
+        let of = |(r, (y, t)): (usize, (&[Vec<f64>; 3], &Trace))| self.of_trace(r, y.clone(), t, pull);
+        p.judged.iter().zip(traces).enumerate().map(of).collect()
+    }
+
+    fn of_trace(&self, r: usize, y: [Vec<f64>; 3], t: &Trace, pull: f64) -> Course {
+        let rec = &self.data.records[r];
+        let recorded = rec.y[Channel::Penetration.index()].is_some();
+        let penetration = if self.data.kind == Kind::Indentation {
+            rec.setup.imposed.clone()
+        } else if recorded && y[2].len() == rec.setup.time.len() {
+            y[2].clone()
+        } else {
+            t.position.clone()
+        };
+        self.course(r, y, penetration, &contact(t, &rec.setup.time), pull)
+    }
+
+    /// The simulation with the campaign's own values: tolerances at zero, speeds as measured, nothing fitted but the time of
+    /// touch. What the campaign lists without values is as recalibrated.
+    fn given(&self, base: &Fitted, law: Law) -> Vec<Course> {
+        let problem = base.problem();
+        let mut theta = base.structure.start(law);
+        let valued = theta.len() - base.structure.base().given.iter().map(|t| t.form.parameters.len()).sum::<usize>();
+        theta[valued..].copy_from_slice(&base.point().theta[valued..]);
+        let pull = problem.physics(&theta).gravity;
+        (0..self.data.records.len())
+            .map(|r| {
+                let mut local = self.data.local_start(r);
+                for (i, n) in problem.nuisances().iter().enumerate() {
+                    if *n == Nuisance::Start {
+                        local[i] = base.point().locals[r][i];
+                    }
+                }
+                let local = problem.fit_local(&theta, r, &local, &|n| n == Nuisance::Start);
+                let (t, y) = problem.predict(&theta, r, &local);
+                self.of_trace(r, y, &t, pull)
+            })
+            .collect()
+    }
+
+    fn course(&self, r: usize, readings: [Vec<f64>; 3], penetration: Vec<f64>, c: &Contact, pull: f64) -> Course {
+        let setup = &self.data.records[r].setup;
+        let force = self.force(&readings);
+        let moves = self.data.kind != Kind::Indentation;
+        let impact = if moves {
+            let drive = pull + setup.drive(0.0) / self.data.mass;
+            read_off(&setup.time, &force, self.data.mass, drive, c)
+        } else {
+            None
+        };
+        let beyond = MARGIN * (c.leave - c.touch);
+        let inside = |t: &f64| !moves || (c.touch - beyond..=c.leave + beyond).contains(t);
+        let kept = |v: &[f64]| v.iter().zip(&setup.time).map(|(v, t)| if inside(t) { *v } else { f64::NAN }).collect();
+        let hysteresis = Loop { penetration: kept(&penetration), force: kept(&force) };
+        Course { readings, hysteresis, impact }
+    }
+}
+
+/// The first impact in `force` N over `time` s, of a body of `mass` kg that else is accelerated by `pull` m/s^2.
+fn read_off(time: &[f64], force: &[f64], mass: f64, pull: f64, c: &Contact) -> Option<Impact> {
+    if force.len() != time.len() || c.speed.is_nan() || c.speed <= 0.0 {
+        return None;
+    }
+    let beyond = c.leave - c.touch;
+    let near = |i: &usize| (c.touch - 0.2 * beyond..=c.leave + 0.5 * beyond).contains(&time[*i]);
+    let quiet: Vec<f64> = (0..time.len()).filter(|i| time[*i] < c.touch - 0.05 * beyond).map(|i| force[i]).collect();
+    let zero = if quiet.len() < QUIET { 0.0 } else { quiet.iter().sum::<f64>() / quiet.len() as f64 };
+    let f: Vec<f64> = force.iter().map(|v| v - zero).collect();
+    let top = (0..time.len()).filter(near).max_by(|a, b| f[*a].total_cmp(&f[*b]))?;
+    let limit = TIMED * f[top];
+    if f[top].is_nan() || f[top] <= 0.0 {
+        return None;
+    }
+    let before = (0..top).rev().find(|i| f[*i] <= limit)?;
+    let after = (top + 1..time.len()).find(|i| f[*i] <= limit);
+    let crossing = |a: usize, b: usize| time[a] + (time[b] - time[a]) * (limit - f[a]) / (f[b] - f[a]);
+    let first = (0..=before).rev().find(|i| f[*i] <= 0.0).unwrap_or(before);
+    let last = after.map(|after| (after..time.len()).find(|i| f[*i] <= 0.0).unwrap_or(after));
+    let restitution = last.map(|last| {
+        let impulse: f64 = (first..last).map(|i| 0.5 * (f[i] + f[i + 1]).max(0.0) * (time[i + 1] - time[i])).sum();
+        impulse / (mass * c.speed) - 1.0 - pull * (time[last] - time[first]) / c.speed
+    });
+    Some(Impact {
+        peak_force: f[top],
+        restitution,
+        contact_time: after.map(|after| crossing(after - 1, after) - crossing(before, before + 1)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_impact_is_read_off_its_force() {
+        // half a sine of 2 ms on 0.5 kg at 1 m/s that leaves at 0.6 m/s, with a zero that is off
+        let (mass, speed, e, duration) = (0.5, 1.0, 0.6, 2e-3);
+        let (dt, touch) = (1e-5, 1e-3);
+        let impulse = mass * speed * (1.0 + e) + mass * GRAVITY * duration;
+        let peak = impulse * std::f64::consts::PI / (2.0 * duration);
+        let time: Vec<f64> = (0..500).map(|i| dt * f64::from(i)).collect();
+        let pulse = |t: &f64| {
+            let u = (t - touch) / duration;
+            3.0 + if (0.0..=1.0).contains(&u) { peak * (std::f64::consts::PI * u).sin() } else { 0.0 }
+        };
+        let force: Vec<f64> = time.iter().map(pulse).collect();
+        let c = Contact { touch, leave: touch + duration, speed };
+        let i = read_off(&time, &force, mass, GRAVITY, &c).unwrap();
+        assert!((i.peak_force / peak - 1.0).abs() < 1e-4, "{i:?}");
+        assert!((i.restitution.unwrap() - e).abs() < 1e-3, "{i:?}");
+        let timed = duration * (1.0 - 2.0 * TIMED.asin() / std::f64::consts::PI);
+        assert!((i.contact_time.unwrap() / timed - 1.0).abs() < 1e-3, "{i:?}");
+        // cut in contact: the peak alone is known
+        let cut = read_off(&time[..220], &force[..220], mass, GRAVITY, &c).unwrap();
+        assert_eq!((cut.restitution, cut.contact_time), (None, None));
+        assert!(read_off(&time, &vec![f64::NAN; 500], mass, GRAVITY, &c).is_none());
+    }
+}

@@ -1,0 +1,240 @@
+//! What to do next, from the decision and the findings: a step each, the first thing first.
+
+use super::bias::Bias;
+use super::decide::Decision;
+use super::experiment::Tie;
+use super::findings::Findings;
+use super::phases::PHASES;
+use mechanisms::mechanism::{Mechanism, Origin};
+use mechanisms::ALL;
+use record::{Campaign, Channel};
+
+/// Probability of having named the right one of a tie from which no experiment is asked for.
+pub const SURE: f64 = 0.95;
+/// Separation in standard deviations below which an experiment promises little.
+pub const LITTLE: f64 = 2.0;
+/// Where nothing can be judged.
+pub const PUT_RIGHT: &str =
+    "Put right what is said above, look at the campaign with `touchdown check`, and diagnose again.";
+/// Parameters that are start values of the element.
+const SYMBOLS: [&str; 3] = ["k", "p", "mu_d"];
+/// Other names at most that a measurement is proposed against.
+const OTHERS: usize = 2;
+
+/// The steps for campaign `c`; `fmu`: whether the element was written.
+pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String> {
+    let mut v = Vec::new();
+    let named: Vec<&Mechanism> = named(d);
+    if !f.gates.is_empty() {
+        let names = words(&named.iter().map(|m| m.name).collect::<Vec<_>>());
+        v.push(format!("Do not build on {names} yet. {}", f.gates.join(" ")));
+    } else {
+        match &named[..] {
+            [one] => v.push(one.cure.into()),
+            all => v.extend(all.iter().map(|m| format!("{}: {}", plain(m.name), m.cure))),
+        }
+    }
+    v.extend(calibration(f).filter(|_| fmu && f.gates.is_empty() && !d.unexplained));
+    if f.unclipped.is_some() && named.iter().any(|m| m.hints.limits_reading) {
+        v.push(
+            "Until the channel has a wider range, take its peaks from without_clipping/, with their intervals.".into(),
+        );
+    }
+    v.extend(against_others(c, d, f, &named));
+    v.extend(unexplained(d, f));
+    v.extend(more_recordings(c, d, f));
+    let in_the_fmu = named.iter().any(|m| m.origin == Origin::Contact) && f.gates.is_empty();
+    if fmu && !in_the_fmu {
+        v.push(recalibrated(d, &named, f).into());
+    }
+    v
+}
+
+/// The mechanisms of the vocabulary that are named.
+fn named(d: &Decision) -> Vec<&'static Mechanism> {
+    if !d.detected {
+        return Vec::new();
+    }
+    d.chosen.structure.terms().iter().map(|t| t.mechanism).filter(|m| m.named).collect()
+}
+
+/// A name as it is read.
+fn plain(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+fn words(names: &[&str]) -> String {
+    names.iter().map(|n| plain(n)).collect::<Vec<_>>().join(" and ")
+}
+
+/// What the element is good for that holds none of what is named.
+fn recalibrated(d: &Decision, named: &[&Mechanism], f: &Findings) -> &'static str {
+    if !f.gates.is_empty() {
+        "Until that is settled, HysteresisContact.fmu holds the simulation as given, recalibrated, without what is named."
+    } else if d.unexplained {
+        "HysteresisContact.fmu holds what is known, recalibrated; what stays unexplained is not in it."
+    } else if named.is_empty() {
+        "Put HysteresisContact.fmu in the place of the simulation's contact: the same law, recalibrated to these recordings."
+    } else {
+        "Put HysteresisContact.fmu in the place of the simulation's contact: calibrated beside what is corrected elsewhere, \
+         it is free of the error that the missing physics had forced on it."
+    }
+}
+
+/// What else the element's start values put right; None where the calibration had absorbed nothing.
+fn calibration(f: &Findings) -> Option<String> {
+    let off = |b: &&Bias| b.sigmas.abs() > 2.0 && b.percent.is_finite() && SYMBOLS.contains(&b.name);
+    let moved: Vec<String> = f
+        .bias
+        .iter()
+        .filter(off)
+        .map(|b| format!("{} by {:+.1} %", b.name, b.percent).replace('-', "\u{2212}"))
+        .collect();
+    (!moved.is_empty()).then(|| {
+        format!(
+            "Take its other start values, too: calibrated without the missing physics, the simulation had been off in {}.",
+            moved.join(", ")
+        )
+    })
+}
+
+/// What would tell what is named from what fits as well.
+fn against_others(c: &Campaign, d: &Decision, f: &Findings, named: &[&'static Mechanism]) -> Vec<String> {
+    let mut v = Vec::new();
+    let mut settled: Vec<&str> = named.iter().map(|m| m.name).collect();
+    for t in f.ties.iter().flatten().filter(|t| t.p_right <= SURE) {
+        if let Some(text) = by_experiment(t) {
+            settled.extend(&t.set);
+            v.push(text);
+        }
+    }
+    // among names that nothing parts yet: those of the ties, then of the rest of the credible set
+    let tied = d.ties.iter().flatten().copied();
+    let credible = d.posterior.credible_set();
+    let possible = credible.iter().filter(|c| !c.is_unknown()).flat_map(|c| c.names.iter().copied());
+    let mut others: Vec<&str> = tied.chain(possible).filter(|n| !settled.contains(n)).collect();
+    let mut seen = Vec::new();
+    others.retain(|n| {
+        !seen.contains(n) && {
+            seen.push(*n);
+            true
+        }
+    });
+    let of = |n: &&str| ALL.iter().find(|m| m.name == *n);
+    for other in others.iter().filter_map(of).take(OTHERS) {
+        v.push(match named.first() {
+            Some(first) => {
+                format!("To tell {} from {}, {}.", plain(first.name), plain(other.name), apart(c, d, first, other))
+            }
+            None => format!("{} is not ruled out: to see it, {}.", plain(other.name), shown(c, other)),
+        });
+    }
+    v
+}
+
+fn by_experiment(t: &Tie) -> Option<String> {
+    let best = t.proposals.first()?;
+    let all: Vec<String> = t.set.iter().map(|n| plain(n)).collect();
+    Some(if best.sigmas < LITTLE {
+        format!(
+            "No experiment tried tells {} apart (the best, to {}, by {:.1} sigma): decide by what the rig can have.",
+            all.join(" and "),
+            best.text,
+            best.sigmas
+        )
+    } else {
+        format!(
+            "To tell {} apart: {} ({:.1} sigma apart; the right name then has a probability of {:.2}).",
+            all.join(" and "),
+            best.text,
+            best.sigmas,
+            best.p_right
+        )
+    })
+}
+
+/// What parts two mechanisms, by where they sit.
+fn apart(c: &Campaign, d: &Decision, a: &Mechanism, b: &Mechanism) -> String {
+    if a.hints.collinear_with.contains(&b.name) {
+        return "look at the rig: recordings of this kind cannot do it".into();
+    }
+    if a.hints.depends_on_history != b.hints.depends_on_history {
+        return "take recordings on a fresh spot or a new part, then the same again on the used one".into();
+    }
+    match (a.origin, b.origin) {
+        (Origin::Chain, Origin::Chain) => "test the chain by itself: a known pulse through transducer and amplifier".into(),
+        (Origin::Chain, _) | (_, Origin::Chain) => {
+            "record the same impacts with a second sensor: what sits in the measuring chain changes with it, the rest stays"
+                .into()
+        }
+        (Origin::Contact, Origin::Contact) => levels(c),
+        _ if d.base.data.has(Channel::Penetration) => {
+            "record longer before the touch and after leaving: what acts on the body acts there, too, the contact does not"
+                .into()
+        }
+        _ => "record the penetration as well, from before the touch to after leaving: what acts on the body acts there, too, the \
+              contact does not"
+            .into(),
+    }
+}
+
+/// What shows a mechanism that is possible beside nothing.
+fn shown(c: &Campaign, m: &Mechanism) -> String {
+    match m.origin {
+        _ if m.hints.depends_on_history => "repeat the first level last".into(),
+        Origin::Chain => "record the same impacts with a second sensor".into(),
+        Origin::Motion => "record longer before the touch and after leaving".into(),
+        Origin::Contact => levels(c),
+    }
+}
+
+fn levels(c: &Campaign) -> String {
+    match (c.levels.first(), c.levels.last()) {
+        (Some(a), Some(b)) if c.levels.len() > 1 => {
+            format!("record levels beyond those there are ({} to {})", a.1, b.1)
+        }
+        _ => "record more levels".into(),
+    }
+}
+
+fn unexplained(d: &Decision, f: &Findings) -> Option<String> {
+    if !d.unexplained {
+        return None;
+    }
+    if d.excess_scatter.is_some() {
+        return Some(
+            "Find what changed between recordings of one level (temperature, wear, a setting): repeat each level, in mixed order, \
+             and note those."
+                .into(),
+        );
+    }
+    Some(match &f.latent {
+        Some(l) => format!(
+            "Look for a cause in the {} that acts most in the {} phase: latent_force/ holds, recording by recording, the force it \
+             takes.",
+            l.place.origin(),
+            PHASES[l.phase]
+        ),
+        None => "Look at the residuals below: where they stand out of the noise, in every recording alike, the cause acts.".into(),
+    })
+}
+
+/// What too few recordings or channels leave open.
+fn more_recordings(c: &Campaign, d: &Decision, f: &Findings) -> Vec<String> {
+    let mut v = Vec::new();
+    if c.recordings.len() < 2 {
+        v.push("Record more impacts, two or more at each of three levels or more: one tells nothing of what holds for all.".into());
+    } else if c.levels.len() < 2 {
+        v.push("Record at two levels more at least: what grows with speed or depth shows in no other way.".into());
+    }
+    let channels: Vec<Channel> = Channel::ALL.into_iter().filter(|ch| d.base.data.has(*ch)).collect();
+    let open = d.unexplained || !f.gates.is_empty() || d.ties.iter().any(|t| !t.is_empty());
+    if let ([only], true) = (&channels[..], open) {
+        let other = if *only == Channel::Penetration { "force or acceleration" } else { "the penetration" };
+        v.push(format!(
+            "Record {other} beside the {}: in one channel contact, motion and measuring chain look alike.",
+            only.name()
+        ));
+    }
+    v
+}

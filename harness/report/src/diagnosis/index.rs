@@ -1,0 +1,79 @@
+//! index.html beside the answers: what was found in every campaign, each with a link to its report.
+
+use chart::{is_ours, lead, Page};
+use std::io::Read;
+use std::path::Path;
+
+/// Bytes at the beginning of a report that hold its first sentence.
+const HEAD: u64 = 1 << 17;
+
+/// The first sentence of the report in `dir`; None where there is no answer.
+fn finding(dir: &Path) -> Option<String> {
+    if !dir.join("verdict.json").is_file() {
+        return None;
+    }
+    let mut head = Vec::new();
+    std::fs::File::open(dir.join("report.html")).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
+    lead(&String::from_utf8_lossy(&head))
+}
+
+/// Writes `out`/index.html, which lists all answers in `out`.
+///
+/// # Errors
+/// As the file system gives them; and where an index.html is there that is none of ours.
+pub fn write(out: &Path) -> std::io::Result<()> {
+    let path = out.join("index.html");
+    if path.exists() && !std::fs::read_to_string(&path).is_ok_and(|h| is_ours(&h)) {
+        return Err(std::io::Error::new(
+            std::io::ErrorKind::AlreadyExists,
+            "is no index of touchdown and is left as it is",
+        ));
+    }
+    let mut answers: Vec<(String, String)> = Vec::new();
+    for entry in std::fs::read_dir(out)? {
+        let dir = entry?.path();
+        if let (Some(name), Some(text)) = (dir.file_name().and_then(|n| n.to_str()), finding(&dir)) {
+            answers.push((name.into(), text));
+        }
+    }
+    answers.sort();
+    let mut page = Page::new("Diagnoses").sentence(&match answers.len() {
+        1 => "One campaign was diagnosed.".into(),
+        n => format!("{n} campaigns were diagnosed."),
+    });
+    for (name, text) in &answers {
+        page = page.entry(&format!("{}/report.html", encoded(name)), name, text);
+    }
+    output::write(&path, page.html().as_bytes())
+}
+
+/// A folder's name in a link.
+fn encoded(name: &str) -> String {
+    let of = |b: u8| match b {
+        b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => (b as char).to_string(),
+        _ => format!("%{b:02X}"),
+    };
+    name.bytes().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_index_lists_the_answers_and_leaves_somebody_elses_page_alone() {
+        let dir = tempfile::tempdir().unwrap();
+        let answer = dir.path().join("a b#1");
+        std::fs::create_dir(&answer).unwrap();
+        std::fs::write(answer.join("verdict.json"), "{}").unwrap();
+        std::fs::write(answer.join("report.html"), Page::new("t").sentence("It leaves out <this>.").html()).unwrap();
+        for _ in 0..2 {
+            write(dir.path()).unwrap();
+            let h = std::fs::read_to_string(dir.path().join("index.html")).unwrap();
+            assert!(h.contains("href=\"a%20b%231/report.html\"") && h.contains("It leaves out &lt;this&gt;."));
+        }
+        std::fs::write(dir.path().join("index.html"), "<p>mine</p>").unwrap();
+        assert!(write(dir.path()).is_err());
+        assert_eq!(std::fs::read_to_string(dir.path().join("index.html")).unwrap(), "<p>mine</p>");
+    }
+}

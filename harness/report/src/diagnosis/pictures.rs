@@ -1,0 +1,248 @@
+//! The pictures engineers think in: force over penetration, readings over time with what is left of them, restitution and
+//! contact time over speed; measured, as given, recalibrated, with the physics found.
+
+use super::words::unseen;
+use chart::{Chart, Page, Style};
+use diagnose::courses::{Course, Impact};
+use diagnose::run::Outcome;
+use estimate::levels::nrmse;
+use record::{Campaign, Channel, Kind};
+
+/// Loops drawn at most beside that of the recording that tells most.
+const LOOPS: usize = 9;
+/// Shares of the contact time shown before the touch and after leaving.
+const BEFORE: f64 = 0.15;
+const AFTER: f64 = 0.4;
+
+const GIVEN: &str = "as given";
+const RECALIBRATED: &str = "recalibrated";
+const FOUND: &str = "physics found";
+/// The same where a force stands in for what nobody has named.
+const STAND_IN: &str = "with a stand-in";
+
+/// The simulations there are, with name and style, each with all recordings.
+fn simulations(o: &Outcome) -> Vec<(&'static str, Style, &[Course])> {
+    let c = &o.courses;
+    let mut all = Vec::new();
+    if let Some(given) = &c.given {
+        all.push((GIVEN, Style::Given, &given[..]));
+    }
+    all.push((RECALIBRATED, Style::Before, &c.recalibrated[..]));
+    if let Some(found) = &c.found {
+        let name = if o.verdict.missing.is_empty() { STAND_IN } else { FOUND };
+        all.push((name, Style::After, &found[..]));
+    }
+    all
+}
+
+/// Times of recording `i` from its touch, s.
+fn from_touch(c: &Campaign, o: &Outcome, i: usize) -> Vec<f64> {
+    let touch = o.courses.contacts.get(i).map_or(0.0, |t| t.touch);
+    let zero = if touch.is_finite() && c.kind != Kind::Indentation { touch } else { 0.0 };
+    c.recordings[i].time.iter().map(|t| t - zero).collect()
+}
+
+fn time_axis(c: &Campaign) -> &'static str {
+    if c.kind == Kind::Indentation {
+        "time [s]"
+    } else {
+        "time from touch [s]"
+    }
+}
+
+/// Shows the pulse first, where there is one.
+fn on_the_pulse(chart: Chart, c: &Campaign, o: &Outcome, i: usize) -> Chart {
+    let Some(t) = o.courses.contacts.get(i) else { return chart };
+    let long = t.leave - t.touch;
+    if c.kind == Kind::Indentation || !long.is_finite() || long <= 0.0 {
+        return chart;
+    }
+    let time = from_touch(c, o, i);
+    let (first, last) = (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(long));
+    chart.focus((-BEFORE * long).max(first), ((1.0 + AFTER) * long).min(last))
+}
+
+/// The recording whose prediction gained most (or, with nothing found, fits worst).
+fn telling(c: &Campaign, o: &Outcome) -> usize {
+    let score = |i: usize| -> f64 {
+        let of = |p: &[Vec<f64>; 3]| -> f64 {
+            c.recordings[i].channels.iter().zip(p).filter_map(|(y, p)| nrmse(y.as_ref()?, p)).sum()
+        };
+        of(&o.before.predictions.judged[i]) - o.after.as_ref().map_or(0.0, |a| of(&a.predictions.judged[i]))
+    };
+    (0..c.recordings.len()).max_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(0)
+}
+
+/// Name of a recording with its level.
+fn named(c: &Campaign, i: usize) -> String {
+    let r = &c.recordings[i];
+    match c.levels.get(r.level) {
+        Some(l) => format!("{}, {}", r.file, l.1),
+        None => r.file.clone(),
+    }
+}
+
+/// Force over penetration of recording `i`.
+fn hysteresis(c: &Campaign, o: &Outcome, i: usize, title: &str) -> Chart {
+    let time = from_touch(c, o, i);
+    let mut chart = Chart::new(title, "penetration [m]", "force [N]");
+    if let Some(m) = o.courses.measured.get(i) {
+        chart = chart.curve("measured", &m.hysteresis.penetration, &m.hysteresis.force, &time, Style::Measured);
+    }
+    for (name, style, s) in simulations(o) {
+        let Some(s) = s.get(i) else { continue };
+        chart = chart.curve(name, &s.hysteresis.penetration, &s.hysteresis.force, &time, style);
+    }
+    chart
+}
+
+/// What a channel read of recording `i`, and as every simulation has it.
+fn readings(c: &Campaign, o: &Outcome, i: usize, ch: Channel, title: &str) -> Option<Chart> {
+    let r = &c.recordings[i];
+    let y = r.channels[ch.index()].as_ref()?;
+    let time = from_touch(c, o, i);
+    let name = format!("{} [{}]", ch.name(), ch.unit());
+    let mut chart = Chart::new(title, time_axis(c), &name).series("measured", &time, y, Style::Measured);
+    for (name, style, s) in simulations(o) {
+        let Some(s) = s.get(i) else { continue };
+        chart = chart.series(name, &time, &s.readings[ch.index()], style);
+    }
+    if let Some((k, list)) = &o.findings.unclipped {
+        if let Some(u) = list.iter().find(|u| *k == ch && u.file == r.file && u.clipped) {
+            chart = chart.series("without clipping", &time, &u.curve, Style::Inferred);
+        }
+    }
+    Some(on_the_pulse(chart, c, o, i))
+}
+
+/// What a channel read less what the recalibrated simulations have.
+fn residual(c: &Campaign, o: &Outcome, i: usize, ch: Channel) -> Option<Chart> {
+    let y = c.recordings[i].channels[ch.index()].as_ref()?;
+    let time = from_touch(c, o, i);
+    let mut chart =
+        Chart::new("", time_axis(c), &format!("measured \u{2212} simulated [{}]", ch.unit())).without_names();
+    for (name, style, s) in simulations(o).into_iter().filter(|s| s.0 != GIVEN) {
+        let Some(s) = s.get(i) else { continue };
+        let less: Vec<f64> = y.iter().zip(&s.readings[ch.index()]).map(|(a, b)| a - b).collect();
+        chart = chart.series(name, &time, &less, style);
+    }
+    Some(on_the_pulse(chart, c, o, i))
+}
+
+/// How the pictures are to be read.
+fn key(o: &Outcome) -> String {
+    let given = match &o.courses.given {
+        Some(_) => "As given: with k, p and mu_d of campaign.toml, and only the time of touch fitted. ",
+        None => "campaign.toml gives no k and p, so that nothing is drawn as given. ",
+    };
+    let found = match (&o.courses.found, o.verdict.missing.is_empty()) {
+        (None, _) => "",
+        (_, false) => " Physics found: the same with what is named above.",
+        (_, true) => " With a stand-in: the same with a force in the place of the cause that nobody has named.",
+    };
+    format!(
+        "{given}Recalibrated: the best fit without new physics.{found} What is recalibrated is a prediction of {}.",
+        unseen(o).trim_end_matches(',')
+    )
+}
+
+/// The recording that tells most: its loop, and every channel over time with what is left of it.
+pub fn first_sight(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
+    let i = telling(c, o);
+    page = page.section("Force over penetration, and over time").paragraph(&key(o));
+    let shown = hysteresis(c, o, i, &named(c, i)).size(600, 425).linked("telling");
+    let source = if o.courses.penetration_recorded { "" } else { "penetration measured: the force integrated twice" };
+    page = page.stack(vec![(shown, source)]);
+    for ch in Channel::ALL {
+        if c.kind == Kind::Indentation && ch == Channel::Penetration {
+            continue;
+        }
+        let title = if ch == Channel::Force {
+            "Force"
+        } else if ch == Channel::Acceleration {
+            "Acceleration"
+        } else {
+            "Penetration"
+        };
+        let (Some(of), Some(left)) = (readings(c, o, i, ch, title), residual(c, o, i, ch)) else { continue };
+        page = page.stack(vec![
+            (of.size(600, 270).linked("telling"), "over time"),
+            (left.size(600, 165).linked("telling"), ""),
+        ]);
+    }
+    loops(page, c, o, i)
+}
+
+/// The loop of every level but that of recording `told`.
+fn loops(mut page: Page, c: &Campaign, o: &Outcome, told: usize) -> Page {
+    let mut seen = vec![c.recordings[told].level];
+    let mut first = true;
+    for (i, r) in c.recordings.iter().enumerate() {
+        if seen.contains(&r.level) || seen.len() > LOOPS {
+            continue;
+        }
+        seen.push(r.level);
+        if first {
+            page = page.section("The loop, level by level");
+            first = false;
+        }
+        page = page.chart(&hysteresis(c, o, i, &named(c, i)).linked(&r.file), "");
+    }
+    page
+}
+
+/// Figures of the first impact over its speed.
+pub fn over_speed(page: Page, c: &Campaign, o: &Outcome) -> Page {
+    let speed: Vec<f64> = o.courses.contacts.iter().map(|t| t.speed).collect();
+    let measured: Vec<&Course> = o.courses.measured.iter().collect();
+    if !measured.iter().any(|m| m.impact.is_some()) {
+        return page;
+    }
+    let read = match o.courses.force_from {
+        Some(Channel::Acceleration) => "acceleration times mass",
+        _ => "force",
+    };
+    let mut page = page.section("Restitution and contact time over impact speed").paragraph(&format!(
+        "All read off the {read} of the first impact in one way, measured and simulated alike: restitution by the impulse, contact \
+         time between the crossings of 5 % of the peak. {} recordings.",
+        c.recordings.len()
+    ));
+    type Figure = fn(&Impact) -> Option<f64>;
+    let figures: [(&str, &str, Figure); 3] = [
+        ("Restitution", "restitution [1]", |i| i.restitution),
+        ("Contact time", "contact time [s]", |i| i.contact_time),
+        ("Peak force", "peak force [N]", |i| Some(i.peak_force)),
+    ];
+    for (title, axis, of) in figures {
+        let values = |all: &mut dyn Iterator<Item = &Course>| -> Vec<f64> {
+            all.map(|s| s.impact.as_ref().and_then(of).unwrap_or(f64::NAN)).collect()
+        };
+        let y = values(&mut measured.iter().copied());
+        if y.iter().all(|v| v.is_nan()) {
+            continue;
+        }
+        let mut chart = Chart::new(title, "speed at touch [m/s]", axis).linked("speed").marks(
+            "measured",
+            &speed,
+            &y,
+            Style::Measured,
+        );
+        for (name, style, s) in simulations(o) {
+            chart = chart.marks(name, &speed, &values(&mut s.iter()), style);
+        }
+        page = page.chart(&chart, "");
+    }
+    page
+}
+
+/// Every recording and channel, small.
+pub fn all(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
+    for i in 0..c.recordings.len() {
+        for ch in Channel::ALL {
+            if let Some(chart) = readings(c, o, i, ch, &named(c, i)) {
+                page = page.chart(&chart.size(400, 230).linked(&format!("all {i}")), ch.name());
+            }
+        }
+    }
+    page
+}

@@ -1,0 +1,77 @@
+"""The demo's pages, made once, and a headless browser to look at them with."""
+
+import base64
+import os
+import pathlib
+import shutil
+import subprocess
+
+import pytest
+from selenium import webdriver
+from selenium.webdriver.chrome.options import Options
+from selenium.webdriver.chrome.service import Service
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PAGES = ["index.html", "drop_test/report.html", "contactor/report.html", "fit/report.html", "diagnosis/index.html", "diagnosis/bench_drop/report.html", "same_drops/report.html"]
+FINDING = "diagnosis/bench_drop/report.html"
+
+
+@pytest.fixture(scope="session")
+def demo(tmp_path_factory):
+    """Folder of the demo, made here or beforehand."""
+    if "REPORT_DEMO" in os.environ:
+        return pathlib.Path(os.environ["REPORT_DEMO"]).resolve()
+    out = tmp_path_factory.mktemp("pages") / "demo"
+    program = os.environ.get("TOUCHDOWN", str(ROOT / "target/release/touchdown"))
+    subprocess.run([program, "demo", "--out", str(out)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return out
+
+
+class Browser:
+    def __init__(self):
+        options = Options()
+        options.binary_location = shutil.which("chromium")
+        for a in ["--headless=new", "--no-sandbox", "--hide-scrollbars", "--disable-gpu", "--disable-dev-shm-usage"]:
+            options.add_argument(a)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+        self.driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
+
+    def open(self, path, width=1400, dark=False, script=True):
+        """Opens a page; width in px, a phone below 600."""
+        self.driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": not script})
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600})
+        self.driver.get(pathlib.Path(path).as_uri())
+
+    def js(self, text, *args):
+        return self.driver.execute_script(text, *args)
+
+    def errors(self):
+        return [e for e in self.driver.get_log("browser") if e["level"] in ("SEVERE", "WARNING")]
+
+    def requests(self):
+        """Addresses asked for since the last time."""
+        return [e["message"] for e in self.driver.get_log("performance") if '"Network.requestWillBeSent"' in e["message"]]
+
+    def pdf(self):
+        return base64.b64decode(self.driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": True, "preferCSSPageSize": True})["data"])
+
+    def shot(self, name, whole=True):
+        """Keeps a picture of the whole page, or of what is on the screen, where REPORT_SHOTS names a folder."""
+        if "REPORT_SHOTS" not in os.environ:
+            return
+        folder = pathlib.Path(os.environ["REPORT_SHOTS"])
+        folder.mkdir(parents=True, exist_ok=True)
+        if not whole:
+            self.driver.save_screenshot(str(folder / f"{name}.png"))
+            return
+        width, height = self.js("return [document.documentElement.clientWidth, document.documentElement.scrollHeight]")
+        shot = self.driver.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True, "clip": {"x": 0, "y": 0, "width": width, "height": min(height, 12000), "scale": 1}})
+        (folder / f"{name}.png").write_bytes(base64.b64decode(shot["data"]))
+
+
+@pytest.fixture(scope="session")
+def browser():
+    b = Browser()
+    yield b
+    b.driver.quit()
