@@ -6,7 +6,7 @@ from collections import defaultdict
 import numpy as np
 
 from . import figures as fig
-from . import scores
+from . import independent, scores
 from .effects import STRANGE
 from .judge import TARGETS, TIES, band, summary
 
@@ -373,6 +373,9 @@ def blind(out, head, rows, others, real, single_level):
 def markdown(head, rows, others, real, more=()):
     """The tables for the README; more: rows of groups.py's campaigns."""
     out, more = [], list(more)
+    figures = [f for r in real or [] for f in r["figures"]]
+    if figures:
+        out += ["Real recordings: what a second sensor or the recordings themselves give without any model, beside the diagnosis:", "", *independent.markdown(figures), ""]
     if rows:
         out += [f"{how_many(head)[:1].upper()}{how_many(head)[1:]} concealed cases, {seeds(head)}, {head['date']}, {made(head)}; labels sha256",
                 f"`{head['sha256']}`; `{command(head)}`:", "",

@@ -5,10 +5,12 @@ where the force ends on the way back, relaxation is what it loses in a hold, adh
 clipping is a peak the other sensor saw and this one did not. A folder X-other-sensor belongs to X.
 """
 import json
+import tomllib
 
 import numpy as np
 
 from . import figures as fig
+from . import independent
 from .judge import CHANNELS, distance, files, si, table
 
 
@@ -80,22 +82,13 @@ def delay(a, b, c="acceleration"):
     return float(lags[int(np.argmax(r))] * dt)
 
 
-def recovered(answer, name):
-    """What the sensor would have read without its limit (answer/without_clipping/<recording>), where it says it; else None."""
-    p = answer / "without_clipping" / name
-    return si(p) if p.exists() else None
-
-
-def second_sensor(low, high, answer):
-    """Rows (recording, true peak, recorded, predicted after, recovered, delay) of a sensor judged by the better one."""
+def second_sensor(low, high):
+    """Rows (recording, true peak, recorded, delay) of a sensor judged by the better one."""
     out = []
     for n in files(low):
-        if not (high / n).exists():
-            continue
-        a, b = si(high / n), si(low / n)
-        after = answer / "predictions" / "after" / n
-        q = recovered(answer, n)
-        out.append((n, peak(a), peak(b), peak(si(after)) if after.exists() else None, peak(q) if q else None, delay(a, b)))
+        if (high / n).exists():
+            a, b = si(high / n), si(low / n)
+            out.append((n, peak(a), peak(b), delay(a, b)))
     return out
 
 
@@ -126,8 +119,8 @@ def misses(case, answer):
 
 def section(case, answer, run):
     """One campaign and its answer: (dict of what was found, html)."""
-    r = dict(campaign=case.name, seconds=run["cpu"], named=[], before=None, after=None, supported=None, peaks=None)
-    kind = (case / "campaign.toml").read_text()
+    r = dict(campaign=case.name, seconds=run["cpu"], named=[], before=None, after=None, supported=None, figures=[])
+    campaign = tomllib.loads((case / "campaign.toml").read_text())
     h = [f"<h3>{fig_esc(case.name)}</h3>"]
     try:
         v = json.loads((answer / "verdict.json").read_text())
@@ -148,7 +141,7 @@ def section(case, answer, run):
     if r["before"] and r["after"]:
         h.append(f"<p><b>Held-out misfit</b> (mean over recordings and channels, rms over range): {100 * r['before']:.3f} % before, {100 * r['after']:.3f} % after, {r['before'] / r['after']:.2f} times less.</p>")
     h.append("<p><b>How the truth is known.</b> ")
-    if '"indentation"' in kind:
+    if campaign["campaign"]["kind"] == "indentation":
         say, names = indentation(case)
         r["supported"] = sorted(names)
         ok = bool(names & set(r["named"]))
@@ -161,23 +154,17 @@ def section(case, answer, run):
         else:
             mine, theirs = (float(np.median([peak(si(c / n)) for n in files(c)])) for c in (case, other))
             if mine < theirs:
-                rows = second_sensor(case, other, answer)
-                r["peaks"] = rows
-                cut = np.array([b / a for _, a, b, *_ in rows])
+                rows = second_sensor(case, other)
+                cut = np.array([b / a for _, a, b, _ in rows])
                 lag = np.array([q[-1] for q in rows])
                 h.append(f"The second accelerometer of the same drops saw {100 * (1 / cut.max() - 1):.0f} to {100 * (1 / cut.min() - 1):.0f} % higher peaks; this one comes {1e3 * np.median(lag):.2f} ms later (cross-correlation below the clipped level). "
                          f"So clipping and lag are the truth here; named: {'clipping' if 'clipping' in r['named'] else 'not clipping'}, {'lag' if {'lowpass_lag', 'channel_skew'} & set(r['named'] + r['also']) else 'no lag'}.</p>")
                 r["as_shown"] = "clipping" in r["named"]
-                cell = lambda x: "-" if x is None else f"{x:.0f}"
-                off = lambda x, a: "-" if x is None else f"{100 * (x / a - 1):+.1f} %"
-                h.append("<table><tr><th>recording</th><th class=n>true peak (other sensor) [m/s²]</th><th class=n>recorded</th><th class=n>off by</th><th class=n>recovered by the diagnosis</th><th class=n>off by</th></tr>"
-                         + "".join(f"<tr><td>{fig_esc(n)}</td><td class=n>{a:.0f}</td><td class=n>{b:.0f}</td><td class=n>{off(b, a)}</td><td class=n>{cell(q)}</td><td class=n>{off(q, a)}</td></tr>" for n, a, b, _, q, _ in rows) + "</table>")
-                got = [abs(q / a - 1) for _, a, _, _, q, _ in rows if q]
-                r["peak_error"] = float(np.median(got)) if got else None
-                h.append(f"<p>The true peak is recovered within {100 * max(got):.1f} % at worst, {100 * np.median(got):.1f} % in the median.</p>" if got
-                         else "<p>The diagnosis wrote no curve without the clipping beside its verdict, so the true peak is not recovered.</p>")
             else:
                 h.append("This is the sensor that saw the higher peaks; it judges the other one below or above. What it misses itself only the levels held out can tell.</p>")
+    r["figures"] = independent.figures(case, campaign, v, partner(case), set_left)
+    if r["figures"]:
+        h.append(independent.table(r["figures"]))
     h.append(fig.traces(case, answer))
     return r, "".join(h)
 

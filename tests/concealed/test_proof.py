@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from tests.concealed import page, prove, real
+from tests.concealed import independent, page, prove, real
 from tests.concealed.beside import right_name
 from tests.concealed.beside_base import carried
 from tests.concealed.generate import generate, label_hash
@@ -119,3 +119,28 @@ def test_the_delay_of_a_clipped_and_late_sensor_is_found():
     good = dict(time=t, acceleration=y(0.0))
     late = dict(time=t, acceleration=np.clip(y(0.0015), -200, 200))
     assert real.delay(good, late) == pytest.approx(0.0015, abs=1e-4)
+
+
+def shock(rings, width=3e-4, rate=50e3):
+    """A half sine of 1 that rings on."""
+    t = np.arange(0, 6e-3, 1 / rate)
+    pulse = np.where((t > 1e-3) & (t < 1e-3 + width), np.sin(np.pi * (t - 1e-3) / width), 0.0)
+    return dict(time=t, acceleration=-pulse + np.where(t > 1e-3 + width, 0.05 * np.sin(2 * np.pi * rings * t) * np.exp(-(t - 1e-3) / 2e-3), 0.0))
+
+
+def test_a_pulse_tells_its_width_and_what_rings_on_after_it():
+    assert independent.ringing(shock(4000.0)) == pytest.approx(4000.0, rel=0.02)
+    assert independent.width(shock(4000.0)) == pytest.approx(2e-4, rel=0.02)         # a half sine is above half its peak for two thirds
+    short = {k: v[:75] for k, v in shock(4000.0).items()}
+    assert independent.ringing(short) is None
+
+
+def test_figures_of_the_diagnosis_carry_their_interval():
+    entry = {"mechanism": "attached_mass", "parameters": {"attached_stiffness": {"value": 4.0, "ci95": [1.0, 9.0]}, "attached_mass": {"value": 1.0, "ci95": [1.0, 1.0]}}}
+    value, low, high = independent.derived(entry, ("attached_stiffness", "attached_mass"), lambda k, m: np.sqrt(k / m))
+    assert (value, low, high) == (2.0, 1.0, 3.0)
+    f = independent.Figure("x", "peak of a.csv", "m/s²", 2.5, value, low, high)
+    assert f.holds and f.error == pytest.approx(-0.2)
+    lines = independent.markdown([f, independent.Figure("x", "growth", "1", 0.08)])
+    assert "| x | peak of a.csv | 2.5 m/s² | 2 m/s² | 1 to 3 | -20.0 % | yes |" in lines and "| x | growth | 0.08 | not reported | - | - | - |" in lines
+    assert lines[-1].startswith("Clipped peaks are recovered within 20.0 % at worst")
