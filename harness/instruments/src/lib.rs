@@ -3,7 +3,9 @@
 //! A format is a file of this crate with one function `open`, and its line in `FORMATS`. What a channel measures, which
 //! column is the time and where the impact lies is not known here; `import` decides that from names, units and samples.
 
+mod lines;
 mod memory;
+mod text;
 
 pub use memory::Memory;
 
@@ -102,7 +104,7 @@ pub struct Format {
 }
 
 /// All formats, the ones known by their first bytes first, text of any dialect last.
-pub const FORMATS: &[Format] = &[];
+pub const FORMATS: &[Format] = &[text::FORMAT];
 
 /// Opens a file of any format.
 ///

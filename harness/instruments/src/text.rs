@@ -1,0 +1,289 @@
+//! Tables of numbers in a text: CSV and TXT in any dialect.
+//!
+//! Delimiter (tab, semicolon, comma, bar, spaces), decimal separator and the lines of the header are found from the lines
+//! themselves ([`layout`]); a first line `sep=;` is taken. The encoding is UTF-8, UTF-16, Latin-1 or Windows-1252; line ends
+//! are LF, CRLF or CR. Above a table may stand any number of lines: properties, names, units ([`header`]). Comment lines
+//! begin with `#`, `%`, `//`, or `;` where that is no delimiter. A new header begins a new table, and every table becomes a
+//! group. A column of times of day or of dates with times becomes seconds since its first one.
+//!
+//! Numbers: a separator of thousands is read as one where nothing else is possible (`1.234,5`, `1,234,567`); `1.234` beside
+//! decimal commas is one only where the first lines of the table prove it, and a fault otherwise. An empty cell, `NaN`, `-`,
+//! `n/a` are missing samples.
+//!
+//! Left out with a note: columns without numbers, lines of text behind the last table, and a last line that was cut: it
+//! has no line end, and a text, fewer cells, or fewer decimals than the lines before, which all have as many. Text
+//! between numbers is a fault.
+//!
+//! The file is read line by line, once to find its tables and once for each reading of a table; memory holds a block of
+//! samples, whatever the file's length. Our own reader stands here since the crate `csv` wants the dialect told, and reads
+//! neither several tables nor headers of instruments.
+
+pub(crate) mod cell;
+mod header;
+mod layout;
+mod stamp;
+mod unit;
+mod walk;
+
+use crate::lines::{decode, encoding, Encoding, Lines, Mark};
+use crate::{Clock, Fault, Format, Group, Sink, Source, BLOCK};
+use cell::{split, text, Delimiter, Dialect};
+use layout::{Kept, Kind, Layout, WINDOW};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use walk::{Column, Stop, Walk};
+
+pub(crate) const FORMAT: Format = Format { name: "text (CSV, TXT)", is, open };
+
+/// Columns of a table, at most: those of Excel.
+const COLUMNS: usize = 16_384;
+/// Tables of a file, at most.
+const TABLES: usize = 10_000;
+/// Header lines of a table that are kept, at most, and their bytes.
+const HEADER_LINES: usize = 2_000;
+const HEADER_BYTES: usize = 1 << 20;
+/// Bytes of a window, about.
+const WINDOW_BYTES: usize = 1 << 21;
+/// Samples of all columns in a block, at most.
+const BLOCK_CELLS: usize = 1 << 22;
+
+/// Text has no control characters, save those of lines, tabs, pages and the end-of-file mark of DOS.
+fn is(head: &[u8], _extension: &str) -> bool {
+    let control = |b: &u8| *b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0C | 0x1A);
+    encoding(head).0 != Encoding::Bytes || !head.trim_ascii().is_empty() && !trim_zeros(head).iter().any(control)
+}
+
+/// Without the zeros at the end, which stand in a file whose end was never written.
+fn trim_zeros(head: &[u8]) -> &[u8] {
+    &head[..head.iter().rposition(|b| *b != 0).map_or(0, |at| at + 1)]
+}
+
+/// A table found.
+struct Table {
+    start: Mark,
+    dialect: Dialect,
+    kinds: Vec<Kind>,
+    /// The columns that hold numbers.
+    shown: Vec<usize>,
+}
+
+struct Text {
+    path: PathBuf,
+    lines: Lines,
+    tables: Vec<Table>,
+    groups: Vec<Group>,
+    notes: Vec<String>,
+}
+
+fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
+    let mut source =
+        Text { path: path.to_path_buf(), lines: Lines::open(path)?, tables: vec![], groups: vec![], notes: vec![] };
+    source.scan()?;
+    if source.groups.is_empty() {
+        let cure = "give a table with a delimiter between its cells and numbers in its lines";
+        return Err(Fault::new(path, "no table of numbers was found in the text", cure));
+    }
+    if source.groups.len() > 1 {
+        source.groups.iter_mut().enumerate().for_each(|(i, g)| g.name = format!("table {}", i + 1));
+    }
+    Ok(Box::new(source))
+}
+
+impl Text {
+    /// Finds all tables.
+    fn scan(&mut self) -> Result<(), Fault> {
+        let delimiter = self.separator_line()?;
+        let mut header: Vec<Vec<u8>> = Vec::new();
+        loop {
+            let (window, whole) = self.window()?;
+            if window.is_empty() {
+                break;
+            }
+            let last = self.tables.last().map(|t| t.dialect);
+            let found = layout::find(&window, whole, delimiter, last);
+            let late = found.as_ref().is_none_or(|f| f.start > WINDOW / 2 && f.start > window.len() / 2);
+            if late && !whole {
+                // the lines before the table, or half of the window where it holds none, are of the header
+                let keep = found.map_or(window.len() / 2, |f| f.start.saturating_sub(WINDOW / 4)).max(1);
+                self.lines.go(window.get(keep).map_or(self.lines.mark(), |l| l.mark))?;
+                header.extend(window.into_iter().take(keep).map(|l| l.bytes));
+                shorten(&mut header);
+                continue;
+            }
+            let Some(found) = found else { break };
+            header.extend(window[..found.start].iter().map(|l| l.bytes.clone()));
+            shorten(&mut header);
+            match self.table(&found, &window, &header)? {
+                Stop::End => break,
+                Stop::Header(next) => self.lines.go(next)?,
+            }
+            header.clear();
+        }
+        if let Some(byte) = self.lines.zeros {
+            self.notes.push(format!("from byte {byte} on the file holds zeros only: it was not written to its end"));
+        }
+        Ok(())
+    }
+
+    /// The delimiter that a first line `sep=;` names; the lines stand behind it then.
+    fn separator_line(&mut self) -> Result<Option<Delimiter>, Fault> {
+        let start = self.lines.mark();
+        let first = self.lines.next()?.map(|l| l.text.to_ascii_lowercase()).unwrap_or_default();
+        let bare = first.trim_ascii_end();
+        let bare = bare.strip_prefix(b"\"").and_then(|b| b.strip_suffix(b"\"")).unwrap_or(bare);
+        match bare.strip_prefix(b"sep=") {
+            Some([byte]) => Ok(Some(Delimiter::Byte(*byte))),
+            // the tab itself was trimmed
+            Some([]) => Ok(Some(Delimiter::Byte(b'\t'))),
+            _ => {
+                self.lines.go(start)?;
+                Ok(None)
+            }
+        }
+    }
+
+    /// The next lines, and whether the text ends with them.
+    fn window(&mut self) -> Result<(Vec<Kept>, bool), Fault> {
+        let mut window = Vec::new();
+        let mut bytes = 0;
+        while window.len() < WINDOW && bytes < WINDOW_BYTES {
+            let mark = self.lines.mark();
+            let Some(line) = self.lines.next()? else { return Ok((window, true)) };
+            bytes += line.text.len();
+            window.push(Kept { mark, bytes: line.text.to_vec() });
+        }
+        Ok((window, false))
+    }
+
+    /// Counts a table's samples and takes what its header says; where the next begins.
+    fn table(&mut self, found: &Layout, window: &[Kept], header: &[Vec<u8>]) -> Result<Stop, Fault> {
+        let start = window[found.start].mark;
+        let line = start.lines + 1;
+        let limit = |what: String, cure: &str| Err(Fault::new(&self.path, what, cure).at(format!("line {line}")));
+        if found.kinds.len() > COLUMNS {
+            return limit(format!("more than {COLUMNS} columns"), "give the channels in several files");
+        }
+        if self.tables.len() >= TABLES {
+            return limit(format!("more than {TABLES} tables"), "give the tables in several files");
+        }
+        self.lines.go(start)?;
+        let mut walk = Walk::new(&self.path, found.dialect, &found.kinds);
+        let stop = walk.rows(&mut self.lines, u64::MAX, &mut |_| ControlFlow::Continue(()))?;
+        self.notes.append(&mut walk.notes);
+        let mut said = header::read(header, found.dialect, &found.kinds);
+        beside(found, window, &mut said);
+        let shown: Vec<usize> = (0..found.kinds.len()).filter(|c| walk.columns[*c].is_shown()).collect();
+        for (c, column) in walk.columns.iter().enumerate() {
+            let name = &said.channels[c].name;
+            if column.is_shown() {
+                if column.kind == Kind::Stamp {
+                    said.channels[c].unit = "s".to_string();
+                }
+            } else if !name.is_empty() && !name.contains('=') && !said.properties.iter().any(|(n, _)| n == name) {
+                let what = if column.kind == Kind::Text { "text" } else { "nothing" };
+                self.notes.push(format!("line {line}: column {} ({name}) holds {what} and is left out", c + 1));
+            }
+        }
+        if shown.is_empty() {
+            return Ok(stop);
+        }
+        let channels: Vec<_> = shown.iter().map(|c| said.channels[*c].clone()).collect();
+        let timed = channels.iter().any(|c| unit::is_time(&c.name, &c.unit));
+        let clock: Option<Clock> = if timed { None } else { header::clock(&said.properties) };
+        self.groups.push(Group {
+            name: String::new(),
+            channels,
+            samples: walk.count,
+            clock,
+            properties: said.properties,
+        });
+        let kinds = walk.columns.iter().map(|c| c.kind).collect();
+        self.tables.push(Table { start, dialect: found.dialect, kinds, shown });
+        Ok(stop)
+    }
+}
+
+/// Drops the upper lines of a header that is too long to keep.
+fn shorten(header: &mut Vec<Vec<u8>>) {
+    let mut bytes = 0;
+    let keep = header.iter().rev().take(HEADER_LINES).take_while(|l| {
+        bytes += l.len();
+        bytes <= HEADER_BYTES
+    });
+    let drop = header.len() - keep.count();
+    header.drain(..drop);
+}
+
+/// Metadata that stands in columns to the left of the samples.
+fn beside(found: &Layout, window: &[Kept], said: &mut header::Header) {
+    let labels: Vec<usize> = (1..found.kinds.len())
+        .map(|c| c - 1)
+        .filter(|c| found.kinds[*c] == Kind::Text && found.kinds[c + 1] == Kind::Text && said.channels[*c].name.is_empty())
+        .collect();
+    if labels.is_empty() {
+        return;
+    }
+    let mut pairs = Vec::new();
+    let mut cells = Vec::new();
+    for line in &window[found.start..] {
+        split(&line.bytes, found.dialect.delimiter, &mut cells);
+        let cell = |c: usize| cells.get(c).map_or(String::new(), |r| text(&line.bytes[r.clone()]));
+        pairs.extend(labels.iter().map(|c| (*c, cell(*c), cell(c + 1))).filter(|(_, l, v)| !l.is_empty() && !v.is_empty()));
+    }
+    header::beside(&pairs, &found.kinds, &mut said.channels);
+    pairs.truncate(header::PROPERTIES);
+    said.properties.extend(pairs.into_iter().map(|(_, label, value)| (label, value)));
+}
+
+impl Source for Text {
+    fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    fn read(&mut self, group: usize, sink: &mut Sink) -> Result<(), Fault> {
+        let table = &self.tables[group];
+        let rows = self.groups[group].samples;
+        let block = BLOCK.min(BLOCK_CELLS / table.shown.len()).max(1);
+        let mut buffers: Vec<Vec<f64>> = table.shown.iter().map(|_| Vec::with_capacity(block)).collect();
+        let mut done = false;
+        let mut hand = |buffers: &mut Vec<Vec<f64>>| {
+            let slices: Vec<&[f64]> = buffers.iter().map(Vec::as_slice).collect();
+            let flow = sink(&slices);
+            buffers.iter_mut().for_each(Vec::clear);
+            flow
+        };
+        self.lines.go(table.start)?;
+        let mut walk = Walk::new(&self.path, table.dialect, &table.kinds);
+        walk.rows(&mut self.lines, rows, &mut |row| {
+            buffers.iter_mut().zip(&table.shown).for_each(|(b, c)| b.push(row[*c]));
+            if buffers[0].len() < block {
+                return ControlFlow::Continue(());
+            }
+            let flow = hand(&mut buffers);
+            done = flow.is_break();
+            flow
+        })?;
+        if !done && !buffers[0].is_empty() {
+            let _ = hand(&mut buffers);
+        }
+        Ok(())
+    }
+}
+
+impl Column {
+    /// Whether it holds samples.
+    fn is_shown(&self) -> bool {
+        self.values > 0 && matches!(self.kind, Kind::Number | Kind::Stamp)
+    }
+}
+
+/// The first characters of a cell, for a message.
+fn excerpt(cell: &[u8]) -> String {
+    let text = decode(&cell[..cell.len().min(200)]);
+    let short: String = text.trim().chars().take(40).collect();
+    if short.len() < text.trim().len() { format!("{short}...") } else { short }
+}

@@ -1,0 +1,149 @@
+//! Times of day and dates in a cell.
+//!
+//! Times: `12:00:00`, `12:00:00.123`, `12:00:00,123`, `12:00:00:123`, `1:05:00.5 PM`, `05:00.5` (minutes and seconds, only
+//! with a fraction). Dates before them: `2024-05-01` (also with `/` or `.`, also with `T` between), `01.05.2024` (day first),
+//! `05/01/2024` (month first, as instruments of American make write it, unless the first number is above 12),
+//! `01-May-2024`. A zone at the end is passed over.
+
+/// Picoseconds of a second.
+const PICO: i64 = 1_000_000_000_000;
+const DAY: i64 = 86_400 * PICO;
+
+/// A time, and the day where the cell names it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stamp {
+    /// Days since 1970-01-01.
+    day: Option<i64>,
+    /// Since midnight.
+    picoseconds: i64,
+}
+
+impl Stamp {
+    /// Seconds since `first`. `turns` counts the midnights that passed, where no day is named: the time falls by more than
+    /// half a day.
+    pub fn since(self, first: Stamp, last: Stamp, turns: &mut i64) -> f64 {
+        let days = match (self.day, first.day) {
+            (Some(day), Some(first)) => day - first,
+            _ => {
+                *turns += i64::from(self.picoseconds < last.picoseconds - DAY / 2);
+                *turns
+            }
+        };
+        days as f64 * 86_400.0 + (self.picoseconds - first.picoseconds) as f64 / PICO as f64
+    }
+}
+
+/// The time in a cell.
+pub(crate) fn parse(cell: &[u8]) -> Option<Stamp> {
+    if cell.len() > 48 || !cell.contains(&b':') {
+        return None;
+    }
+    let text = std::str::from_utf8(cell).ok()?.trim();
+    let (day, time) = match text.split_once(['T', ' ', '_']) {
+        Some((date, time)) if !date.contains(':') => (Some(date_of(date.trim_end_matches(','))?), time.trim_start()),
+        _ => (None, text),
+    };
+    Some(Stamp { day, picoseconds: time_of(time)? })
+}
+
+/// Whether a cell is a date without a time.
+pub(crate) fn is_date(cell: &[u8]) -> bool {
+    (8..=11).contains(&cell.len()) && std::str::from_utf8(cell).ok().and_then(date_of).is_some()
+}
+
+fn time_of(text: &str) -> Option<i64> {
+    let lower = text.to_ascii_lowercase();
+    let (text, half) = match (lower.strip_suffix("am"), lower.strip_suffix("pm")) {
+        (Some(t), _) => (t.trim_end(), Some(0)),
+        (_, Some(t)) => (t.trim_end(), Some(12)),
+        _ => (lower.as_str(), None),
+    };
+    let text = text.trim_end_matches('z');
+    let text = text.find(['+', '-', ' ']).map_or(text, |zone| &text[..zone]);
+    let parts: Vec<&str> = text.split(':').collect();
+    let (hours, minutes, seconds, fraction) = match parts.as_slice() {
+        [h, m, s] => (*h, *m, s.split(['.', ',']).next()?, s.split_once(['.', ',']).map_or("", |p| p.1)),
+        [h, m, s, fraction] => (*h, *m, *s, *fraction),
+        [m, s] => ("0", *m, s.split(['.', ',']).next()?, s.split_once(['.', ','])?.1),
+        _ => return None,
+    };
+    let (mut hours, minutes, seconds) = (digits(hours, 2)?, digits(minutes, 2)?, digits(seconds, 2)?);
+    if let Some(half) = half {
+        hours = hours % 12 + half;
+    }
+    let fraction = if fraction.is_empty() { 0 } else { digits(fraction, 12)? * 10_i64.pow(12 - fraction.len() as u32) };
+    (hours < 24 && minutes < 60 && seconds < 61).then(|| ((hours * 60 + minutes) * 60 + seconds) * PICO + fraction)
+}
+
+/// Days since 1970-01-01.
+fn date_of(text: &str) -> Option<i64> {
+    let parts: Vec<&str> = text.split(['-', '/', '.']).collect();
+    let [a, b, c] = parts.as_slice() else { return None };
+    let (year, month, day) = if a.len() == 4 {
+        (digits(a, 4)?, month_of(b)?, digits(c, 2)?)
+    } else {
+        let year = match c.len() {
+            4 => digits(c, 4)?,
+            2 if text.contains('.') => 2000 + digits(c, 2)?,
+            _ => return None,
+        };
+        let (first, second) = (digits(a, 2)?, month_of(b)?);
+        let month_first = text.contains('/') && first <= 12;
+        if month_first { (year, first, second) } else { (year, second, first) }
+    };
+    ((1..=12).contains(&month) && (1..=31).contains(&day)).then(|| days(year, month, day))
+}
+
+/// Days from 1970-01-01 to a day of the Gregorian calendar: years are counted from March on, so that a leap day ends one.
+fn days(year: i64, month: i64, day: i64) -> i64 {
+    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let of_year = (153 * month + 2) / 5 + day - 1;
+    year * 365 + year / 4 - year / 100 + year / 400 + of_year - 719_468
+}
+
+const MONTHS: [&str; 12] = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
+
+fn month_of(text: &str) -> Option<i64> {
+    match MONTHS.iter().position(|m| text.eq_ignore_ascii_case(m)) {
+        Some(at) => Some(at as i64 + 1),
+        None => digits(text, 2),
+    }
+}
+
+/// A whole number of at most `most` digits.
+fn digits(text: &str, most: usize) -> Option<i64> {
+    let all = (1..=most).contains(&text.len()) && text.bytes().all(|b| b.is_ascii_digit());
+    all.then(|| text.parse().ok()).flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn between(first: &str, last: &str) -> f64 {
+        let (first, last) = (parse(first.as_bytes()).unwrap(), parse(last.as_bytes()).unwrap());
+        last.since(first, first, &mut 0)
+    }
+
+    #[test]
+    fn times_are_seconds_apart() {
+        assert_eq!(between("12:00:00.123", "12:00:00.124"), 0.001);
+        assert_eq!(between("12:00:00,5", "12:01:00,25"), 59.75);
+        assert_eq!(between("12:00:00:005", "12:00:00:010"), 0.005);
+        assert_eq!(between("11:59:59 AM", "12:00:01 PM"), 2.0);
+        assert_eq!(between("00:01.5", "01:00.0"), 58.5);
+        assert_eq!(between("2024-02-28 23:59:59.5", "2024-03-01T00:00:00.5Z"), 86_401.0);
+        assert_eq!(between("31.12.2023 23:59:59", "01.01.2024 00:00:00"), 1.0);
+        assert_eq!(between("12/31/2023 23:59:59", "01/01/2024 00:00:00"), 1.0);
+        assert_eq!(between("28-Feb-2023 00:00:00", "01-Mar-2023 00:00:00"), 86_400.0);
+        assert_eq!(between("23:59:59", "00:00:01"), 2.0, "midnight passed");
+    }
+
+    #[test]
+    fn what_is_no_time_is_none() {
+        for text in ["12:30", "25:00:00", "12:61:00", "a:b:c", "12:00:00.1234567890123", "::", "Force: 12:00:00"] {
+            assert_eq!(parse(text.as_bytes()), None, "{text}");
+        }
+        assert!(is_date(b"2024-05-01") && is_date(b"01.05.2024") && !is_date(b"1.5.7") && !is_date(b"2024-13-01"));
+    }
+}

@@ -1,0 +1,282 @@
+//! The lines of a table, one sample of every column each.
+
+use super::cell::{bare, split, Cell, Delimiter, Dialect};
+use super::excerpt;
+use super::layout::{comment, is_blank, Kind};
+use super::stamp::Stamp;
+use crate::lines::{Lines, Mark};
+use crate::Fault;
+use std::ops::{ControlFlow, Range};
+use std::path::{Path, PathBuf};
+
+/// Lines of one form that make the form of the table.
+const STEADY: u32 = 3;
+
+/// A column as far as it was read.
+#[derive(Clone, Debug)]
+pub(crate) struct Column {
+    pub kind: Kind,
+    /// Numbers and times in it.
+    pub values: u64,
+    first: Option<Stamp>,
+    last: Option<Stamp>,
+    turns: i64,
+}
+
+/// Where a table ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Stop {
+    /// With the text, or since no more was wanted.
+    End,
+    /// At the header of the next table.
+    Header(Mark),
+}
+
+/// A line that is none of the table.
+struct Odd {
+    mark: Mark,
+    line: u64,
+    /// The first cell that does not fit, from 0, and its text.
+    column: usize,
+    cell: String,
+    /// One cell only does not fit, and the others are as in the table: a fault, not a header.
+    alone: bool,
+    /// All its cells are texts, two at least, and no two alike: a line of names.
+    names: bool,
+    first_value: bool,
+    after_blank: bool,
+}
+
+/// Reads the lines of a table.
+pub(crate) struct Walk {
+    path: PathBuf,
+    dialect: Dialect,
+    pub columns: Vec<Column>,
+    /// Samples so far.
+    pub count: u64,
+    pub notes: Vec<String>,
+    cells: Vec<Range<usize>>,
+    row: Vec<f64>,
+    /// Columns whose kind the last line decided.
+    decided: Vec<usize>,
+    /// Cells of the last line, bytes behind its last separator, and lines in sequence with as many.
+    width: usize,
+    tail: usize,
+    steady: u32,
+}
+
+enum Row {
+    Samples,
+    /// Texts in columns of text only.
+    Remark,
+    Odd { column: usize, alone: bool, names: bool, first_value: bool },
+}
+
+impl Walk {
+    pub fn new(path: &Path, dialect: Dialect, kinds: &[Kind]) -> Walk {
+        Walk {
+            path: path.to_path_buf(),
+            dialect,
+            columns: kinds.iter().map(|kind| Column::new(*kind)).collect(),
+            count: 0,
+            notes: Vec::new(),
+            cells: Vec::new(),
+            decided: Vec::new(),
+            row: vec![f64::NAN; kinds.len()],
+            width: 0,
+            tail: 0,
+            steady: 0,
+        }
+    }
+
+    /// Hands up to `most` samples of all columns to `sink`.
+    pub fn rows(
+        &mut self,
+        lines: &mut Lines,
+        most: u64,
+        sink: &mut dyn FnMut(&[f64]) -> ControlFlow<()>,
+    ) -> Result<Stop, Fault> {
+        let mut blank = false;
+        // the first line that does not fit, the last one, and whether one of them is a line of names
+        let mut odd: Option<(Odd, Odd, bool)> = None;
+        while self.count < most {
+            let mark = lines.mark();
+            let Some(line) = lines.next()? else { break };
+            if is_blank(line.text, self.dialect.delimiter) {
+                blank = true;
+                continue;
+            }
+            if comment(line.text, self.dialect.delimiter).is_some() {
+                continue;
+            }
+            let row = self.parse(line.text);
+            if !line.ended && self.count > 0 && self.is_cut(line.text, &row) {
+                self.notes.push(format!("line {}: the last line was cut and is left out", line.number));
+                break;
+            }
+            match row {
+                Row::Remark => {}
+                Row::Samples => {
+                    if let Some((first, last, names)) = odd {
+                        let header = first.after_blank && !first.alone || names || last.names;
+                        return if header { Ok(Stop::Header(first.mark)) } else { Err(self.fault(&first)) };
+                    }
+                    self.note_form(line.text);
+                    self.count += 1;
+                    if sink(&self.row).is_break() {
+                        return Ok(Stop::End);
+                    }
+                }
+                Row::Odd { column, alone, names, first_value } => {
+                    let cell = self.cells.get(column).map_or(String::new(), |c| excerpt(bare(&line.text[c.clone()])));
+                    let of = Odd { mark, line: line.number, column, cell, alone, names, first_value, after_blank: blank };
+                    odd = Some(match odd {
+                        None => {
+                            let copy = Odd { cell: of.cell.clone(), ..of };
+                            (copy, of, names)
+                        }
+                        Some((first, _, any)) => (first, of, any || names),
+                    });
+                }
+            }
+            blank = false;
+        }
+        if let Some((first, _, _)) = odd {
+            if first.alone && first.first_value {
+                return Err(self.fault(&first));
+            }
+            self.notes.push(format!("from line {} on text follows the table and is left out: {}", first.line, first.cell));
+        }
+        Ok(Stop::End)
+    }
+
+    fn fault(&self, odd: &Odd) -> Fault {
+        let place = format!("line {}, column {}", odd.line, odd.column + 1);
+        let (what, cure) = if odd.column >= self.columns.len() {
+            (format!("`{}` stands behind the last of {} columns", odd.cell, self.columns.len()), "delete the cell")
+        } else {
+            let cure = "write a number, leave the cell empty, or put a blank line before the header of another table";
+            (format!("`{}` is not a number, and numbers stand in the lines before and after", odd.cell), cure)
+        };
+        Fault::new(&self.path, what, cure).at(place)
+    }
+
+    /// Reads a line into `row`.
+    fn parse(&mut self, line: &[u8]) -> Row {
+        split(line, self.dialect.delimiter, &mut self.cells);
+        self.row.fill(f64::NAN);
+        self.decided.clear();
+        let (mut values, mut texts, mut bad, mut first_bad, mut missing) = (0, 0, 0, None, false);
+        for (c, place) in self.cells.iter().enumerate() {
+            let cell = self.dialect.cell(&line[place.clone()]);
+            let Some(column) = self.columns.get_mut(c) else {
+                if cell != Cell::Empty {
+                    bad += 1;
+                    first_bad.get_or_insert(c);
+                    texts += usize::from(!cell.is_value());
+                }
+                continue;
+            };
+            if column.kind == Kind::Open && !matches!(cell, Cell::Empty | Cell::Missing) {
+                self.decided.push(c);
+            }
+            match cell {
+                Cell::Empty => {}
+                Cell::Missing => missing = true,
+                Cell::Number(number) => {
+                    values += 1;
+                    match column.kind {
+                        Kind::Number => self.row[c] = number,
+                        Kind::Open => {
+                            column.kind = Kind::Number;
+                            self.row[c] = number;
+                        }
+                        Kind::Text => {}
+                        Kind::Stamp => {
+                            bad += 1;
+                            first_bad.get_or_insert(c);
+                        }
+                    }
+                    column.values += 1;
+                }
+                Cell::Stamp(stamp) if matches!(column.kind, Kind::Stamp | Kind::Open) => {
+                    column.kind = Kind::Stamp;
+                    column.values += 1;
+                    values += 1;
+                    self.row[c] = column.seconds(stamp);
+                }
+                Cell::Stamp(_) | Cell::Date | Cell::Text => {
+                    texts += 1;
+                    match column.kind {
+                        Kind::Open => column.kind = Kind::Text,
+                        Kind::Text => {}
+                        Kind::Number | Kind::Stamp => {
+                            bad += 1;
+                            first_bad.get_or_insert(c);
+                        }
+                    }
+                }
+            }
+        }
+        if first_bad.is_some() {
+            // the line may be of another table: its cells decide nothing
+            for c in self.decided.drain(..) {
+                self.columns[c] = Column::new(Kind::Open);
+            }
+        }
+        let names = || texts > 1 && values == 0 && self.all_differ(line);
+        match first_bad {
+            Some(column) => Row::Odd { column, alone: bad == 1 && values > 0, names: names(), first_value: column > 0 },
+            None if values > 0 || missing => Row::Samples,
+            None => Row::Remark,
+        }
+    }
+
+    fn all_differ(&self, line: &[u8]) -> bool {
+        let mut texts: Vec<&[u8]> = self.cells.iter().map(|c| bare(&line[c.clone()])).filter(|c| !c.is_empty()).collect();
+        let count = texts.len();
+        texts.sort_unstable();
+        texts.dedup();
+        texts.len() == count
+    }
+
+    /// Keeps the form of a line, to tell whether the last one was cut.
+    fn note_form(&mut self, line: &[u8]) {
+        let tail = tail(line);
+        let same = self.cells.len() == self.width && tail == self.tail;
+        self.steady = if same { self.steady.saturating_add(1) } else { 1 };
+        (self.width, self.tail) = (self.cells.len(), tail);
+    }
+
+    /// Whether a line without an end was cut.
+    fn is_cut(&self, line: &[u8], row: &Row) -> bool {
+        let fewer_cells = self.cells.len() < self.width;
+        let shorter = self.steady >= STEADY && self.tail > 0 && tail(line) < self.tail;
+        matches!(row, Row::Odd { .. }) || fewer_cells || shorter || ends_open(line, self.dialect.delimiter)
+    }
+}
+
+/// Bytes behind the last decimal separator of the last cell; 0 where it has none.
+fn tail(line: &[u8]) -> usize {
+    let line = line.trim_ascii_end();
+    let separator = line.iter().rposition(|b| !b.is_ascii_alphanumeric() && !matches!(b, b'+' | b'-'));
+    separator.filter(|at| matches!(line[*at], b'.' | b',')).map_or(0, |at| line.len() - at - 1)
+}
+
+/// Whether a line ends within a number: with a sign, an exponent's letter or a decimal point.
+fn ends_open(line: &[u8], delimiter: Delimiter) -> bool {
+    let last = line.last().copied().unwrap_or(b' ');
+    matches!(last, b'-' | b'+' | b'e' | b'E') && Delimiter::Byte(last) != delimiter
+}
+
+impl Column {
+    fn new(kind: Kind) -> Column {
+        Column { kind, values: 0, first: None, last: None, turns: 0 }
+    }
+
+    fn seconds(&mut self, stamp: Stamp) -> f64 {
+        let first = *self.first.get_or_insert(stamp);
+        let last = self.last.replace(stamp).unwrap_or(first);
+        stamp.since(first, last, &mut self.turns)
+    }
+}
