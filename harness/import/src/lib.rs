@@ -34,12 +34,13 @@ pub use table::Table;
 pub use write::{Outcome, Written};
 
 use instruments::{Fault, Source};
+use rayon::prelude::*;
 use record::Kind;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Opens a file; `instruments::open`, or a test's own.
-pub type Open<'a> = &'a dyn Fn(&Path) -> Result<Box<dyn Source>, Fault>;
+pub type Open<'a> = &'a (dyn Fn(&Path) -> Result<Box<dyn Source>, Fault> + Sync);
 
 /// What the user says.
 #[derive(Clone, Debug)]
@@ -103,9 +104,24 @@ impl Default for Options {
 ///
 /// # Errors
 /// Everything that is not clear or cannot be read, each with the file, the place and the cure.
-pub fn look(path: &Path, o: &Options, open: Open) -> Result<File, Vec<String>> {
+fn look(path: &Path, o: &Options, open: Open) -> Result<File, Vec<String>> {
     let mut source = open(path).map_err(|e| vec![e.to_string()])?;
     survey::survey(path, source.as_mut(), o)
+}
+
+/// Looks at files, several at once, in their order; `done` is called after each.
+pub fn look_at(
+    paths: &[PathBuf],
+    o: &Options,
+    open: Open,
+    done: &(dyn Fn(&Path) + Sync),
+) -> Vec<Result<File, Vec<String>>> {
+    let one = |path: &PathBuf| {
+        let file = look(path, o, open);
+        done(path);
+        file
+    };
+    paths.par_iter().map(one).collect()
 }
 
 /// Writes the campaign into the folder `out`, which appears whole or not at all.

@@ -3,7 +3,6 @@
 use crate::amount::brief;
 use crate::cut::Samples;
 use crate::plan::Plan;
-use crate::split::Time;
 use crate::survey::File;
 use crate::write::{origin, Outcome, Written};
 use crate::Options;
@@ -15,7 +14,7 @@ pub const NAME: &str = "import.html";
 /// Pixels of a chart.
 const SIZE: (u32, u32) = (410, 210);
 /// Least share of a chart's width that a window is drawn with.
-const SEEN: f64 = 0.004;
+const SEEN: f64 = 0.02;
 
 fn axis(c: Channel) -> String {
     format!("{} [{}]", c.name(), c.unit())
@@ -46,7 +45,7 @@ fn as_read(page: Page, file: &File, k: usize, j: usize, windows: &[(f64, f64)]) 
             let more = (wide - (w.1 - w.0)).max(0.0) / 2.0;
             chart = chart.band(&[w.0 - more, w.1 + more], &[low, low], &[high, high]);
         }
-        let svg = chart.series("", &x, &y, Style::Measured).svg();
+        let svg = chart.series("", &x, &y, Style::After).svg();
         page = page.figure(&svg, &format!("{:?} as read; shaded: taken", t.name));
     }
     page
@@ -97,13 +96,6 @@ pub(crate) fn preview(files: &[File], plan: &Plan, out: &Outcome, o: &Options) -
             page = page.paragraph(&format!("Left out: {l}."));
         }
         for (k, seen) in file.seen.iter().enumerate() {
-            if let Time::Column(t) = &seen.track.time {
-                page = page.paragraph(&format!(
-                    "Time of {}: {:?}.",
-                    seen.track.has().map(Channel::name).collect::<Vec<_>>().join(", "),
-                    t.name
-                ));
-            }
             for j in 0..seen.stretches.len() {
                 let here = |w: &&Written| {
                     let r = &plan.recordings[w.recording];

@@ -6,6 +6,7 @@ use crate::page;
 use crate::plan::{Plan, Planned};
 use crate::survey::File;
 use crate::{Open, Options};
+use rayon::prelude::*;
 use record::{Channel, Kind};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -48,11 +49,9 @@ pub(crate) fn comment(text: &str) -> String {
 /// Where a file cannot be read or written, or a recording is none and the bad ones are not skipped; all of them at once.
 pub fn fill(dir: &Path, files: &[File], plan: &Plan, o: &Options, open: Open) -> Result<Outcome, Vec<String>> {
     let mut out = Outcome::default();
-    for (i, file) in files.iter().enumerate() {
-        if !plan.recordings.iter().any(|r| r.file == i) {
-            continue;
-        }
-        match of_file(dir, (i, file), plan, open) {
+    let each: Vec<_> = files.par_iter().enumerate().map(|file| of_file(dir, file, plan, open)).collect();
+    for of in each {
+        match of {
             Ok((written, faults)) => {
                 out.recordings.extend(written);
                 out.faults.extend(faults);
@@ -80,8 +79,11 @@ fn of_file(
     plan: &Plan,
     open: Open,
 ) -> Result<(Vec<Written>, Vec<String>), String> {
-    let mut source = open(&file.path).map_err(|e| e.to_string())?;
     let (mut written, mut faults) = (Vec::new(), Vec::new());
+    if !plan.recordings.iter().any(|r| r.file == i) {
+        return Ok((written, faults));
+    }
+    let mut source = open(&file.path).map_err(|e| e.to_string())?;
     for group in 0..file.groups.len() {
         let of: Vec<(usize, &Planned)> =
             plan.recordings.iter().enumerate().filter(|r| r.1.file == i && r.1.span.group == group).collect();

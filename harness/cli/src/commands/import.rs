@@ -1,7 +1,7 @@
 //! `touchdown import`.
 
 use anyhow::{anyhow, bail, ensure, Context, Result};
-use import::{amount, look, parse_map, plan, Facts, File, Missing, Options, Outcome, Pattern, Plan, Table};
+use import::{amount, look_at, parse_map, plan, Facts, File, Missing, Options, Outcome, Pattern, Plan, Table};
 use record::Kind;
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::PathBuf;
@@ -280,13 +280,11 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let progress = Progress::new("import", 2 * a.files.len() as u64);
     let mut files = Vec::new();
     let mut faults = Vec::new();
-    for f in &a.files {
-        progress.note(&|| f.display().to_string());
-        match look(f, &o, &instruments::open) {
+    for looked in look_at(&a.files, &o, &instruments::open, &|_| progress.add(1)) {
+        match looked {
             Ok(file) => files.push(file),
             Err(e) => faults.extend(e),
         }
-        progress.add(1);
     }
     let mut planned = plan(&mut files, &o);
     if !planned.missing.is_empty() && std::io::stdin().is_terminal() && (faults.is_empty() || o.skip_bad) {
@@ -312,7 +310,6 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     }
     let outcome = import::write(out, &files, &planned, &o, &|path| {
         progress.add(1);
-        progress.note(&|| path.display().to_string());
         instruments::open(path)
     });
     drop(progress);
