@@ -3,9 +3,12 @@
 //! A format is a file of this crate with one function `open`, and its line in `FORMATS`. What a channel measures, which
 //! column is the time and where the impact lies is not known here; `import` decides that from names, units and samples.
 
+mod block;
 mod lines;
+mod lvm;
 mod memory;
 mod text;
+mod uff;
 
 pub use memory::Memory;
 
@@ -104,7 +107,7 @@ pub struct Format {
 }
 
 /// All formats, the ones known by their first bytes first, text of any dialect last.
-pub const FORMATS: &[Format] = &[text::FORMAT];
+pub const FORMATS: &[Format] = &[lvm::FORMAT, uff::FORMAT, text::FORMAT];
 
 /// Opens a file of any format.
 ///

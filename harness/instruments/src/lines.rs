@@ -145,8 +145,7 @@ impl Lines {
     }
 
     fn unreadable(&self, e: std::io::Error) -> Fault {
-        Fault::new(&self.path, e, "give a file that can be read")
-            .at(format!("after line {}", self.mark.lines))
+        Fault::new(&self.path, e, "give a file that can be read").at(format!("after line {}", self.mark.lines))
     }
 
     /// Reads a chunk more; whether there was one.
@@ -168,8 +167,7 @@ impl Lines {
                 let room = decoder.max_utf8_buffer_length(read).unwrap_or(4 * CHUNK);
                 let start = self.buffer.len();
                 self.buffer.resize(start + room, 0);
-                let (_, _, wrote, _) =
-                    decoder.decode_to_utf8(&self.raw[..read], &mut self.buffer[start..], read == 0);
+                let (_, _, wrote, _) = decoder.decode_to_utf8(&self.raw[..read], &mut self.buffer[start..], read == 0);
                 self.buffer.truncate(start + wrote);
             }
         }

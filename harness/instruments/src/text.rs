@@ -25,8 +25,9 @@ mod stamp;
 mod unit;
 mod walk;
 
+use crate::block::Block;
 use crate::lines::{decode, encoding, Encoding, Lines, Mark};
-use crate::{Clock, Fault, Format, Group, Sink, Source, BLOCK};
+use crate::{Clock, Fault, Format, Group, Sink, Source};
 use cell::{split, text, Delimiter, Dialect};
 use layout::{Kept, Kind, Layout, WINDOW};
 use std::ops::ControlFlow;
@@ -42,10 +43,10 @@ const TABLES: usize = 10_000;
 /// Header lines of a table that are kept, at most, and their bytes.
 const HEADER_LINES: usize = 2_000;
 const HEADER_BYTES: usize = 1 << 20;
+/// Windows that are looked at for a table of numbers only, beyond one of numbers beside texts.
+const AHEAD: usize = 8;
 /// Bytes of a window, about.
 const WINDOW_BYTES: usize = 1 << 21;
-/// Samples of all columns in a block, at most.
-const BLOCK_CELLS: usize = 1 << 22;
 
 /// Text has no control characters, save those of lines, tabs, pages and the end-of-file mark of DOS.
 fn is(head: &[u8], _extension: &str) -> bool {
@@ -100,7 +101,10 @@ impl Text {
                 break;
             }
             let last = self.tables.last().map(|t| t.dialect);
-            let found = layout::find(&window, whole, delimiter, last);
+            let mut found = layout::find(&window, whole, delimiter, last);
+            if !whole && found.as_ref().is_some_and(|f| !f.pure) && self.pure_ahead(delimiter)? {
+                found = None;
+            }
             let late = found.as_ref().is_none_or(|f| f.start > WINDOW / 2 && f.start > window.len() / 2);
             if late && !whole {
                 // the lines before the table, or half of the window where it holds none, are of the header
@@ -140,6 +144,21 @@ impl Text {
                 Ok(None)
             }
         }
+    }
+
+    /// Whether a table of numbers only stands in the next windows; then numbers beside texts before it are metadata.
+    fn pure_ahead(&mut self, delimiter: Option<Delimiter>) -> Result<bool, Fault> {
+        let here = self.lines.mark();
+        let mut pure = false;
+        for _ in 0..AHEAD {
+            let (window, whole) = self.window()?;
+            pure = layout::find(&window, whole, delimiter, None).is_some_and(|f| f.pure);
+            if pure || whole {
+                break;
+            }
+        }
+        self.lines.go(here)?;
+        Ok(pure)
     }
 
     /// The next lines, and whether the text ends with them.
@@ -218,7 +237,9 @@ fn shorten(header: &mut Vec<Vec<u8>>) {
 fn beside(found: &Layout, window: &[Kept], said: &mut header::Header) {
     let labels: Vec<usize> = (1..found.kinds.len())
         .map(|c| c - 1)
-        .filter(|c| found.kinds[*c] == Kind::Text && found.kinds[c + 1] == Kind::Text && said.channels[*c].name.is_empty())
+        .filter(|c| {
+            found.kinds[*c] == Kind::Text && found.kinds[c + 1] == Kind::Text && said.channels[*c].name.is_empty()
+        })
         .collect();
     if labels.is_empty() {
         return;
@@ -228,7 +249,9 @@ fn beside(found: &Layout, window: &[Kept], said: &mut header::Header) {
     for line in &window[found.start..] {
         split(&line.bytes, found.dialect.delimiter, &mut cells);
         let cell = |c: usize| cells.get(c).map_or(String::new(), |r| text(&line.bytes[r.clone()]));
-        pairs.extend(labels.iter().map(|c| (*c, cell(*c), cell(c + 1))).filter(|(_, l, v)| !l.is_empty() && !v.is_empty()));
+        pairs.extend(
+            labels.iter().map(|c| (*c, cell(*c), cell(c + 1))).filter(|(_, l, v)| !l.is_empty() && !v.is_empty()),
+        );
     }
     header::beside(&pairs, &found.kinds, &mut said.channels);
     pairs.truncate(header::PROPERTIES);
@@ -247,28 +270,18 @@ impl Source for Text {
     fn read(&mut self, group: usize, sink: &mut Sink) -> Result<(), Fault> {
         let table = &self.tables[group];
         let rows = self.groups[group].samples;
-        let block = BLOCK.min(BLOCK_CELLS / table.shown.len()).max(1);
-        let mut buffers: Vec<Vec<f64>> = table.shown.iter().map(|_| Vec::with_capacity(block)).collect();
-        let mut done = false;
-        let mut hand = |buffers: &mut Vec<Vec<f64>>| {
-            let slices: Vec<&[f64]> = buffers.iter().map(Vec::as_slice).collect();
-            let flow = sink(&slices);
-            buffers.iter_mut().for_each(Vec::clear);
-            flow
-        };
+        let mut block = Block::new(table.shown.len());
+        let mut stopped = false;
         self.lines.go(table.start)?;
         let mut walk = Walk::new(&self.path, table.dialect, &table.kinds);
         walk.rows(&mut self.lines, rows, &mut |row| {
-            buffers.iter_mut().zip(&table.shown).for_each(|(b, c)| b.push(row[*c]));
-            if buffers[0].len() < block {
-                return ControlFlow::Continue(());
-            }
-            let flow = hand(&mut buffers);
-            done = flow.is_break();
+            block.columns.iter_mut().zip(&table.shown).for_each(|(b, c)| b.push(row[*c]));
+            let flow = block.hand_full(sink);
+            stopped = flow.is_break();
             flow
         })?;
-        if !done && !buffers[0].is_empty() {
-            let _ = hand(&mut buffers);
+        if !stopped {
+            let _ = block.hand(sink);
         }
         Ok(())
     }
@@ -285,5 +298,9 @@ impl Column {
 fn excerpt(cell: &[u8]) -> String {
     let text = decode(&cell[..cell.len().min(200)]);
     let short: String = text.trim().chars().take(40).collect();
-    if short.len() < text.trim().len() { format!("{short}...") } else { short }
+    if short.len() < text.trim().len() {
+        format!("{short}...")
+    } else {
+        short
+    }
 }

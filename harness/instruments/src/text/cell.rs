@@ -289,7 +289,9 @@ mod tests {
         for (text, want) in [("1.5", 1.5), ("+1.5e-3", 1.5e-3), ("1.5D+03", 1500.0), (".5", 0.5), ("5.", 5.0)] {
             assert_eq!(number(text, Decimal::Point, false), Cell::Number(want), "{text}");
         }
-        for (text, want) in [("1,5", 1.5), ("-1.234,5", -1234.5), ("1.234.567", 1_234_567.0), ("1,5D-1", 0.15), ("7", 7.0)] {
+        for (text, want) in
+            [("1,5", 1.5), ("-1.234,5", -1234.5), ("1.234.567", 1_234_567.0), ("1,5D-1", 0.15), ("7", 7.0)]
+        {
             assert_eq!(number(text, Decimal::Comma, false), Cell::Number(want), "{text}");
         }
         assert_eq!(number("1'234.5", Decimal::Point, false), Cell::Number(1234.5));

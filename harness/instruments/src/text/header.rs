@@ -63,11 +63,14 @@ fn above(lines: &[(&[u8], bool)], dialect: Dialect, used: &[usize], width: usize
         }
         let cells = row_cells(line, dialect, width);
         let filled = used.iter().filter(|c| cells.get(**c).is_some_and(|t| !t.is_empty())).count();
-        let sentence = width == 1 && cells.first().is_some_and(|t| t.contains(": ") || t.contains('=') || t.ends_with(':'));
+        let sentence =
+            width == 1 && cells.first().is_some_and(|t| t.contains(": ") || t.contains('=') || t.ends_with(':'));
         let exact = dialect.delimiter != Delimiter::Spaces || cells.len() == width;
         // a label to the left of the table: `labelled` takes such lines
         let label = !used.contains(&0) && cells.first().is_some_and(|t| !t.is_empty());
-        if filled * 2 <= used.len() || sentence || label || !exact || rows.len() == 6 {
+        // the column of an index may be without a name
+        let index = cells.first().is_some_and(String::is_empty) && filled > 0 && filled + 1 == used.len();
+        if filled * 2 <= used.len() && !index || sentence || label || !exact || rows.len() == 6 {
             break;
         }
         rows.push((i, cells));
@@ -98,7 +101,8 @@ fn row_cells(line: &[u8], dialect: Dialect, width: usize) -> Vec<String> {
     if own.len() == width {
         return others().find(|c| c.len() == width && width > 1).unwrap_or(own);
     }
-    let wide: Vec<String> = decode(line).split("  ").flat_map(|c| c.split('\t')).map(|c| c.trim().to_string()).collect();
+    let wide: Vec<String> =
+        decode(line).split("  ").flat_map(|c| c.split('\t')).map(|c| c.trim().to_string()).collect();
     let wide: Vec<String> = wide.into_iter().filter(|c| !c.is_empty()).collect();
     let joined = join_units(&own);
     [wide, joined].into_iter().chain(others()).find(|c| c.len() == width).unwrap_or(own)
@@ -119,7 +123,8 @@ fn join_units(words: &[String]) -> Vec<String> {
 /// Which of the lines above are names and units: the units are the lowest line of units with a line above it; the names
 /// stand above the units, or right above the table.
 fn choose(above: &[(usize, Vec<String>)], dialect: Dialect, used: &[usize]) -> (Option<usize>, Option<usize>) {
-    let units = (0..above.len().saturating_sub(1)).find(|r| is_units(&above[*r].1, used) && names_above(&above[r + 1].1, used));
+    let units =
+        (0..above.len().saturating_sub(1)).find(|r| is_units(&above[*r].1, used) && names_above(&above[r + 1].1, used));
     if let Some(units) = units {
         return (Some(units + 1), Some(units));
     }
@@ -143,13 +148,14 @@ const SYMBOLS: [&str; 11] = ["F", "T", "U", "R", "C", "G", "K", "d", "h", "t", "
 
 /// At least half of the cells are units, and the others could be: short, without a digit at their beginning.
 fn is_units(cells: &[String], used: &[usize]) -> bool {
-    let known = filled(cells, used).filter(|t| unit::of_row(t).is_some()).count();
+    let is_known = |t: &&str| unit::of_row(t).is_some() && !matches!(*t, "1" | "-");
+    let known = filled(cells, used).filter(is_known).count();
     let could = |t: &str| {
         let starts = t.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '.' | '+'));
-        unit::of_row(t).is_some() || t.chars().count() <= 12 && !t.contains(' ') && !starts
+        matches!(t, "1" | "-") || unit::of_row(t).is_some() || t.chars().count() <= 12 && !t.contains(' ') && !starts
     };
     let count = filled(cells, used).count();
-    let sure = filled(cells, used).any(|t| unit::of_row(t).is_some() && !SYMBOLS.contains(&t));
+    let sure = filled(cells, used).filter(is_known).any(|t| !SYMBOLS.contains(&t));
     let time = filled(cells, used).any(|t| t == "t");
     sure && !time && known * 2 >= count && filled(cells, used).all(could)
 }
@@ -230,11 +236,29 @@ fn steps_beside_names(
 
 /// Names of a step in seconds, of a rate in Hz and of the first time, in lower case without spaces and signs.
 const STEPS: [&str; 12] = [
-    "increment", "tinc", "xinc", "xincrement", "sampleinterval", "samplinginterval", "timestep", "dt", "deltat", "deltax",
-    "hresolution", "sampleperiod",
+    "increment",
+    "tinc",
+    "xinc",
+    "xincrement",
+    "sampleinterval",
+    "samplinginterval",
+    "timestep",
+    "dt",
+    "deltat",
+    "deltax",
+    "hresolution",
+    "sampleperiod",
 ];
 const RATES: [&str; 9] = [
-    "samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "abtastrate", "abtastfrequenz", "fs", "rate", "scanrate",
+    "samplerate",
+    "samplingrate",
+    "samplefrequency",
+    "samplingfrequency",
+    "abtastrate",
+    "abtastfrequenz",
+    "fs",
+    "rate",
+    "scanrate",
 ];
 const STARTS: [&str; 7] = ["start", "t0", "xorg", "xorigin", "hoffset", "starttime", "firstsampletime"];
 

@@ -35,13 +35,17 @@ pub(crate) struct Layout {
     /// Its first line in the window.
     pub start: usize,
     pub kinds: Vec<Kind>,
+    /// Whether lines of numbers only were found, and not only numbers beside texts, as in lines of metadata.
+    pub pure: bool,
 }
 
 /// The text of a comment line (`#`, `%`, `//`, and `;` where it is no delimiter), without its mark.
 pub(crate) fn comment(line: &[u8], delimiter: Delimiter) -> Option<&[u8]> {
     let line = line.trim_ascii();
     let mark = match line {
-        [b'#', rest @ ..] if ["N/A", "NUM!", "DIV/0!", "VALUE!", "REF!"].iter().any(|e| rest.starts_with(e.as_bytes())) => {
+        [b'#', rest @ ..]
+            if ["N/A", "NUM!", "DIV/0!", "VALUE!", "REF!"].iter().any(|e| rest.starts_with(e.as_bytes())) =>
+        {
             return None
         }
         [b'%', b'\t' | b',' | b';' | b'|', ..] => return None,
@@ -61,7 +65,12 @@ pub(crate) fn is_blank(line: &[u8], delimiter: Delimiter) -> bool {
 
 /// The next table in a window. `whole` says that the text ends with the window; `delimiter` is the one that the file
 /// itself names; `last` is the dialect of the table before.
-pub(crate) fn find(window: &[Kept], whole: bool, delimiter: Option<Delimiter>, last: Option<Dialect>) -> Option<Layout> {
+pub(crate) fn find(
+    window: &[Kept],
+    whole: bool,
+    delimiter: Option<Delimiter>,
+    last: Option<Dialect>,
+) -> Option<Layout> {
     if let Some(dialect) = last {
         let rows = rows(window, dialect);
         if let Some(run) = run(&rows, whole).filter(|r| r.pure) {
@@ -142,7 +151,9 @@ struct Run {
 
 fn run(rows: &[Option<Vec<Cell>>], whole: bool) -> Option<Run> {
     let pure = |row: &[Cell], of: &[Cell]| {
-        row.len() <= of.len() && row.iter().any(|c| c.is_value()) && !row.iter().any(|c| matches!(c, Cell::Text | Cell::Date))
+        row.len() <= of.len()
+            && row.iter().any(|c| c.is_value())
+            && !row.iter().any(|c| matches!(c, Cell::Text | Cell::Date))
     };
     let alike = |row: &[Cell], of: &[Cell]| {
         row.len() == of.len()
@@ -151,7 +162,8 @@ fn run(rows: &[Option<Vec<Cell>>], whole: bool) -> Option<Run> {
     };
     let choose = |runs: Vec<Run>, least: usize| {
         let sure = runs.iter().position(|r| r.lines >= SURE);
-        let longest = || (0..runs.len()).rev().max_by_key(|i| runs[*i].lines).filter(|i| whole && runs[*i].lines >= least);
+        let longest =
+            || (0..runs.len()).rev().max_by_key(|i| runs[*i].lines).filter(|i| whole && runs[*i].lines >= least);
         sure.or_else(longest).map(|i| runs[i].clone())
     };
     choose(runs(rows, true, pure), 1).or_else(|| choose(runs(rows, false, alike), 1))
@@ -199,11 +211,13 @@ fn layout(rows: &[Option<Vec<Cell>>], run: &Run, dialect: Dialect) -> Layout {
     let table: Vec<&Vec<Cell>> = rows[start..].iter().flatten().take_while(|r| !clash(r)).collect();
     let table = if table.is_empty() { head } else { table };
     let mut kinds: Vec<Kind> = Vec::new();
-    for c in 0..table.iter().map(|r| r.len()).max().unwrap_or(0) {
+    // a column that begins further down is none: a line with more cells than the first ones is at fault
+    let width = rows[start..=run.last].iter().flatten().take(run.first - start + SURE).map(Vec::len).max().unwrap_or(0);
+    for c in 0..width {
         let kind = kind(&table, c, set.contains(&c), kinds.last() == Some(&Kind::Text));
         kinds.push(kind);
     }
-    Layout { dialect, start, kinds }
+    Layout { dialect, start, kinds, pure: run.pure }
 }
 
 /// The first line of a table whose sure lines begin at `first`. One line that does not fit is passed over where it holds
@@ -216,7 +230,8 @@ fn first_line(rows: &[Option<Vec<Cell>>], first: usize, columns: usize, fits: im
         if above(1).is_some_and(&fits) {
             start -= 1;
         } else if columns > 1
-            && above(1).is_some_and(|r| Some(r.len()) == row(first).map(<[Cell]>::len) && r.iter().any(|c| c.is_value()))
+            && above(1)
+                .is_some_and(|r| Some(r.len()) == row(first).map(<[Cell]>::len) && r.iter().any(|c| c.is_value()))
             && above(2).is_some_and(&fits)
         {
             start -= 2;
@@ -237,9 +252,8 @@ fn kind(table: &[&Vec<Cell>], column: usize, sure: bool, after_text: bool) -> Ki
         Some(_) => Kind::Number,
     };
     // numbers that stand only where a text stands before them, and not in every line, are metadata
-    let labelled = after_text
-        && values < table.len()
-        && table.iter().all(|r| !cell(r).is_value() || r[column - 1] == Cell::Text);
+    let labelled =
+        after_text && values < table.len() && table.iter().all(|r| !cell(r).is_value() || r[column - 1] == Cell::Text);
     if !sure && (texts > 0 && values <= 10 * texts || values > 0 && labelled) {
         Kind::Text
     } else {
@@ -268,7 +282,8 @@ fn halves(window: &[Kept], run: &Run) -> bool {
             _ => return false,
         }
     }
-    leading_zero || window[..run.first].iter().rev().find(|l| !is_blank(&l.bytes, Delimiter::Byte(b','))).is_some_and(one_name)
+    leading_zero
+        || window[..run.first].iter().rev().find(|l| !is_blank(&l.bytes, Delimiter::Byte(b','))).is_some_and(one_name)
 }
 
 /// Whether a line is the name of one column: a word, or a name with its unit.

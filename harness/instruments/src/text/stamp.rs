@@ -58,8 +58,12 @@ fn time_of(text: &str) -> Option<i64> {
         (_, Some(t)) => (t.trim_end(), Some(12)),
         _ => (lower.as_str(), None),
     };
-    let text = text.trim_end_matches('z');
-    let text = text.find(['+', '-', ' ']).map_or(text, |zone| &text[..zone]);
+    let (text, zone) = text.split_at(text.find(['+', '-', ' ', 'z']).unwrap_or(text.len()));
+    let of_zone =
+        |c: char| c.is_ascii_alphabetic() || "+-: ".contains(c) || c.is_ascii_digit() && zone.contains(['+', '-']);
+    if !zone.chars().all(of_zone) {
+        return None;
+    }
     let parts: Vec<&str> = text.split(':').collect();
     let (hours, minutes, seconds, fraction) = match parts.as_slice() {
         [h, m, s] => (*h, *m, s.split(['.', ',']).next()?, s.split_once(['.', ',']).map_or("", |p| p.1)),
@@ -89,7 +93,11 @@ fn date_of(text: &str) -> Option<i64> {
         };
         let (first, second) = (digits(a, 2)?, month_of(b)?);
         let month_first = text.contains('/') && first <= 12;
-        if month_first { (year, first, second) } else { (year, second, first) }
+        if month_first {
+            (year, first, second)
+        } else {
+            (year, second, first)
+        }
     };
     ((1..=12).contains(&month) && (1..=31).contains(&day)).then(|| days(year, month, day))
 }
@@ -133,6 +141,7 @@ mod tests {
         assert_eq!(between("11:59:59 AM", "12:00:01 PM"), 2.0);
         assert_eq!(between("00:01.5", "01:00.0"), 58.5);
         assert_eq!(between("2024-02-28 23:59:59.5", "2024-03-01T00:00:00.5Z"), 86_401.0);
+        assert_eq!(between("12:00:00+02:00", "12:00:01 UTC"), 1.0);
         assert_eq!(between("31.12.2023 23:59:59", "01.01.2024 00:00:00"), 1.0);
         assert_eq!(between("12/31/2023 23:59:59", "01/01/2024 00:00:00"), 1.0);
         assert_eq!(between("28-Feb-2023 00:00:00", "01-Mar-2023 00:00:00"), 86_400.0);
@@ -141,7 +150,16 @@ mod tests {
 
     #[test]
     fn what_is_no_time_is_none() {
-        for text in ["12:30", "25:00:00", "12:61:00", "a:b:c", "12:00:00.1234567890123", "::", "Force: 12:00:00"] {
+        for text in [
+            "12:30",
+            "25:00:00",
+            "12:61:00",
+            "a:b:c",
+            "12:00:00.1234567890123",
+            "::",
+            "Force: 12:00:00",
+            "2024-05-01 12:00:00 0.25",
+        ] {
             assert_eq!(parse(text.as_bytes()), None, "{text}");
         }
         assert!(is_date(b"2024-05-01") && is_date(b"01.05.2024") && !is_date(b"1.5.7") && !is_date(b"2024-13-01"));

@@ -5,11 +5,11 @@ const PREFIXED: [&str; 17] =
     ["s", "g", "m", "N", "V", "A", "Pa", "Hz", "W", "J", "bar", "Nm", "C", "rad", "T", "S/s", "eps"];
 const PREFIXES: [&str; 10] = ["n", "u", "\u{b5}", "\u{3bc}", "m", "c", "d", "k", "M", "G"];
 const WHOLE: [&str; 64] = [
-    "min", "h", "d", "t", "lb", "lbf", "lbm", "klbf", "kip", "kp", "kgf", "ft", "in", "inch", "inches", "psi", "ksi", "K",
-    "degC", "degF", "deg", "\u{b0}", "\u{b0}C", "\u{b0}F", "%", "rpm", "RPM", "U", "rev", "G", "gn", "g0", "dB", "strain",
-    "\u{3b5}", "mil", "kph", "mph", "F", "R", "Ohm", "\u{3a9}", "atm", "Torr", "sec", "secs", "msec", "usec", "second",
-    "seconds", "Second", "Seconds", "ms.", "sec.", "Volt", "Volts", "volt", "volts", "Ampere", "Amps", "counts", "digits",
-    "EU", "AU",
+    "min", "h", "d", "t", "lb", "lbf", "lbm", "klbf", "kip", "kp", "kgf", "ft", "in", "inch", "inches", "psi", "ksi",
+    "K", "degC", "degF", "deg", "\u{b0}", "\u{b0}C", "\u{b0}F", "%", "rpm", "RPM", "U", "rev", "G", "gn", "g0", "dB",
+    "strain", "\u{3b5}", "mil", "kph", "mph", "F", "R", "Ohm", "\u{3a9}", "atm", "Torr", "sec", "secs", "msec", "usec",
+    "second", "seconds", "Second", "Seconds", "ms.", "sec.", "Volt", "Volts", "volt", "volts", "Ampere", "Amps",
+    "counts", "digits", "EU", "AU",
 ];
 const WORDS: [&str; 8] = ["newton", "newtons", "metre", "meter", "meters", "metres", "pascal", "hertz"];
 
@@ -104,7 +104,10 @@ mod tests {
 
     #[test]
     fn units_are_known() {
-        for unit in ["s", "ms", "µs", "kN", "m/s²", "m/s^2", "m/s2", "N·m", "1/min", "%", "mV/V", "°C", "µm/m", "(m/s)", "-", "kg*m"] {
+        for unit in [
+            "s", "ms", "µs", "kN", "m/s²", "m/s^2", "m/s2", "N·m", "1/min", "%", "mV/V", "°C", "µm/m", "(m/s)", "-",
+            "kg*m",
+        ] {
             assert!(is_unit(unit), "{unit}");
         }
         for other in ["Force", "time", "x", "CH1", "", "Drop 1", "12", "2/3", "filtered"] {

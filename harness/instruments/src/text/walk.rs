@@ -69,7 +69,12 @@ enum Row {
     Samples,
     /// Texts in columns of text only.
     Remark,
-    Odd { column: usize, alone: bool, names: bool, first_value: bool },
+    Odd {
+        column: usize,
+        alone: bool,
+        names: bool,
+        first_value: bool,
+    },
 }
 
 impl Walk {
@@ -129,7 +134,8 @@ impl Walk {
                 }
                 Row::Odd { column, alone, names, first_value } => {
                     let cell = self.cells.get(column).map_or(String::new(), |c| excerpt(bare(&line.text[c.clone()])));
-                    let of = Odd { mark, line: line.number, column, cell, alone, names, first_value, after_blank: blank };
+                    let of =
+                        Odd { mark, line: line.number, column, cell, alone, names, first_value, after_blank: blank };
                     odd = Some(match odd {
                         None => {
                             let copy = Odd { cell: of.cell.clone(), ..of };
@@ -145,7 +151,8 @@ impl Walk {
             if first.alone && first.first_value {
                 return Err(self.fault(&first));
             }
-            self.notes.push(format!("from line {} on text follows the table and is left out: {}", first.line, first.cell));
+            self.notes
+                .push(format!("from line {} on text follows the table and is left out: {}", first.line, first.cell));
         }
         Ok(Stop::End)
     }
@@ -233,7 +240,8 @@ impl Walk {
     }
 
     fn all_differ(&self, line: &[u8]) -> bool {
-        let mut texts: Vec<&[u8]> = self.cells.iter().map(|c| bare(&line[c.clone()])).filter(|c| !c.is_empty()).collect();
+        let mut texts: Vec<&[u8]> =
+            self.cells.iter().map(|c| bare(&line[c.clone()])).filter(|c| !c.is_empty()).collect();
         let count = texts.len();
         texts.sort_unstable();
         texts.dedup();
