@@ -221,6 +221,8 @@ pub(crate) fn range(s: &Stretch, c: Channel) -> String {
 
 /// What tables, names and files say of each recording.
 fn facts(p: &mut Plan, files: &[File], o: &Options) {
+    let paths: Vec<&std::path::Path> = files.iter().map(|f| f.path.as_path()).collect();
+    p.notes.extend(o.table.iter().flat_map(|t| t.strangers(&paths)));
     let mut counts = vec![0; files.len()];
     p.recordings.iter().for_each(|r| counts[r.file] += 1);
     let mut at = vec![0; files.len()];

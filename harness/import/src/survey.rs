@@ -4,7 +4,9 @@ use crate::amount::brief;
 use crate::envelope::Envelope;
 use crate::find::{find, Found};
 use crate::guess::{self, columns};
+use crate::map::Mapped;
 use crate::split::{tracks, Time, Track};
+use crate::words::Role;
 use crate::Options;
 use instruments::{Group, Source};
 use std::ops::ControlFlow;
@@ -98,6 +100,10 @@ pub fn survey(path: &Path, source: &mut dyn Source, o: &Options) -> Result<File,
             *used |= group.channels.iter().enumerate().any(means);
         }
         let of_file = |e: String| format!("{}: {at}{e}", path.display());
+        if !meant(&group, o) {
+            file.left.push(format!("{at}--map names no column of it"));
+            continue;
+        }
         let found = match columns(&group, &o.map) {
             Ok(c) => c,
             Err(e) => {
@@ -116,7 +122,7 @@ pub fn survey(path: &Path, source: &mut dyn Source, o: &Options) -> Result<File,
                 let lost = found
                     .taken
                     .iter()
-                    .filter(|c| matches!(c.role, crate::words::Role::Reading(_)) && !names.contains(&c.name.as_str()));
+                    .filter(|c| matches!(c.role, Role::Reading(_)) && !names.contains(&c.name.as_str()));
                 let lost: Vec<String> = lost
                     .map(|c| format!("{at}{:?}: another column is more plainly {}", c.name, c.role.name()))
                     .collect();
@@ -141,6 +147,7 @@ pub fn survey(path: &Path, source: &mut dyn Source, o: &Options) -> Result<File,
             columns.join("; ")
         ));
     }
+    faults.extend(apart(&file).map(|e| format!("{}: {e}", path.display())));
     if faults.is_empty() && file.seen.is_empty() {
         let columns: Vec<String> = file.groups.iter().map(guess::listed).collect();
         faults.push(format!(
@@ -165,6 +172,38 @@ pub fn survey(path: &Path, source: &mut dyn Source, o: &Options) -> Result<File,
     } else {
         Err(faults)
     }
+}
+
+/// Whether a group is meant, where `--map` names channels.
+fn meant(group: &Group, o: &Options) -> bool {
+    let mut named = o.map.iter().filter(|m| m.role != Role::Time).peekable();
+    let holds = |m: &Mapped| group.channels.iter().enumerate().any(|(k, c)| m.of(&c.name, k + 1, &c.unit).is_some());
+    named.peek().is_none() || named.any(holds)
+}
+
+/// Channels of one recording that lie in two groups, sampled apart: taken as two recordings they would be wrong.
+fn apart(file: &File) -> Option<String> {
+    let span = |s: &Seen| Some((s.stretches.first()?.times.0, s.stretches.last()?.times.1));
+    let together = |a: &Seen, b: &Seen| {
+        let (Some(x), Some(y)) = (span(a), span(b)) else { return false };
+        x.0 < y.1 && y.0 < x.1
+    };
+    let pairs = file.seen.iter().enumerate().flat_map(|(i, a)| file.seen[i + 1..].iter().map(move |b| (a, b)));
+    let (a, b) = pairs
+        .filter(|(a, b)| a.group != b.group && together(a, b))
+        .find(|(a, b)| a.track.has().all(|c| b.track.has().all(|d| c != d)))?;
+    let of = |s: &Seen| s.track.channels.iter().flatten().next().map_or(String::new(), |t| t.name.clone());
+    let names = |s: &Seen| s.track.has().map(record::Channel::name).collect::<Vec<_>>().join(" and ");
+    Some(format!(
+        "{}{}, but {}{}: they are sampled apart; write them into one table, or take those of one group, such as --map \
+         '{}={}'",
+        file.of_group(a.group),
+        names(a),
+        file.of_group(b.group),
+        names(b),
+        a.track.has().next().map_or("", record::Channel::name),
+        of(a)
+    ))
 }
 
 /// What was taken of a group, a line for each kind of column.
@@ -341,6 +380,21 @@ mod tests {
         assert_eq!((f.seen.len(), f.seen[0].stretches[0].rows, f.seen[0].stretches[0].missing), (3, (0, 60), 1));
         assert_eq!(f.taken[0], "3 recordings lie side by side in its columns");
         assert!(f.taken[2].contains("\"F1\" to \"F3\", by its unit N and its name"), "{:?}", f.taken);
+    }
+
+    #[test]
+    fn channels_of_two_groups_are_no_two_recordings() {
+        let t: Vec<f64> = (0..100).map(f64::from).collect();
+        let mut m = Memory {
+            groups: vec![group(&[("t", "ms"), ("F", "N")]), group(&[("t", "ms"), ("a", "g")])],
+            samples: vec![vec![t.clone(), t.clone()], vec![t.clone(), t]],
+            notes: Vec::new(),
+        };
+        let e = survey(Path::new("a.mf4"), &mut m, &Options::default()).unwrap_err();
+        assert!(e[0].contains("sampled apart") && e[0].contains("--map 'force=F'"), "{e:?}");
+        let map = crate::map::parse("force=F").unwrap();
+        let f = survey(Path::new("a.mf4"), &mut m, &Options { map, ..Options::default() }).unwrap();
+        assert_eq!((f.seen.len(), f.left.len()), (1, 1));
     }
 
     #[test]

@@ -73,10 +73,7 @@ impl Table {
     /// Where there are rows, but neither one nor as many.
     pub fn of(&self, path: &Path, i: usize, count: usize) -> Result<Facts, String> {
         let file = path.file_name().map_or(String::new(), |f| f.to_string_lossy().into_owned());
-        let stem = path.file_stem().map_or(String::new(), |f| f.to_string_lossy().into_owned());
-        let whole = path.to_string_lossy();
-        let rows: Vec<&Facts> =
-            self.rows.iter().filter(|r| r.0 == file || r.0 == stem || r.0 == whole).map(|r| &r.1).collect();
+        let rows: Vec<&Facts> = self.rows.iter().filter(|r| means(&r.0, path)).map(|r| &r.1).collect();
         match rows.len() {
             0 => Ok(Facts::default()),
             1 => Ok(rows[0].clone()),
@@ -87,6 +84,21 @@ impl Table {
             )),
         }
     }
+}
+
+impl Table {
+    /// Names in it that are of none of the files.
+    pub fn strangers(&self, files: &[&Path]) -> Vec<String> {
+        let strange = self.rows.iter().filter(|r| !files.iter().any(|f| means(&r.0, f)));
+        strange.map(|r| format!("{}: {} is none of the files", self.name, r.0)).collect()
+    }
+}
+
+/// Whether a name of the table means the file: its name, with its end or without, or its path.
+fn means(name: &str, path: &Path) -> bool {
+    path.file_name().is_some_and(|f| f == name)
+        || path.file_stem().is_some_and(|f| f == name)
+        || path == Path::new(name)
 }
 
 /// Key and unit of a column; None for the column `file`.
@@ -125,6 +137,10 @@ mod tests {
         assert_eq!(height("x/a.tdms", 1, 2), Ok(Some(0.2)));
         assert_eq!(height("b.csv", 1, 2), Ok(Some(0.4)));
         assert_eq!(height("c.csv", 0, 1), Ok(None));
+        assert_eq!(
+            t.strangers(&[Path::new("x/a.tdms")]),
+            ["b", "b"].map(|f| format!("{}: {f} is none of the files", t.name))
+        );
         assert!(height("b.csv", 0, 3).unwrap_err().contains("2 rows are of b.csv, which holds 3 recordings"));
     }
 

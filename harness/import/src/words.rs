@@ -67,7 +67,8 @@ const OTHERS: [(&str, &[&str]); 7] = [
 ];
 
 /// Words of the roles, in the order in which they are looked for: 加速度 holds 速度.
-const ROLES: [(Role, &[&str]); 4] = [
+const ROLES: [(Role, &[&str]); 5] = [
+    (Role::Time, &["x_value", "x value"]),
     (
         ACCELERATION,
         &[
@@ -147,10 +148,7 @@ const WEAK: [(&str, &[&str]); 4] = [
     ("a voltage", &["voltage", "spannung", "volt"]),
     ("a pressure", &["pressure", "druck"]),
     ("a current", &["current", "strom"]),
-    (
-        "a number of the row",
-        &["index", "sample", "samples", "row", "count", "cycle", "nr", "no", "id", "channel", "point"],
-    ),
+    ("a number of the row", &["index", "sample", "samples", "row", "count", "cycle", "nr", "no", "id", "point"]),
 ];
 
 /// Lower case, letters with accents as without.
@@ -236,6 +234,7 @@ mod tests {
             ("Temps", Role::Time),
             ("Zeit", Role::Time),
             ("elapsedTime", Role::Time),
+            ("X_Value", Role::Time),
             ("时间", Role::Time),
         ] {
             assert_eq!(says(name), Says::Role(role), "{name}");
