@@ -3,12 +3,19 @@
 //! A format is a file of this crate with one function `open`, and its line in `FORMATS`. What a channel measures, which
 //! column is the time and where the impact lies is not known here; `import` decides that from names, units and samples.
 
+mod binary;
 mod block;
+mod date;
 mod lines;
 mod lvm;
+mod mat;
+mod mdf;
 mod memory;
+mod table;
+mod tdms;
 mod text;
 mod uff;
+mod wav;
 
 pub use memory::Memory;
 
@@ -107,7 +114,8 @@ pub struct Format {
 }
 
 /// All formats, the ones known by their first bytes first, text of any dialect last.
-pub const FORMATS: &[Format] = &[lvm::FORMAT, uff::FORMAT, text::FORMAT];
+pub const FORMATS: &[Format] =
+    &[tdms::FORMAT, mdf::FORMAT, wav::FORMAT, mat::FORMAT, lvm::FORMAT, uff::FORMAT, text::FORMAT];
 
 /// Opens a file of any format.
 ///

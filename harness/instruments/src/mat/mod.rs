@@ -1,0 +1,205 @@
+//! MATLAB MAT-files of versions 4 and 5 (saved as `-v4`, `-v6` or `-v7`): vectors and matrices of numbers, also in
+//! structs and cells. Variables of `-v4` and `-v6` are read in blocks; those of `-v7` are compressed whole and kept
+//! inflated, as a matrix lies in them column by column.
+//!
+//! Our own reader: matfile 0.5.0 reads no structs and cells, matrw 0.1.4 unwraps what a damaged file may lack and reads
+//! no version 4.
+//! Source: MathWorks, MAT-File Format, 2024.
+
+mod v4;
+mod v5;
+
+use crate::binary::{Bytes, Number, Order};
+use crate::{Channel, Fault, Format, Group, Sink, Source, BLOCK};
+use std::collections::{HashMap, HashSet};
+use std::ops::ControlFlow;
+use std::path::Path;
+
+pub(crate) const FORMAT: Format = Format { name: "MAT", is, open };
+
+/// Properties of a group, at most.
+const PROPERTIES: usize = 500;
+/// Bytes of a block of a matrix whose rows are channels, at most.
+const SPAN: u64 = 8 << 20;
+
+fn is(head: &[u8], extension: &str) -> bool {
+    v5::is(head) || extension == "mat" && v4::is(head)
+}
+
+/// A matrix of numbers, column by column.
+struct Matrix {
+    /// The variable, its fields and the numbers of its cells, joined by dots.
+    name: String,
+    /// Of [`Contents::areas`].
+    area: usize,
+    at: u64,
+    number: Number,
+    order: Order,
+    rows: u64,
+    columns: u64,
+}
+
+/// All that a file holds.
+struct Contents {
+    /// The file itself, then what was inflated from it.
+    areas: Vec<Bytes>,
+    matrices: Vec<Matrix>,
+    /// Scalars and texts, by name.
+    texts: Vec<(String, String)>,
+    notes: Vec<String>,
+}
+
+impl Contents {
+    fn new(bytes: Bytes) -> Contents {
+        Contents { areas: vec![bytes], matrices: Vec::new(), texts: Vec::new(), notes: Vec::new() }
+    }
+
+    fn leave_out(&mut self, name: &str, why: &str) {
+        self.notes.push(format!("variable \"{name}\" is left out: {why}"));
+    }
+
+    /// Adds an array of numbers: a scalar as a property, a vector or a matrix as channels.
+    fn add(&mut self, matrix: Matrix) -> Result<(), Fault> {
+        let Matrix { area, at, number, order, rows, columns, .. } = matrix;
+        if (rows, columns) == (1, 1) {
+            let mut value = [0.0];
+            self.areas[area].numbers(at, number.size(), number, order, &mut value)?;
+            self.texts.push((matrix.name, value[0].to_string()));
+        } else if rows > 0 && columns > 0 {
+            if rows > 1 && columns > rows {
+                self.notes.push(format!("matrix \"{}\" is wider than long: its rows are channels", matrix.name));
+            }
+            self.matrices.push(matrix);
+        }
+        Ok(())
+    }
+}
+
+impl Matrix {
+    /// Samples: the longer side.
+    fn samples(&self) -> u64 {
+        self.rows.max(self.columns)
+    }
+
+    fn channels(&self) -> u64 {
+        self.rows.min(self.columns)
+    }
+
+    /// Bytes from channel to channel, and from sample to sample.
+    fn strides(&self) -> (u64, u64) {
+        let size = self.number.size();
+        if self.columns > self.rows {
+            (size, size * self.rows)
+        } else {
+            (size * self.rows, size)
+        }
+    }
+
+    /// The struct that the matrix is a field of, and the field; empty where it is a variable of its own.
+    fn field(&self) -> (&str, &str) {
+        self.name.rsplit_once('.').unwrap_or(("", &self.name))
+    }
+}
+
+struct Mat {
+    areas: Vec<Bytes>,
+    matrices: Vec<Matrix>,
+    groups: Vec<Group>,
+    /// Of each group: its matrices.
+    members: Vec<Vec<usize>>,
+    notes: Vec<String>,
+}
+
+fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
+    let mut bytes = Bytes::open(path)?;
+    let head = bytes.bytes(0, bytes.length().min(128))?;
+    let mut contents = if v5::is(&head) { v5::read(path, bytes)? } else { v4::read(bytes)? };
+    if contents.matrices.is_empty() {
+        let left = if contents.notes.is_empty() { String::new() } else { format!(" ({})", contents.notes.join("; ")) };
+        let cure = "save vectors or matrices of numbers";
+        return Err(Fault::new(path, format!("the file holds no vectors of numbers{left}"), cure));
+    }
+    let (groups, members) = grouped(&mut contents);
+    let Contents { areas, matrices, notes, .. } = contents;
+    Ok(Box::new(Mat { areas, matrices, groups, members, notes }))
+}
+
+/// Groups of one length each; a struct that has its own time is a group of its own.
+fn grouped(contents: &mut Contents) -> (Vec<Group>, Vec<Vec<usize>>) {
+    let is_time = |m: &&Matrix| m.channels() == 1 && ["time", "t"].contains(&m.field().1.to_lowercase().as_str());
+    let timed: HashSet<(String, u64)> = (contents.matrices.iter().filter(is_time))
+        .filter(|m| !m.field().0.is_empty())
+        .map(|m| (m.field().0.to_string(), m.samples()))
+        .collect();
+    let mut places: HashMap<(String, u64), usize> = HashMap::new();
+    let (mut groups, mut members): (Vec<Group>, Vec<Vec<usize>>) = (Vec::new(), Vec::new());
+    let texts: HashMap<&str, &str> = contents.texts.iter().map(|(n, t)| (n.as_str(), t.as_str())).collect();
+    for (i, matrix) in contents.matrices.iter().enumerate() {
+        let of_struct = (matrix.field().0.to_string(), matrix.samples());
+        let key = if timed.contains(&of_struct) { of_struct } else { (String::new(), matrix.samples()) };
+        let at = *places.entry(key.clone()).or_insert_with(|| {
+            let properties = contents.texts.iter().take(PROPERTIES).cloned().collect();
+            groups.push(Group { name: key.0.clone(), samples: matrix.samples(), properties, ..Group::default() });
+            members.push(Vec::new());
+            groups.len() - 1
+        });
+        let Channel { name, unit } = channel(matrix, !key.0.is_empty(), &texts);
+        let numbered = |c: u64| if matrix.channels() == 1 { name.clone() } else { format!("{name} {c}") };
+        groups[at].channels.extend((1..=matrix.channels()).map(|c| Channel { name: numbered(c), unit: unit.clone() }));
+        members[at].push(i);
+    }
+    if groups.len() > 1 {
+        for group in groups.iter_mut().filter(|g| g.name.is_empty()) {
+            group.name = format!("{} samples", group.samples);
+        }
+    }
+    if contents.texts.len() > PROPERTIES {
+        contents.notes.push(format!("of {} scalars and texts the first {PROPERTIES} are read", contents.texts.len()));
+    }
+    (groups, members)
+}
+
+/// A matrix' name and unit. A struct like a timeseries says its units; its `Data` are what the struct is named after.
+fn channel(matrix: &Matrix, timed: bool, texts: &HashMap<&str, &str>) -> Channel {
+    let (of, field) = matrix.field();
+    let units = |info: &str| texts.get(format!("{of}.{info}.Units").as_str()).map_or(String::new(), |t| t.to_string());
+    match (timed, field) {
+        (true, "Time") => Channel { name: field.to_string(), unit: units("TimeInfo") },
+        (true, "Data") => Channel { name: of.to_string(), unit: units("DataInfo") },
+        _ => Channel { name: matrix.name.clone(), unit: String::new() },
+    }
+}
+
+impl Source for Mat {
+    fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    fn read(&mut self, group: usize, sink: &mut Sink) -> Result<(), Fault> {
+        let (samples, members) = (self.groups[group].samples, &self.members[group]);
+        let widest = members.iter().map(|m| self.matrices[*m].strides().1).max().unwrap_or(1);
+        let most = (SPAN / widest.max(1)).clamp(1, BLOCK as u64);
+        for first in (0..samples).step_by(most as usize) {
+            let count = most.min(samples - first) as usize;
+            let mut block = Vec::with_capacity(self.groups[group].channels.len());
+            for matrix in members.iter().map(|m| &self.matrices[*m]) {
+                let (across, along) = matrix.strides();
+                for c in 0..matrix.channels() {
+                    let mut out = vec![0.0; count];
+                    let at = matrix.at + c * across + first * along;
+                    self.areas[matrix.area].numbers(at, along, matrix.number, matrix.order, &mut out)?;
+                    block.push(out);
+                }
+            }
+            let slices: Vec<&[f64]> = block.iter().map(Vec::as_slice).collect();
+            if sink(&slices) == ControlFlow::Break(()) {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+}
