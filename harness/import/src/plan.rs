@@ -333,18 +333,20 @@ fn order(p: &mut Plan, files: &[File]) {
                             .into(),
                     );
                 }
-                p.recordings.iter().map(|r| r.file as f64).collect()
+                p.recordings.iter().map(|r| r.file as f64 + 1.0).collect()
             }
         }
     };
     let mut by: Vec<usize> = (0..keys.len()).collect();
     by.sort_by(|a, b| keys[*a].total_cmp(&keys[*b]).then(a.cmp(b)));
+    // the names' own numbers count recordings that are not there as well
+    let own = by.windows(2).all(|w| keys[w[0]] < keys[w[1]]) && some == 0 && keys.iter().all(|k| *k > 0.0);
     for (n, i) in by.into_iter().enumerate() {
         let from = match p.recordings[i].facts.0.get("order") {
             Some(f) => f.from.clone(),
             None => "by the files' names".to_string(),
         };
-        let value = Value::Number(n as f64 + 1.0);
+        let value = Value::Number(if own { keys[i] } else { n as f64 + 1.0 });
         p.recordings[i].facts.0.insert("order", Fact { value, from });
     }
 }
@@ -521,7 +523,7 @@ mod tests {
         ];
         let p = plan(&mut files, &Options::default());
         assert_eq!(p.kind, Kind::DropTest);
-        assert_eq!(said(&p), [("r01.csv", 2.0, 0.2), ("r02.csv", 3.0, 0.2), ("r03.csv", 1.0, 0.4)]);
+        assert_eq!(said(&p), [("r01.csv", 2.0, 0.2), ("r02.csv", 10.0, 0.2), ("r03.csv", 1.0, 0.4)]);
         let keys: Vec<&str> = p.missing.iter().map(|m| m.key).collect();
         assert_eq!(keys, ["moving_mass"]);
         let o = Options { mass: Some(0.5), names: Some(Pattern::parse("x{order}").unwrap()), ..Options::default() };

@@ -277,7 +277,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let Some(out) = a.out.as_deref().filter(|_| !a.list) else { return Ok(list(a, &o)) };
     ensure!(!out.exists(), "{}: is there already; give another --out, or move it away", out.display());
     output::probe(out).with_context(|| format!("{}: cannot be made there; give another --out", out.display()))?;
-    let progress = Progress::new("import", 2 * a.files.len() as u64);
+    let progress = Progress::new("import: looking at files", a.files.len() as u64);
     let mut files = Vec::new();
     let mut faults = Vec::new();
     for looked in look_at(&a.files, &o, &instruments::open, &|_| progress.add(1)) {
@@ -286,17 +286,12 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
             Err(e) => faults.extend(e),
         }
     }
+    drop(progress);
     let mut planned = plan(&mut files, &o);
     if !planned.missing.is_empty() && std::io::stdin().is_terminal() && (faults.is_empty() || o.skip_bad) {
-        let mut all = false;
-        let missing = std::mem::take(&mut planned.missing);
-        let mut answer = Ok(());
-        progress.aside(|| match asked(&missing, &mut o) {
-            Ok(a) => all = a,
-            Err(e) => answer = Err(e),
-        });
-        answer?;
-        planned = if all { plan(&mut files, &o) } else { Plan { missing, ..planned } };
+        if asked(&planned.missing, &mut o)? {
+            planned = plan(&mut files, &o);
+        }
     }
     faults.extend(planned.faults.iter().cloned());
     let missing: Vec<String> = planned.missing.iter().map(told).collect();
@@ -308,6 +303,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         }
         return Ok(ExitCode::from(2));
     }
+    let progress = Progress::new("import: writing recordings", files.len() as u64);
     let outcome = import::write(out, &files, &planned, &o, &|path| {
         progress.add(1);
         instruments::open(path)
