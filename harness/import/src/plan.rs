@@ -103,6 +103,8 @@ pub fn plan(files: &mut [File], o: &Options) -> Plan {
         if p.recordings.len() == before {
             p.faults.extend(why.iter().map(|w| format!("{}: {w}", files[i].path.display())));
         } else {
+            // a plan may be made again, once what was missing is known
+            why.retain(|w| !files[i].left.contains(w));
             files[i].left.extend(why);
         }
     }

@@ -288,10 +288,9 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     }
     drop(progress);
     let mut planned = plan(&mut files, &o);
-    if !planned.missing.is_empty() && std::io::stdin().is_terminal() && (faults.is_empty() || o.skip_bad) {
-        if asked(&planned.missing, &mut o)? {
-            planned = plan(&mut files, &o);
-        }
+    let may_ask = std::io::stdin().is_terminal() && (faults.is_empty() || o.skip_bad);
+    if may_ask && !planned.missing.is_empty() && asked(&planned.missing, &mut o)? {
+        planned = plan(&mut files, &o);
     }
     faults.extend(planned.faults.iter().cloned());
     let missing: Vec<String> = planned.missing.iter().map(told).collect();
