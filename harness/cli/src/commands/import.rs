@@ -293,7 +293,10 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         planned = plan(&mut files, &o);
     }
     faults.extend(planned.faults.iter().cloned());
-    let missing: Vec<String> = planned.missing.iter().map(told).collect();
+    let mut missing: Vec<String> = planned.missing.iter().map(told).collect();
+    if o.kind.is_none() && !missing.is_empty() {
+        missing.push(format!("taken as {}, {}; --kind says another", planned.kind.name(), planned.kind_from));
+    }
     if !missing.is_empty() || planned.recordings.is_empty() || (!faults.is_empty() && !o.skip_bad) {
         let skip = !faults.is_empty() && !o.skip_bad && !planned.recordings.is_empty();
         tell(&faults.iter().chain(&missing).cloned().collect::<Vec<_>>().join("\n"));
