@@ -4,7 +4,7 @@ mod error;
 mod keys;
 mod load;
 mod samples;
-mod units;
+pub mod units;
 pub mod words;
 
 pub use error::{RecordError, RecordErrors};

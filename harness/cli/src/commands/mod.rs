@@ -6,6 +6,7 @@ mod demo;
 mod diagnose;
 mod fit;
 mod impact;
+mod import;
 mod init;
 mod mechanisms;
 mod pack;
@@ -43,6 +44,8 @@ enum Command {
     Fit(fit::Arguments),
     /// Print the exact impact of a mass on the law F = k x^p + mu_d x^p v
     Impact(impact::Arguments),
+    /// Make a campaign out of the files that instruments write: columns guessed and told, windows cut around the impacts
+    Import(Box<import::Arguments>),
     /// Write a campaign.toml for the recordings in a folder, with what has to be filled in
     Init(init::Arguments),
     /// Print the vocabulary of the diagnosis: every mechanism with its equation, quantities, units and source
@@ -80,6 +83,7 @@ fn command(c: Cli) -> Result<ExitCode> {
         Command::Diagnose(a) => diagnose::run(&a),
         Command::Fit(a) => fit::run(&a),
         Command::Impact(a) => impact::run(&a),
+        Command::Import(a) => import::run(&a),
         Command::Init(a) => init::run(&a),
         Command::Mechanisms(a) => mechanisms::run(&a),
         Command::Pack(a) => pack::run(&a),

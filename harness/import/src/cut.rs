@@ -1,0 +1,384 @@
+//! The second look at a file: the samples of each recording, cut around its impact, signs and zero as the format has them.
+
+use crate::amount::brief;
+use crate::find::{contact, Contact, Level};
+use crate::split::Track;
+use crate::survey;
+use instruments::Source;
+use record::{Channel, Kind};
+use std::ops::ControlFlow;
+
+/// Most samples of a recording; of more, means are taken.
+pub const MOST: u64 = 1_000_000;
+/// Contact times kept before the touch and after the last contact, and samples there at least: the noise is learnt there.
+const AROUND: u64 = 3;
+const QUIET: u64 = 300;
+/// Samples from the touch on within which bounces are kept: a diagnosis judges no more, for each this many samples of the
+/// contact.
+const BOUNCES: u64 = 4000;
+const PER_CONTACT: u64 = 400;
+/// Share of the depth by which penetration may miss zero at the touch: more is the zero of another place.
+const ZERO: f64 = 0.25;
+/// Share of the largest push up to which it counts as rising.
+const RISING: f64 = 0.6;
+/// Share of the range by which force may miss zero before the touch, and the samples there that tell it.
+const TARE: f64 = 0.01;
+const LEARNT: usize = 20;
+
+/// Which samples a recording takes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Span {
+    /// Index of the group, and the track among those of its file.
+    pub group: usize,
+    pub track: usize,
+    /// Rows read: the first, and the one behind the last.
+    pub rows: (u64, u64),
+    /// Cut at the impact more exactly than rows are; else all of them are taken.
+    pub cut: Cut,
+    pub level: Option<Level>,
+}
+
+/// Where a recording is cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cut {
+    /// Around the impact.
+    Around,
+    /// Behind the impact: a contactor is released at the first sample.
+    Behind,
+    Whole,
+}
+
+/// Rows to read for a drop whose contacts are in `contacts`, out of the stretch `rows` that a search in buckets of `bucket`
+/// rows went through; `until`: where the next drop begins.
+pub fn around(contacts: &[(u64, u64)], rows: (u64, u64), bucket: u64, until: u64) -> (u64, u64) {
+    let (first, length) = (contacts[0].0, contacts[0].1 - contacts[0].0);
+    let within = first + bounces(length) + bucket;
+    let end = contacts.iter().take_while(|c| c.0 < within).map(|c| c.1).last().unwrap_or(first);
+    let pad = pad(length) + 2 * bucket;
+    (first.saturating_sub(pad).max(rows.0), (end + pad).min(rows.1).min(until))
+}
+
+fn pad(contact: u64) -> u64 {
+    (AROUND * contact).max(QUIET)
+}
+
+fn bounces(contact: u64) -> u64 {
+    BOUNCES * (contact / PER_CONTACT).max(1)
+}
+
+/// A recording as it is written: SI, signs of the format.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Samples {
+    pub time: Vec<f64>,
+    pub channels: [Option<Vec<f64>>; 3],
+    /// When the first contact begins, and how long it lasts, s.
+    pub touch: Option<(f64, f64)>,
+    /// Channels whose sign was turned because the readings show it.
+    pub turned: Vec<Channel>,
+    pub notes: Vec<String>,
+}
+
+/// Rows gathered, or means of them.
+struct Gather<'a> {
+    span: &'a Span,
+    track: &'a Track,
+    /// Rows in a mean.
+    of: u64,
+    sum: [f64; 4],
+    count: u64,
+    rows: Vec<[f64; 4]>,
+    missing: u64,
+}
+
+impl Gather<'_> {
+    fn add(&mut self, row: u64, time: f64, y: [f64; 3]) {
+        if !(self.span.rows.0..self.span.rows.1).contains(&row) {
+            return;
+        }
+        let has = self.track.channels.each_ref().map(Option::is_some);
+        if !time.is_finite() || y.iter().zip(has).any(|(v, h)| h && !v.is_finite()) {
+            self.missing += 1;
+            return;
+        }
+        for (s, v) in self.sum.iter_mut().zip([time, y[0], y[1], y[2]]) {
+            *s += v;
+        }
+        self.count += 1;
+        if self.count == self.of {
+            self.rows.push(self.sum.map(|s| s / self.of as f64));
+            (self.sum, self.count) = ([0.0; 4], 0);
+        }
+    }
+}
+
+/// Reads the recordings `spans` of one group, all at once. `tracks`: those of the file. `kind`: what was done.
+///
+/// # Errors
+/// Where the file cannot be read. Of each recording: why it is none.
+pub fn cut(
+    source: &mut dyn Source,
+    group: usize,
+    spans: &[(&Span, &Track)],
+    kind: Kind,
+) -> Result<Vec<Result<Samples, String>>, String> {
+    let mut gathers: Vec<Gather> = spans
+        .iter()
+        .map(|(span, track)| Gather {
+            span,
+            track,
+            of: (span.rows.1 - span.rows.0).div_ceil(MOST).max(1),
+            sum: [0.0; 4],
+            count: 0,
+            rows: Vec::new(),
+            missing: 0,
+        })
+        .collect();
+    let last = spans.iter().map(|s| s.0.rows.1).max().unwrap_or(0);
+    let mut at = 0;
+    let read = source.read(group, &mut |block| {
+        let count = block.first().map_or(0, |c| c.len()) as u64;
+        for g in gathers.iter_mut().filter(|g| g.span.rows.0 < at + count && at < g.span.rows.1) {
+            let track = g.track;
+            survey::rows(track, block, at, |row, time, y| g.add(row, time, y));
+        }
+        at += count;
+        if at < last {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    });
+    read.map_err(|e| e.to_string())?;
+    Ok(gathers.into_iter().map(|g| finish(g, kind)).collect())
+}
+
+/// Cuts exactly, and turns signs.
+fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
+    let (span, track) = (g.span, g.track);
+    let mut notes = Vec::new();
+    if g.missing > 0 {
+        notes.push(format!("{} samples are missing in the file", g.missing));
+    }
+    if g.of > 1 {
+        notes.push(format!("means of {} samples are taken: it holds more than {MOST}", g.of));
+    }
+    let column = |i: usize| -> Vec<f64> { g.rows.iter().map(|r| r[i]).collect() };
+    let mut time = column(0);
+    let mut channels: [Option<Vec<f64>>; 3] = [0, 1, 2].map(|c| track.channels[c].is_some().then(|| column(c + 1)));
+    if let Some(i) = (1..time.len()).find(|i| time[*i] < time[i - 1]) {
+        return Err(format!(
+            "time goes back from {} s to {} s; say --map time=COLUMN:s, or --rate SAMPLES_PER_SECOND",
+            time[i - 1],
+            time[i]
+        ));
+    }
+    let mut found = match &span.level {
+        Some(level) => channels[level.channel.index()].as_ref().and_then(|y| contact(y, level)),
+        None => None,
+    };
+    if span.cut == Cut::Around && found.is_none() {
+        return Err("what stands out is a spike of one or two samples, no impact".into());
+    }
+    if let (Some(k), Some(level), Cut::Around | Cut::Behind) = (&mut found, &span.level, span.cut) {
+        let y = channels[level.channel.index()].as_deref().unwrap_or(&[]);
+        let (from, to) = exact(y, k, level, span.cut);
+        time = time[from..to].to_vec();
+        channels.iter_mut().flatten().for_each(|y| *y = y[from..to].to_vec());
+        (k.first, k.last) = (k.first - from, k.last - from);
+    }
+    let mut turned = Vec::new();
+    for c in Channel::ALL {
+        let Some(said) = track.channels[c.index()].as_ref().map(|t| t.sign) else { continue };
+        let sign = match said {
+            Some(s) => s,
+            None => sign(kind, c, &channels, found.as_ref()),
+        };
+        if sign < 0.0 {
+            channels[c.index()].iter_mut().flatten().for_each(|v| *v = -*v);
+            if said.is_none() {
+                turned.push(c);
+            }
+        }
+    }
+    if let (Some(level), Some(k)) = (&span.level, found.as_ref().filter(|_| kind != Kind::Indentation)) {
+        let shows = channels[level.channel.index()].as_deref().unwrap_or(&[]);
+        let rest = mean(&shows[..k.first]);
+        let push: Vec<f64> = shows.iter().map(|v| (v - rest).abs()).collect();
+        notes.extend(channels[2].as_mut().and_then(|x| zero(x, &push, k)));
+        notes.extend(channels[0].as_mut().and_then(|f| tare(f, k)));
+    }
+    let touch = found.map(|k| (time[k.first], time[k.last] - time[k.first]));
+    Ok(Samples { time, channels, touch, turned, notes })
+}
+
+/// The samples kept around a contact and its bounces.
+fn exact(y: &[f64], k: &Contact, level: &Level, cut: Cut) -> (usize, usize) {
+    let length = (k.last + 1 - k.first) as u64;
+    let within = (k.first + bounces(length) as usize).min(y.len());
+    let mut end = k.last + 1;
+    while let Some(next) = y.get(end..within).and_then(|rest| contact(rest, level)) {
+        end += next.last + 1;
+    }
+    let pad = pad(length) as usize;
+    let from = if cut == Cut::Behind { 0 } else { k.first.saturating_sub(pad) };
+    (from, (end + pad).min(y.len()))
+}
+
+fn mean(y: &[f64]) -> f64 {
+    y.iter().sum::<f64>() / y.len().max(1) as f64
+}
+
+/// The sign by which the readings of a channel are multiplied, so that force and penetration are positive and acceleration
+/// is negative in the contact.
+fn sign(kind: Kind, channel: Channel, channels: &[Option<Vec<f64>>; 3], found: Option<&Contact>) -> f64 {
+    let Some(y) = &channels[channel.index()] else { return 1.0 };
+    let ends = |y: &[f64]| {
+        let few = (y.len() / 20).max(1);
+        0.5 * (mean(&y[..few]) + mean(&y[y.len() - few..]))
+    };
+    let at = match (kind, found, &channels[2]) {
+        // the deepest tenth, whichever way deep is
+        (Kind::Indentation, _, Some(x)) => {
+            let rest = ends(x);
+            let most = x.iter().map(|v| (v - rest).abs()).fold(0.0, f64::max);
+            let deep: Vec<f64> =
+                x.iter().zip(y).filter(|(x, _)| (*x - rest).abs() > 0.9 * most).map(|p| *p.1).collect();
+            mean(&deep)
+        }
+        (_, Some(k), _) => mean(&y[k.first..=k.last]),
+        _ => return 1.0,
+    };
+    let rest = match (channel, found) {
+        (Channel::Penetration, _) | (_, None) => ends(y),
+        (_, Some(k)) if k.first > 0 => mean(&y[..k.first]),
+        _ => y[y.len() - 1],
+    };
+    let right = if channel == Channel::Acceleration { -1.0 } else { 1.0 };
+    if right * (at - rest) < 0.0 {
+        -1.0
+    } else {
+        1.0
+    }
+}
+
+/// Where the surface of the stop lies on the scale of the penetration: the line through it and the push^(2/3), as of a
+/// sphere on a plane (Hertz 1882), while the push rises, carried on to no push.
+fn surface(x: &[f64], push: &[f64], k: &Contact) -> f64 {
+    let top = (k.first..=k.last).fold(k.first, |t, i| if push[i] > push[t] { i } else { t });
+    let rising: Vec<(f64, f64)> =
+        (k.first..top).filter(|i| push[*i] < RISING * push[top]).map(|i| (push[i].powf(2.0 / 3.0), x[i])).collect();
+    let n = rising.len() as f64;
+    let (mu, mx) = (rising.iter().map(|p| p.0).sum::<f64>() / n, rising.iter().map(|p| p.1).sum::<f64>() / n);
+    let suu: f64 = rising.iter().map(|p| (p.0 - mu).powi(2)).sum();
+    let sux: f64 = rising.iter().map(|p| (p.0 - mu) * (p.1 - mx)).sum();
+    if rising.len() < 3 || suu <= 0.0 {
+        return x[k.first];
+    }
+    mx - sux / suu * mu
+}
+
+/// Sets penetration to zero at the surface of the stop where it is far from it; says so.
+fn zero(x: &mut [f64], push: &[f64], k: &Contact) -> Option<String> {
+    let surface = surface(x, push, k);
+    let depth = x[k.first..=k.last].iter().fold(0.0, |m: f64, v| m.max(v - surface));
+    if surface.abs() <= ZERO * depth {
+        return None;
+    }
+    x.iter_mut().for_each(|v| *v -= surface);
+    Some(format!("penetration read {} m at the touch: that was set to zero", brief(surface)))
+}
+
+/// Sets force to zero before the touch where it is far from it; says so.
+fn tare(f: &mut [f64], k: &Contact) -> Option<String> {
+    let rest = mean(&f[..k.first]);
+    let most = f.iter().fold(0.0, |m: f64, v| m.max((v - rest).abs()));
+    if k.first < LEARNT || rest.abs() <= TARE * most {
+        return None;
+    }
+    f.iter_mut().for_each(|v| *v -= rest);
+    Some(format!("force read {} N before the touch: that was set to zero", brief(rest)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::find::tests::noise;
+    use crate::guess::{columns, tests::group};
+    use crate::map::parse;
+    use crate::split::tracks;
+    use instruments::Memory;
+
+    /// Force in kN pulling, acceleration in g, a distance in mm that shrinks as the body nears: a contact at row 5000.
+    fn file(offset: f64) -> Memory {
+        let n = 20_000u64;
+        let pulse = |i: u64| {
+            if (5000..5100).contains(&i) {
+                (std::f64::consts::PI * (i - 5000) as f64 / 100.0).sin()
+            } else {
+                0.0
+            }
+        };
+        let time = (0..n).map(|i| 0.02 * i as f64).collect();
+        let force = (0..n).map(|i| offset - 2.0 * pulse(i) + 1e-3 * noise(i)).collect();
+        let acceleration = (0..n).map(|i| 400.0 * pulse(i) + 0.1 * noise(i)).collect();
+        let way = |i: u64| 30.0 + 0.02 * (i.abs_diff(5050) as f64 - 50.0);
+        let samples = vec![time, force, acceleration, (0..n).map(way).collect()];
+        let groups = vec![group(&[("t", "ms"), ("F", "kN"), ("a", "g"), ("Distance", "mm")])];
+        Memory { groups, samples: vec![samples], notes: Vec::new() }
+    }
+
+    fn taken(map: &str, cut_at: Cut) -> Samples {
+        taken_of(file(0.0), map, cut_at, 0.0)
+    }
+
+    fn taken_of(mut m: Memory, map: &str, cut_at: Cut, base: f64) -> Samples {
+        let map = if map.is_empty() { Vec::new() } else { parse(map).unwrap() };
+        let t = tracks(&m.groups[0], &columns(&m.groups[0], &map).unwrap(), None, false).unwrap();
+        let level = Level { channel: Channel::Force, base, noise: 1.0, level: 8.0 };
+        let rows = around(&[(4998, 5110)], (0, 20_000), 1, 20_000);
+        assert_eq!(rows, (4998 - 336 - 2, 5110 + 336 + 2));
+        let rows = if cut_at == Cut::Around { rows } else { (0, 20_000) };
+        let span = Span { group: 0, track: 0, rows, cut: cut_at, level: Some(level) };
+        cut(&mut m, 0, &[(&span, &t[0])], Kind::DropTest).unwrap().remove(0).unwrap()
+    }
+
+    #[test]
+    fn signs_and_zero_are_those_of_the_format() {
+        let s = taken("", Cut::Around);
+        assert_eq!(s.turned, Channel::ALL);
+        let (at, contact) = s.touch.unwrap();
+        assert!((at - 0.1).abs() < 1e-4 && (contact - 2e-3).abs() < 2e-4, "{at} {contact}");
+        assert_eq!(s.time.len(), s.channels[0].as_ref().unwrap().len());
+        assert!((600..800).contains(&s.time.len()), "{}", s.time.len());
+        let middle = s.time.partition_point(|t| *t < 0.101);
+        let at = |c: usize| s.channels[c].as_ref().unwrap()[middle];
+        assert!((at(0) - 2000.0).abs() < 10.0 && (at(1) + 400.0 * 9.80665).abs() < 20.0);
+        // the way from the touch to the deepest point, 50 rows of 0.02 mm, as far as a law of another power tells it
+        assert!((at(2) - 1e-3).abs() < 2e-4, "{}", at(2));
+        assert!(s.notes.iter().any(|n| n.contains("set to zero")), "{:?}", s.notes);
+    }
+
+    #[test]
+    fn a_force_that_is_not_tared_is() {
+        let s = taken_of(file(0.3), "", Cut::Around, 300.0);
+        let f = s.channels[0].as_ref().unwrap();
+        assert!(mean(&f[..100]).abs() < 1.0 && f.iter().any(|f| *f > 1990.0));
+        assert!(s.notes.iter().any(|n| n.contains("before the touch")), "{:?}", s.notes);
+        assert!(!taken("", Cut::Around).notes.iter().any(|n| n.contains("before the touch")));
+    }
+
+    #[test]
+    fn what_the_user_says_of_signs_holds() {
+        let s = taken("force=F:positive,acceleration=a:negative", Cut::Around);
+        assert_eq!(s.turned, [Channel::Penetration]);
+        assert!(s.channels[0].as_ref().unwrap().iter().any(|f| *f < -1900.0));
+        assert!(s.channels[1].as_ref().unwrap().iter().any(|a| *a < -3900.0));
+    }
+
+    #[test]
+    fn a_contactor_is_cut_behind_and_a_whole_one_not_at_all() {
+        let s = taken("", Cut::Behind);
+        assert!(s.time[0] == 0.0 && s.time.len() < 5500);
+        assert_eq!(taken("", Cut::Whole).time.len(), 20_000);
+    }
+}

@@ -1,0 +1,265 @@
+//! Finds impacts in a course of samples: what stands out of the noise, and which of it is one drop with its bounces.
+
+use crate::amount::brief;
+use crate::envelope::{Bucket, Envelope};
+use record::{Channel, GRAVITY};
+
+/// Times the noise that an impact has to reach.
+const STANDS_OUT: f64 = 8.0;
+/// Share of the largest reading below which nothing is an impact: a channel's zero wanders.
+const WANDERS: f64 = 0.02;
+/// What an accelerometer reads without an impact, from free fall to rest and some more, m/s^2.
+const NO_IMPACT: f64 = 1.5 * GRAVITY;
+/// Share of the buckets, at least, that are quiet; and the standard deviations that a third of a normal sample spans.
+const QUIET: usize = 3;
+const SPAN: f64 = 0.861;
+/// Buckets below the level that part two runs.
+const GAP: usize = 4;
+/// Rows in a bucket from which its own scatter tells the noise.
+const MANY: u64 = 8;
+/// Longest time from one contact of a drop to the next, s: a body bounces half a metre up in 0.64 s.
+const FLIGHT: f64 = 1.0;
+/// Share of the first contact's peak from which a later one is no bounce.
+const NO_BOUNCE: f64 = 0.95;
+/// Factor by which an impact exceeds what its release did shortly before it.
+const RELEASE: f64 = 2.0;
+
+/// Noise and zero of the channel that shows the impacts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Level {
+    pub channel: Channel,
+    /// Reading at rest, SI.
+    pub base: f64,
+    /// Standard deviation of the noise, SI.
+    pub noise: f64,
+    /// Distance from `base` from which readings stand out, SI.
+    pub level: f64,
+}
+
+impl Level {
+    /// How far a bucket, or three samples in a row, reach from the base.
+    fn reach(&self, b: &Bucket) -> f64 {
+        (b.high3 - self.base).max(self.base - b.low3)
+    }
+}
+
+/// A drop: its first contact, and the bounces after it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drop {
+    /// Rows of each contact: the first, and the one behind the last.
+    pub contacts: Vec<(u64, u64)>,
+    /// When the first begins, and how long it lasts, s.
+    pub at: f64,
+    pub length: f64,
+    /// Largest distance from the base, SI.
+    pub peak: f64,
+}
+
+/// What was found in a course.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Found {
+    /// None where no channel shows an impact.
+    pub level: Option<Level>,
+    pub drops: Vec<Drop>,
+    /// What stands out but is no drop to take, and why.
+    pub left: Vec<String>,
+}
+
+/// Base and noise of buckets: the shortest interval that holds a third of their means (Grübel 1988) is quiet.
+fn quiet(buckets: &[Bucket], rows: u64) -> Option<(f64, f64)> {
+    let held = || buckets.iter().filter(|b| b.holds());
+    let mut means: Vec<f64> = held().map(|b| b.mean).collect();
+    means.sort_by(f64::total_cmp);
+    let third = means.len().div_ceil(QUIET);
+    if third < 4 {
+        return None;
+    }
+    let width = |i: usize| means[i + third - 1] - means[i];
+    let at = (0..=means.len() - third).min_by(|a, b| width(*a).total_cmp(&width(*b)))?;
+    let base = means[at..at + third].iter().sum::<f64>() / third as f64;
+    let mut noise = width(at) / SPAN;
+    if rows >= MANY {
+        let mut scatters: Vec<f64> = held().map(Bucket::scatter).collect();
+        scatters.sort_by(f64::total_cmp);
+        noise = noise.max(scatters[scatters.len() / QUIET]);
+    }
+    Some((base, noise))
+}
+
+/// The level of a channel, where something stands out in it.
+fn level(channel: Channel, buckets: &[Bucket], rows: u64) -> Option<Level> {
+    let (base, noise) = quiet(buckets, rows)?;
+    let mut level = Level { channel, base, noise, level: 0.0 };
+    let peak = buckets.iter().map(|b| level.reach(b)).fold(0.0, f64::max);
+    let least = if channel == Channel::Acceleration { NO_IMPACT.min(peak / 4.0) } else { 0.0 };
+    level.level = (STANDS_OUT * noise).max(WANDERS * peak).max(least);
+    (peak > level.level).then_some(level)
+}
+
+/// A run of buckets above the level: first, last, largest distance.
+struct Run {
+    first: usize,
+    last: usize,
+    peak: f64,
+}
+
+fn runs(buckets: &[Bucket], level: &Level, rows: u64) -> Vec<Run> {
+    let gap = if rows == 1 { GAP } else { 1 };
+    let mut runs: Vec<Run> = Vec::new();
+    for (i, b) in buckets.iter().enumerate() {
+        let reach = level.reach(b);
+        if reach <= level.level {
+            continue;
+        }
+        match runs.last_mut() {
+            Some(r) if i - r.last <= gap => (r.last, r.peak) = (i, r.peak.max(reach)),
+            _ => runs.push(Run { first: i, last: i, peak: reach }),
+        }
+    }
+    runs
+}
+
+/// Finds the drops in a course whose first row is `from`. `least`: share of the largest impact that another has to reach.
+pub fn find(e: &Envelope, from: u64, least: f64) -> Found {
+    let shows = |c: Channel| level(c, e.buckets(c.index())?, e.rows);
+    let Some(level) = [Channel::Force, Channel::Acceleration].into_iter().find_map(shows) else {
+        return Found::default();
+    };
+    let runs = runs(e.buckets(level.channel.index()).unwrap_or(&[]), &level, e.rows);
+    let end = |i: usize| e.times.get(i + 1).or(e.times.last()).copied().unwrap_or(0.0);
+    let mut all: Vec<Drop> = Vec::new();
+    let mut ended = f64::NEG_INFINITY;
+    for r in &runs {
+        // three in a row end at the third
+        let first = (from + e.rows * r.first as u64).saturating_sub(2).max(from);
+        let rows = (first, from + e.rows * (r.last as u64 + 1));
+        let at = e.times[r.first];
+        match all.last_mut() {
+            Some(d) if at - ended < FLIGHT && r.peak < NO_BOUNCE * d.peak => d.contacts.push(rows),
+            _ => all.push(Drop { contacts: vec![rows], at, length: end(r.last) - at, peak: r.peak }),
+        }
+        ended = end(r.last);
+    }
+    let largest = all.iter().map(|d| d.peak).fold(0.0, f64::max);
+    let unit = level.channel.unit();
+    let mut left = Vec::new();
+    let mut drops = Vec::new();
+    for (i, d) in all.iter().enumerate() {
+        let next = all.get(i + 1).filter(|n| n.at - d.at < FLIGHT && n.peak > RELEASE * d.peak);
+        if next.is_some() {
+            let why = "shortly before a far harder one: no drop of its own";
+            left.push(format!("{} {unit} at {} s, {why}", brief(d.peak), brief(d.at)));
+        } else if d.peak < least * largest {
+            let share = brief(100.0 * d.peak / largest);
+            left.push(format!(
+                "{} {unit} at {} s, {share} % of the hardest impact: --least takes it",
+                brief(d.peak),
+                brief(d.at)
+            ));
+        } else {
+            drops.push(d.clone());
+        }
+    }
+    Found { level: Some(level), drops, left }
+}
+
+/// Contacts in samples as they are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact {
+    /// First sample, and the last, of the first contact.
+    pub first: usize,
+    pub last: usize,
+}
+
+/// The first contact among samples of the channel of `level`; None where no three in a row reach it.
+pub fn contact(y: &[f64], level: &Level) -> Option<Contact> {
+    let far = |v: f64| (v - level.base).abs() > level.level;
+    let sides = |w: &[f64]| w.iter().all(|v| far(*v) && (*v > level.base) == (w[0] > level.base));
+    let first = y.windows(3).position(sides)?;
+    let mut last = first;
+    for (i, v) in y.iter().enumerate().skip(first) {
+        if far(*v) {
+            last = i;
+        } else if i - last > GAP {
+            break;
+        }
+    }
+    Some(Contact { first, last })
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Noise of standard deviation 1 or so, the same every time.
+    pub(crate) fn noise(i: u64) -> f64 {
+        let mut z = (i + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        3.46 * ((z >> 11) as f64 / (1u64 << 53) as f64 - 0.5)
+    }
+
+    /// A course of one channel: noise and half sines, each (row, rows, peak).
+    fn course(channel: Channel, n: u64, step: f64, base: f64, pulses: &[(u64, u64, f64)]) -> Found {
+        let mut has = [false; 3];
+        has[channel.index()] = true;
+        let mut e = Envelope::new(has);
+        for i in 0..n {
+            let pulse: f64 = pulses
+                .iter()
+                .filter(|p| (p.0..p.0 + p.1).contains(&i))
+                .map(|p| p.2 * (std::f64::consts::PI * (i - p.0) as f64 / p.1 as f64).sin())
+                .sum();
+            let mut row = [f64::NAN; 3];
+            row[channel.index()] = base + noise(i) + pulse;
+            e.add(step * i as f64, row);
+        }
+        find(&e, 0, 0.05)
+    }
+
+    #[test]
+    fn drops_are_parted_and_bounces_stay_with_theirs() {
+        let pulses = [(20_000, 60, 500.0), (29_000, 70, 200.0), (120_000, 60, -80.0), (200_000, 50, 510.0)];
+        let f = course(Channel::Force, 300_000, 2e-5, 7.0, &pulses);
+        let level = f.level.unwrap();
+        assert!((level.base - 7.0).abs() < 0.5 && (0.8..1.3).contains(&level.noise), "{level:?}");
+        assert_eq!(f.drops.len(), 3, "{:?}", f.drops);
+        assert_eq!(f.drops[0].contacts.len(), 2);
+        for (d, p) in f.drops.iter().zip([pulses[0], pulses[2], pulses[3]]) {
+            assert!(d.contacts[0].0 <= p.0 + 8 && d.contacts[0].0 + 16 > p.0, "{d:?}");
+            assert!((d.at - 2e-5 * p.0 as f64).abs() < 4e-4 && d.length < 2e-3);
+        }
+    }
+
+    #[test]
+    fn what_is_small_or_comes_before_is_left_out_and_said() {
+        let pulses = [(10_000, 80, 40.0), (70_000, 60, 300.0), (80_000, 60, 900.0)];
+        let f = course(Channel::Force, 200_000, 2e-5, 0.0, &pulses);
+        assert_eq!((f.drops.len(), f.left.len()), (1, 2), "{f:?}");
+        assert!(f.left[0].contains("% of the hardest") && f.left[1].contains("far harder"), "{:?}", f.left);
+        // noise alone, and one spike in it
+        assert_eq!(course(Channel::Force, 100_000, 2e-5, 0.0, &[]).level, None);
+        assert_eq!(course(Channel::Force, 100_000, 2e-5, 0.0, &[(500, 2, 900.0)]).level, None);
+    }
+
+    #[test]
+    fn rest_and_free_fall_are_no_impact() {
+        let mut e = Envelope::new([false, true, false]);
+        for i in 0..200_000u64 {
+            let base = if (100_000..110_000).contains(&i) { 0.0 } else { -9.81 };
+            let pulse = if (110_000..110_050).contains(&i) { -600.0 } else { 0.0 };
+            e.add(2e-5 * i as f64, [f64::NAN, base + pulse + 0.05 * noise(i), f64::NAN]);
+        }
+        let f = find(&e, 0, 0.05);
+        assert_eq!(f.drops.len(), 1);
+        assert!((f.drops[0].at - 2.2).abs() < 1e-3 && f.drops[0].length < 2e-3, "{:?}", f.drops);
+    }
+
+    #[test]
+    fn a_contact_among_samples_is_exact() {
+        let y: Vec<f64> = (0..1000u64).map(|i| noise(i) + if (400..450).contains(&i) { -60.0 } else { 0.0 }).collect();
+        let level = Level { channel: Channel::Force, base: 0.0, noise: 1.0, level: 8.0 };
+        assert_eq!(contact(&y, &level), Some(Contact { first: 400, last: 449 }));
+        assert_eq!(contact(&y[..402], &level), None);
+    }
+}

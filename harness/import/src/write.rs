@@ -1,0 +1,227 @@
+//! Writes a campaign: its CSV files in SI, campaign.toml with where each value is from, and the preview page.
+
+use crate::amount::digits;
+use crate::cut::{cut, Samples};
+use crate::page;
+use crate::plan::{Plan, Planned};
+use crate::survey::File;
+use crate::{Open, Options};
+use rayon::prelude::*;
+use record::{Channel, Kind};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Digits of time behind those of a step.
+const TIME_DIGITS: i32 = 6;
+
+/// A recording as it was written.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// Index among the planned.
+    pub recording: usize,
+    pub samples: usize,
+    /// First and last time, s.
+    pub times: (f64, f64),
+    pub touch: Option<(f64, f64)>,
+    pub turned: Vec<Channel>,
+    pub notes: Vec<String>,
+    /// Its charts, SVG.
+    pub charts: Vec<String>,
+}
+
+/// What is left of a campaign once it is written.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    pub recordings: Vec<Written>,
+    /// Recordings that turned out to be none, each with its file.
+    pub faults: Vec<String>,
+    pub notes: Vec<String>,
+}
+
+/// Text without what ends a comment.
+pub(crate) fn comment(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+/// Cuts every recording of the plan and writes the campaign into the folder `dir`, which is there.
+///
+/// # Errors
+/// Where a file cannot be read or written, or a recording is none and the bad ones are not skipped; all of them at once.
+pub fn fill(dir: &Path, files: &[File], plan: &Plan, o: &Options, open: Open) -> Result<Outcome, Vec<String>> {
+    let mut out = Outcome::default();
+    let each: Vec<_> = files.par_iter().enumerate().map(|file| of_file(dir, file, plan, open)).collect();
+    for of in each {
+        match of {
+            Ok((written, faults)) => {
+                out.recordings.extend(written);
+                out.faults.extend(faults);
+            }
+            Err(e) => out.faults.push(e),
+        }
+    }
+    if !out.faults.is_empty() && (!o.skip_bad || out.recordings.is_empty()) {
+        return Err(out.faults);
+    }
+    out.recordings.sort_by_key(|w| w.recording);
+    out.notes = signs(&out.recordings, plan, files);
+    let text = campaign(files, plan, &out, o);
+    let html = page::preview(files, plan, &out, o).html();
+    for (name, bytes) in [("campaign.toml", &text), (page::NAME, &html)] {
+        output::write(&dir.join(name), bytes.as_bytes()).map_err(|e| vec![format!("{name}: {e}")])?;
+    }
+    Ok(out)
+}
+
+/// The recordings of one file, a group at a time; and those that are none.
+fn of_file(
+    dir: &Path,
+    (i, file): (usize, &File),
+    plan: &Plan,
+    open: Open,
+) -> Result<(Vec<Written>, Vec<String>), String> {
+    let (mut written, mut faults) = (Vec::new(), Vec::new());
+    if !plan.recordings.iter().any(|r| r.file == i) {
+        return Ok((written, faults));
+    }
+    let mut source = open(&file.path).map_err(|e| e.to_string())?;
+    for group in 0..file.groups.len() {
+        let of: Vec<(usize, &Planned)> =
+            plan.recordings.iter().enumerate().filter(|r| r.1.file == i && r.1.span.group == group).collect();
+        if of.is_empty() {
+            continue;
+        }
+        let spans: Vec<_> = of.iter().map(|(_, r)| (&r.span, &file.seen[r.seen].track)).collect();
+        let samples = cut(source.as_mut(), group, &spans, plan.kind)?;
+        for ((n, r), s) in of.into_iter().zip(samples) {
+            match s {
+                Ok(s) => {
+                    let step = file.seen[r.seen].stretches[r.stretch].step;
+                    let path = dir.join(&r.name);
+                    output::write(&path, csv(&s, step).as_bytes()).map_err(|e| format!("{}: {e}", r.name))?;
+                    written.push(Written {
+                        recording: n,
+                        samples: s.time.len(),
+                        times: (s.time[0], s.time[s.time.len() - 1]),
+                        touch: s.touch,
+                        charts: page::charts(&s),
+                        turned: s.turned,
+                        notes: s.notes,
+                    });
+                }
+                Err(e) => {
+                    let label = if r.label.is_empty() { String::new() } else { format!("{}: ", r.label) };
+                    faults.push(format!("{}: {label}{e}", file.path.display()));
+                }
+            }
+        }
+    }
+    Ok((written, faults))
+}
+
+/// Signs that were turned, a line for each channel; where they were not turned in all recordings alike that is said.
+fn signs(written: &[Written], plan: &Plan, files: &[File]) -> Vec<String> {
+    let mut notes = Vec::new();
+    for c in Channel::ALL {
+        let having: Vec<&Written> = written
+            .iter()
+            .filter(|w| {
+                let r = &plan.recordings[w.recording];
+                files[r.file].seen[r.seen].track.channels[c.index()].as_ref().is_some_and(|t| t.sign.is_none())
+            })
+            .collect();
+        let turned = having.iter().filter(|w| w.turned.contains(&c)).count();
+        let way = match c {
+            Channel::Acceleration => "negative while the stop pushes back",
+            Channel::Force => "positive in compression",
+            Channel::Penetration => "positive into the stop",
+        };
+        if turned > 0 && turned == having.len() {
+            notes.push(format!("the sign of {} was turned: it is {way}", c.name()));
+        } else if turned > 0 {
+            let others: Vec<&str> = having
+                .iter()
+                .filter(|w| w.turned.contains(&c) == (2 * turned < having.len()))
+                .map(|w| plan.recordings[w.recording].name.as_str())
+                .collect();
+            notes.push(format!(
+                "the sign of {} was turned in {turned} of {} recordings only: look at {}, or say the sign with --map",
+                c.name(),
+                having.len(),
+                others.join(", ")
+            ));
+        }
+    }
+    notes
+}
+
+/// The CSV of a recording.
+fn csv(s: &Samples, step: f64) -> String {
+    let mut text = String::from("time [s]");
+    for c in Channel::ALL.into_iter().filter(|c| s.channels[c.index()].is_some()) {
+        // writing to a String cannot fail
+        let _ = write!(text, ",{} [{}]", c.name(), c.unit());
+    }
+    text.push('\n');
+    let decimals = (TIME_DIGITS - step.max(1e-12).log10().floor() as i32).clamp(0, 15) as usize;
+    for (i, t) in s.time.iter().enumerate() {
+        let time = format!("{t:.decimals$}");
+        text.push_str(if time.contains('.') { time.trim_end_matches('0').trim_end_matches('.') } else { &time });
+        for y in s.channels.iter().flatten() {
+            text.push(',');
+            text.push_str(&digits(y[i]));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// A text as TOML has it.
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_string()).to_string()
+}
+
+/// Where a recording is from, in a line.
+pub(crate) fn origin(files: &[File], plan: &Plan, w: &Written) -> String {
+    let r = &plan.recordings[w.recording];
+    let label = if r.label.is_empty() { String::new() } else { format!(", {}", r.label) };
+    format!("{}{label}", files[r.file].name())
+}
+
+/// campaign.toml.
+fn campaign(files: &[File], plan: &Plan, out: &Outcome, o: &Options) -> String {
+    let mut s = String::from("# written by `touchdown import`; plain SI. Every key: docs/recordings.md\nformat = \"recordings/1\"\n\n[campaign]\n");
+    let mut line = |text: String| {
+        s += &text;
+        s.push('\n');
+    };
+    line(format!("name = {}", quoted(&o.name)));
+    line(format!("kind = \"{}\"   # {}", plan.kind.name(), comment(&plan.kind_from)));
+    if let Some(m) = &o.material {
+        line(format!("material = {}", quoted(m)));
+    }
+    line("\n[rig]".into());
+    for g in &plan.rig {
+        line(format!("{} = {}   # {}, {}", g.key, digits(g.value), g.unit, comment(&g.from)));
+    }
+    line(
+        "\n[simulation]   # what your simulation holds beside k x^p, and its k, p and mu_d where it is calibrated"
+            .into(),
+    );
+    let terms: Vec<String> = o.terms.iter().map(|t| quoted(t)).collect();
+    let names = if o.terms.is_empty() { "   # names of `touchdown mechanisms`; --terms" } else { "" };
+    line(format!("terms = [{}]{names}", terms.join(", ")));
+    for w in &out.recordings {
+        let r = &plan.recordings[w.recording];
+        line(format!("\n[[recording]]\nfile = \"{}\"   # {}", r.name, comment(&origin(files, plan, w))));
+        let track = &files[r.file].seen[r.seen].track;
+        for t in track.channels.iter().flatten() {
+            let turned = w.turned.iter().any(|c| c.name() == t.role.name());
+            let sign = if turned { ", sign turned" } else { "" };
+            line(format!("# {}: {:?}, {}{sign}", t.role.name(), comment(&t.name), comment(&t.why)));
+        }
+        w.notes.iter().for_each(|n| line(format!("# {}", comment(n))));
+        let of_kind = |l: &&String| plan.kind == Kind::ContactorOpening || !l.starts_with("spring_preload");
+        r.facts.lines().iter().filter(of_kind).for_each(|l| line(l.clone()));
+    }
+    s
+}
