@@ -55,6 +55,7 @@ impl Style {
     }
 }
 
+#[derive(Clone, Debug)]
 struct Series {
     name: String,
     points: Vec<(f64, f64)>,
@@ -65,6 +66,7 @@ struct Series {
 }
 
 /// A chart of several series over one axis.
+#[derive(Clone, Debug)]
 pub struct Chart {
     title: String,
     x: String,

@@ -21,11 +21,11 @@ fn axis(c: Channel) -> String {
 }
 
 /// Charts of a recording as it was written.
-pub fn charts(s: &Samples) -> Vec<String> {
+pub fn charts(s: &Samples) -> Vec<Chart> {
     let of = |c: Channel| {
         let y = s.channels[c.index()].as_ref()?;
         let chart = Chart::new("", "time [s]", &axis(c)).size(SIZE.0, SIZE.1).without_names();
-        Some(chart.series("", &s.time, y, Style::After).svg())
+        Some(chart.series("", &s.time, y, Style::After))
     };
     Channel::ALL.into_iter().filter_map(of).collect()
 }
@@ -45,8 +45,8 @@ fn as_read(page: Page, file: &File, k: usize, j: usize, windows: &[(f64, f64)]) 
             let more = (wide - (w.1 - w.0)).max(0.0) / 2.0;
             chart = chart.band(&[w.0 - more, w.1 + more], &[low, low], &[high, high]);
         }
-        let svg = chart.series("", &x, &y, Style::After).svg();
-        page = page.figure(&svg, &format!("{:?} as read; shaded: taken", t.name));
+        let chart = chart.series("", &x, &y, Style::After);
+        page = page.chart(&chart, &format!("{:?} as read; shaded: taken", t.name));
     }
     page
 }
@@ -106,7 +106,7 @@ pub(crate) fn preview(files: &[File], plan: &Plan, out: &Outcome, o: &Options) -
                 page = as_read(page, file, k, j, &windows);
                 for w in of {
                     let name = &plan.recordings[w.recording].name;
-                    page = w.charts.iter().fold(page, |p, svg| p.figure(svg, &format!("{name} as written")));
+                    page = w.charts.iter().fold(page, |p, c| p.chart(c, &format!("{name} as written")));
                 }
             }
         }

@@ -25,8 +25,8 @@ pub struct Written {
     pub touch: Option<(f64, f64)>,
     pub turned: Vec<Channel>,
     pub notes: Vec<String>,
-    /// Its charts, SVG.
-    pub charts: Vec<String>,
+    /// Its charts.
+    pub charts: Vec<chart::Chart>,
 }
 
 /// What is left of a campaign once it is written.
