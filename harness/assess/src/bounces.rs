@@ -11,6 +11,11 @@
 /// Free samples through which the parabola is laid that gives a speed.
 const FREE: usize = 8;
 
+/// Standard deviations that noise reaches.
+const REACH: f64 = 5.0;
+/// Standard deviation over the median magnitude of normal noise.
+const NORMAL: f64 = 1.4826;
+
 /// One impact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Impact {
@@ -85,6 +90,26 @@ pub fn by_force(time: &[f64], force: &[f64], threshold: f64) -> Option<Bounces> 
 pub fn by_events(time: &[f64], closed: &[bool]) -> Option<Bounces> {
     let level: Vec<f64> = closed.iter().map(|c| if *c { 1.0 } else { 0.0 }).collect();
     bounces(time, &changes(time, &level, 0.5, 0.5))
+}
+
+/// How far noise may take `y` (its unit) off a smooth course at `time` (s): five standard deviations, these from how far
+/// samples lie off the straight line between their neighbours, by the median. Zero of fewer than three samples.
+pub fn noise_reach(time: &[f64], y: &[f64]) -> f64 {
+    let mut off: Vec<f64> = time
+        .windows(3)
+        .zip(y.windows(3))
+        .map(|(t, y)| {
+            let share = (t[1] - t[0]) / (t[2] - t[0]);
+            let line = y[0] + share * (y[2] - y[0]);
+            (y[1] - line).abs() / (1.0 + share * share + (1.0 - share) * (1.0 - share)).sqrt()
+        })
+        .collect();
+    if off.is_empty() {
+        return 0.0;
+    }
+    let middle = off.len() / 2;
+    let (_, median, _) = off.select_nth_unstable_by(middle, f64::total_cmp);
+    REACH * NORMAL * *median
 }
 
 /// Changes of contact in turn, the first a closing: `y` rises above `close`, and falls under `open`, which is not above
@@ -236,6 +261,17 @@ mod tests {
         let b = by_position(&time, &y, 0.2).unwrap();
         assert_eq!((b.impacts.len(), b.bounce_time), (1, Some(0.0)));
         assert!(by_position(&time, &y, 0.0).unwrap().impacts.len() > 5);
+    }
+
+    #[test]
+    fn noise_reaches_five_standard_deviations() {
+        let time: Vec<f64> = (0..4000).map(|i| f64::from(i) + if i % 2 == 0 { 0.0 } else { 0.3 }).collect();
+        // evenly spread numbers, of standard deviation 1 / sqrt(12), about a line
+        let spread = |i: usize| (i as f64 * 0.754_877_666).fract();
+        let y: Vec<f64> = time.iter().enumerate().map(|(i, t)| 7.0 * t + spread(i * i % 3989)).collect();
+        let reach = noise_reach(&time, &y);
+        assert!((reach * 12f64.sqrt() / 5.0 - 1.0).abs() < 0.15, "{reach}");
+        assert_eq!(noise_reach(&time[..2], &y[..2]), 0.0);
     }
 
     #[test]

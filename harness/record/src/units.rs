@@ -2,8 +2,11 @@
 
 use crate::words;
 
+/// The column of events: 1 where the contact is closed, 0 where it is open.
+pub const CLOSED: &str = "closed";
+
 /// By column: its units, each with the factor to SI.
-const UNITS: [(&str, &[(&str, f64)]); 4] = [
+const UNITS: [(&str, &[(&str, f64)]); 5] = [
     ("time", &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("ns", 1e-9), ("min", 60.0)]),
     (
         "force",
@@ -48,10 +51,11 @@ const UNITS: [(&str, &[(&str, f64)]); 4] = [
             ("in", 0.0254),
         ],
     ),
+    (CLOSED, &[("1", 1.0)]),
 ];
 
 /// The columns there may be.
-pub const COLUMNS: [&str; 4] = [UNITS[0].0, UNITS[1].0, UNITS[2].0, UNITS[3].0];
+pub const COLUMNS: [&str; 5] = [UNITS[0].0, UNITS[1].0, UNITS[2].0, UNITS[3].0, CLOSED];
 
 fn of(column: &str) -> &'static [(&'static str, f64)] {
     UNITS.iter().find(|u| u.0 == column).map_or(&[], |u| u.1)
