@@ -4,7 +4,9 @@
 //! Contact is read off one of three signals: a position, a force or an event channel. Restitution is had in two ways:
 //!
 //! ```text
-//! e = v after / v before        by the slope of the position, each a parabola through its last or first free samples
+//! e = v after / v before        by the slope of the position at touch and at leaving, of the parabola (least squares)
+//!                               through the last eight free samples before or the first eight after; where it is zero
+//!                               the body touches or leaves
 //! e = T after / T before        by the times in flight, where the force that drives the body back does not change
 //! ```
 
@@ -59,21 +61,31 @@ struct Change {
 }
 
 /// Impacts by `position` (m, positive into the stop, whose surface is at zero) at `time` (s, strictly increasing). The body
-/// has left when it is `hysteresis` (m, zero or more) away: so far noise may reach. None without a touch.
+/// has left when it is `hysteresis` (m, zero or more) away: so far noise may reach ([`noise_reach`]). None without a touch.
 pub fn by_position(time: &[f64], position: &[f64], hysteresis: f64) -> Option<Bounces> {
-    let changes = changes(time, position, 0.0, -hysteresis);
-    let mut b = bounces(time, &changes)?;
-    for (i, impact) in b.impacts.iter_mut().enumerate() {
-        let at = 2 * i;
-        let free_from = at.checked_sub(1).map_or(0, |k| changes[k].before + 1);
-        let touch = &changes[at];
-        impact.approach =
-            speed(time, position, free_from.max((touch.before + 1).saturating_sub(FREE))..touch.before + 1, touch.time);
-        if let Some(leave) = changes.get(at + 1) {
-            let free_to = changes.get(at + 2).map_or(time.len(), |k| k.before + 1);
-            impact.rebound =
-                speed(time, position, leave.before + 1..free_to.min(leave.before + 1 + FREE), leave.time).map(|v| -v);
+    let mut changes = changes(time, position, 0.0, -hysteresis);
+    let mut speeds = Vec::with_capacity(changes.len());
+    for i in 0..changes.len() {
+        let c = &changes[i];
+        // in flight before a touch, and after a leaving
+        let free = if c.closes {
+            let from = i.checked_sub(1).map_or(0, |k| changes[k].before + 1);
+            from.max((c.before + 1).saturating_sub(FREE))..c.before + 1
+        } else {
+            let to = changes.get(i + 1).map_or(time.len(), |k| k.before + 1);
+            c.before + 1..to.min(c.before + 1 + FREE)
+        };
+        let flight = Parabola::through(time, position, free, c.time);
+        let within = time[c.before]..=time[c.before + 1];
+        if let Some(t) = flight.as_ref().and_then(Parabola::root).filter(|t| within.contains(t)) {
+            changes[i].time = t;
         }
+        speeds.push(flight.map(|f| f.slope(changes[i].time).abs()));
+    }
+    let mut b = bounces(time, &changes)?;
+    for (impact, v) in b.impacts.iter_mut().zip(speeds.chunks(2)) {
+        impact.approach = v[0];
+        impact.rebound = v.get(1).copied().flatten();
         impact.restitution = impact.rebound.zip(impact.approach).filter(|(_, v)| *v > 0.0).map(|(r, v)| r / v);
     }
     Some(b)
@@ -162,26 +174,56 @@ fn bounces(time: &[f64], changes: &[Change]) -> Option<Bounces> {
     Some(Bounces { impacts, bounce_time })
 }
 
-/// Slope at `at` of the parabola of least squares through some samples, m/s; None of fewer than three.
-fn speed(time: &[f64], y: &[f64], samples: std::ops::Range<usize>, at: f64) -> Option<f64> {
-    let (time, y) = (time.get(samples.clone())?, y.get(samples)?);
-    let scale = time.last()? - time.first()?;
-    if time.len() < 3 || scale <= 0.0 {
-        return None;
+/// y = c0 + c1 u + c2 u^2 with u = (t - at) / scale.
+struct Parabola {
+    c: [f64; 3],
+    at: f64,
+    scale: f64,
+}
+
+impl Parabola {
+    /// That of least squares through some samples; None of fewer than three.
+    fn through(time: &[f64], y: &[f64], samples: std::ops::Range<usize>, at: f64) -> Option<Parabola> {
+        let (time, y) = (time.get(samples.clone())?, y.get(samples)?);
+        let scale = time.last()? - time.first()?;
+        if time.len() < 3 || scale <= 0.0 {
+            return None;
+        }
+        let (mut moments, mut right) = ([0.0; 5], [0.0; 3]);
+        for (t, y) in time.iter().zip(y) {
+            let u = (t - at) / scale;
+            let powers = [1.0, u, u * u, u * u * u, u * u * u * u];
+            moments.iter_mut().zip(powers).for_each(|(m, p)| *m += p);
+            right.iter_mut().zip(powers).for_each(|(r, p)| *r += p * y);
+        }
+        let [m0, m1, m2, m3, m4] = moments;
+        let columns = [[m0, m1, m2], [m1, m2, m3], [m2, m3, m4]];
+        let all = determinant(&columns);
+        let c = [0, 1, 2].map(|i| {
+            let mut replaced = columns;
+            replaced[i] = right;
+            determinant(&replaced) / all
+        });
+        c.iter().all(|c| c.is_finite()).then_some(Parabola { c, at, scale })
     }
-    // y = c0 + c1 u + c2 u^2 with u from `at` on: c1 is the slope there
-    let (mut moments, mut right) = ([0.0; 5], [0.0; 3]);
-    for (t, y) in time.iter().zip(y) {
-        let u = (t - at) / scale;
-        let powers = [1.0, u, u * u, u * u * u, u * u * u * u];
-        moments.iter_mut().zip(powers).for_each(|(m, p)| *m += p);
-        right.iter_mut().zip(powers).for_each(|(r, p)| *r += p * y);
+
+    /// Where it is zero nearest to `at`, s.
+    fn root(&self) -> Option<f64> {
+        let [c0, c1, c2] = self.c;
+        let under = c1 * c1 - 4.0 * c0 * c2;
+        let u = -2.0 * c0 / (c1 + under.sqrt().copysign(c1));
+        u.is_finite().then_some(self.at + u * self.scale)
     }
-    let [m0, m1, m2, m3, m4] = moments;
-    let [r0, r1, r2] = right;
-    let determinant = m0 * (m2 * m4 - m3 * m3) - m1 * (m1 * m4 - m3 * m2) + m2 * (m1 * m3 - m2 * m2);
-    let slope = m0 * (r1 * m4 - m3 * r2) - r0 * (m1 * m4 - m3 * m2) + m2 * (m1 * r2 - r1 * m2);
-    Some(slope / determinant / scale).filter(|v| v.is_finite())
+
+    /// Its slope at a time, m/s.
+    fn slope(&self, t: f64) -> f64 {
+        let u = (t - self.at) / self.scale;
+        (self.c[1] + 2.0 * self.c[2] * u) / self.scale
+    }
+}
+
+fn determinant([a, b, c]: &[[f64; 3]; 3]) -> f64 {
+    a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
 #[cfg(test)]
@@ -227,17 +269,17 @@ mod tests {
         let b = by_position(&time, &y, 1e-9).unwrap();
         assert_eq!(b.impacts.len(), 5);
         for (i, t) in b.impacts.iter().zip(&touches) {
-            assert!((i.touch - t).abs() < STEP, "{} {t}", i.touch);
+            assert!((i.touch - t).abs() < 1e-10, "{} {t}", i.touch);
         }
         let v = G * touches[0];
-        assert!((b.impacts[0].approach.unwrap() / v - 1.0).abs() < 1e-3);
+        assert!((b.impacts[0].approach.unwrap() / v - 1.0).abs() < 1e-8);
         for i in &b.impacts[..4] {
-            assert!((i.restitution.unwrap() / E - 1.0).abs() < 2e-3, "{i:?}");
+            assert!((i.restitution.unwrap() / E - 1.0).abs() < 1e-6, "{i:?}");
         }
         for i in &b.impacts[1..4] {
-            assert!((i.flight_ratio.unwrap() / E - 1.0).abs() < 3e-3, "{i:?}");
+            assert!((i.flight_ratio.unwrap() / E - 1.0).abs() < 1e-6, "{i:?}");
         }
-        assert!((b.bounce_time.unwrap() - (touches[4] - touches[0])).abs() < 2.0 * STEP);
+        assert!((b.bounce_time.unwrap() - (touches[4] - touches[0])).abs() < 1e-9);
     }
 
     #[test]

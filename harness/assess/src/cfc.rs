@@ -30,7 +30,7 @@ const ENDS: usize = 9;
 pub enum CfcError {
     #[error("class {0} is no frequency class; give a number above 0, as 60, 180, 600 or 1000")]
     Class(f64),
-    #[error("a sampling rate of {rate} Hz is too low for CFC {class}, which needs {LEAST_RATE} times its class; take a class of {} at most", rate / LEAST_RATE)]
+    #[error("a sampling rate of {rate:.1} Hz is too low for CFC {class}, which needs {LEAST_RATE} times its class; take a class of {:.1} at most", rate / LEAST_RATE)]
     Rate { rate: f64, class: f64 },
     #[error("{0} samples are too few for the filter; it needs more than {ENDS}")]
     TooFew(usize),

@@ -46,8 +46,8 @@ pub fn read_file(path: &Path) -> Result<Signals, RecordErrors> {
     let table = Table::read(path, Use::Alone).map_err(RecordErrors)?;
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
     let left_out = |c: &String| {
-        let meant = words::nearest(c, &units::COLUMNS).map_or(String::new(), |w| format!("; did you mean {w:?}?"));
-        format!("{name}: column {c:?} is not known: it was left out{meant}.")
+        let end = words::nearest(c, &units::COLUMNS).map_or(".".to_string(), |w| format!("; did you mean {w:?}?"));
+        format!("{name}: column {c:?} is not known: it was left out{end}")
     };
     let mut notes: Vec<String> = table.left_out.iter().map(left_out).collect();
     let (mut data, _) = table.merged(&name, &mut notes);

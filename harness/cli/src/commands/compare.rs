@@ -5,6 +5,7 @@ use diagnose::figure::figure;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use touchdown::aligned::aligned;
+use touchdown::campaign::tell;
 use touchdown::compare::{
     compare, BounceFigures, BounceTable, ChannelComparison, Comparison, ImpactFigures, PulseFigures, Settings, Spectra,
     EACH_OCTAVE,
@@ -198,7 +199,13 @@ fn text(c: &Comparison) -> String {
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
-    let c = compare(&a.settings()?)?;
+    let c = match compare(&a.settings()?) {
+        Ok(c) => c,
+        Err(e) => {
+            tell(&format!("{e:#}"));
+            return Ok(ExitCode::from(2));
+        }
+    };
     if a.json {
         println!("{}", serde_json::to_string_pretty(&c)?);
     } else {

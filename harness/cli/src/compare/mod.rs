@@ -9,6 +9,7 @@ use assess::pulse::{pulse, Pulse};
 use assess::rating::{self, Rating};
 use assess::{sampling, srs};
 pub use bounces::{BounceFigures, BounceTable, ImpactFigures};
+use diagnose::figure::figure;
 use estimate::levels::nrmse;
 use pair::{Pair, Side};
 use record::Channel;
@@ -148,8 +149,8 @@ pub fn compare(s: &Settings) -> Result<Comparison> {
         channels.push(c);
     }
     if s.cfc.is_none() && s.rating_rate < pair.rate * (1.0 - 1e-6) {
-        let (rate, all) = (s.rating_rate, pair.rate);
-        notes.push(format!("rated at {rate} Hz of {all} Hz without a filter: what is faster is folded; give --cfc."));
+        let [rate, all] = [s.rating_rate, pair.rate].map(|r| figure(r, "Hz"));
+        notes.push(format!("rated at {rate} of {all} without a filter: what is faster is folded; give --cfc."));
     }
     let spectra = s.quality.map(|q| spectra(&pair, q, s)).transpose()?;
     Ok(Comparison {
@@ -186,9 +187,12 @@ fn compared(
     let smoothed = rating::SMOOTHED as f64 / rating_rate;
     if let Some(width) = of_recording.and_then(|p| p.width).filter(|w| *w < smoothed && rated.is_ok()) {
         notes.push(format!(
-            "{}: the pulse of {width:.3e} s is shorter than the {smoothed:.3e} s over which slopes are smoothed at \
-             {rating_rate} Hz; --rating-rate resolves it, outside of the standard.",
-            channel.name()
+            "{}: the pulse of {} is shorter than the {} over which slopes are smoothed at {}; --rating-rate resolves it, \
+             outside of the standard.",
+            channel.name(),
+            figure(width, "s"),
+            figure(smoothed, "s"),
+            figure(rating_rate, "Hz")
         ));
     }
     ChannelComparison {

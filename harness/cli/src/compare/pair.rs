@@ -3,6 +3,7 @@
 use super::Settings;
 use anyhow::{anyhow, Context, Result};
 use assess::{cfc, sampling};
+use diagnose::figure::figure;
 use record::{read_file, Channel, Signals};
 use std::path::Path;
 
@@ -47,7 +48,7 @@ impl Side<'_> {
                 let rate = sampling::fine_rate(&of.time).with_context(place)?;
                 let time = sampling::grid(of.time[0], of.time[of.time.len() - 1], rate).with_context(place)?;
                 let name = self.path.file_name().unwrap_or_default().to_string_lossy();
-                notes.push(format!("{name}: its sampling is not even: resampled at {rate:.6} Hz."));
+                notes.push(format!("{name}: its sampling is not even: resampled at {}.", figure(rate, "Hz")));
                 let at = |y: &Option<Vec<f64>>| Some(sampling::resample(&of.time, y.as_ref()?, &time));
                 let channels = Channel::ALL.map(|c| at(&of.channels[c.index()]));
                 Even { channels, time, rate }
@@ -121,10 +122,8 @@ impl Pair {
             return Err(few(time.len()));
         }
         if (a.rate / b.rate - 1.0).abs() > 1e-6 {
-            notes.push(format!(
-                "the recording has {:.6} Hz and the simulation {:.6} Hz: both are compared at {rate:.6} Hz.",
-                a.rate, b.rate
-            ));
+            let [a, b, both] = [a.rate, b.rate, rate].map(|r| figure(r, "Hz"));
+            notes.push(format!("the recording has {a} and the simulation {b}: both are compared at {both}."));
         }
         let at = |e: &Even, c: Channel| {
             let y = e.channels[c.index()].as_deref().unwrap_or_default();
@@ -147,7 +146,7 @@ impl Pair {
 
 /// From when to when each file runs.
 fn spans(a: &Even, b: &Even) -> String {
-    let span = |e: &Even| format!("{:.6e} s to {:.6e} s", e.time[0], e.time[e.time.len() - 1]);
+    let span = |e: &Even| format!("{} to {}", figure(e.time[0], "s"), figure(e.time[e.time.len() - 1], "s"));
     format!("the recording runs from {}, the simulation from {}", span(a), span(b))
 }
 
