@@ -5,13 +5,13 @@
 //!
 //! ```text
 //! e = v after / v before        by the slope of the position at touch and at leaving, of the parabola (least squares)
-//!                               through the last eight free samples before or the first eight after; where it is zero
-//!                               the body touches or leaves
+//!                               through the free samples no farther away than the contact lasts, three at least;
+//!                               where it is zero the body touches or leaves
 //! e = T after / T before        by the times in flight, where the force that drives the body back does not change
 //! ```
 
-/// Free samples through which the parabola is laid that gives a speed.
-const FREE: usize = 8;
+/// Fewest free samples through which the parabola is laid that gives a speed.
+const FREE: usize = 3;
 
 /// Standard deviations that noise reaches.
 const REACH: f64 = 5.0;
@@ -51,6 +51,11 @@ impl Bounces {
     pub fn first(&self) -> f64 {
         self.impacts.first().map_or(f64::NAN, |i| i.touch)
     }
+
+    /// Time of last touch, s.
+    pub fn last(&self) -> f64 {
+        self.impacts.last().map_or(f64::NAN, |i| i.touch)
+    }
 }
 
 /// A change of contact between the samples `before` and `before + 1`.
@@ -67,14 +72,7 @@ pub fn by_position(time: &[f64], position: &[f64], hysteresis: f64) -> Option<Bo
     let mut speeds = Vec::with_capacity(changes.len());
     for i in 0..changes.len() {
         let c = &changes[i];
-        // in flight before a touch, and after a leaving
-        let free = if c.closes {
-            let from = i.checked_sub(1).map_or(0, |k| changes[k].before + 1);
-            from.max((c.before + 1).saturating_sub(FREE))..c.before + 1
-        } else {
-            let to = changes.get(i + 1).map_or(time.len(), |k| k.before + 1);
-            c.before + 1..to.min(c.before + 1 + FREE)
-        };
+        let free = free_samples(time, &changes, i);
         let flight = Parabola::through(time, position, free, c.time);
         let within = time[c.before]..=time[c.before + 1];
         if let Some(t) = flight.as_ref().and_then(Parabola::root).filter(|t| within.contains(t)) {
@@ -174,6 +172,23 @@ fn bounces(time: &[f64], changes: &[Change]) -> Option<Bounces> {
     Some(Bounces { impacts, bounce_time })
 }
 
+/// Samples in flight next to change `i`: before a touch, after a leaving, those no farther from it in time than its contact
+/// lasts, three at least where the flight has so many.
+fn free_samples(time: &[f64], changes: &[Change], i: usize) -> std::ops::Range<usize> {
+    let c = &changes[i];
+    let other = if c.closes { changes.get(i + 1) } else { i.checked_sub(1).map(|k| &changes[k]) };
+    let reach = other.map_or(0.0, |o| (o.time - c.time).abs());
+    if c.closes {
+        let (flight, end) = (i.checked_sub(1).map_or(0, |k| changes[k].before + 1), c.before + 1);
+        let near = time.partition_point(|t| *t < c.time - reach);
+        near.min(end.saturating_sub(FREE)).max(flight)..end
+    } else {
+        let (start, flight) = (c.before + 1, changes.get(i + 1).map_or(time.len(), |k| k.before + 1));
+        let near = time.partition_point(|t| *t <= c.time + reach);
+        start..near.max(start + FREE).min(flight)
+    }
+}
+
 /// y = c0 + c1 u + c2 u^2 with u = (t - at) / scale.
 struct Parabola {
     c: [f64; 3],
@@ -186,7 +201,7 @@ impl Parabola {
     fn through(time: &[f64], y: &[f64], samples: std::ops::Range<usize>, at: f64) -> Option<Parabola> {
         let (time, y) = (time.get(samples.clone())?, y.get(samples)?);
         let scale = time.last()? - time.first()?;
-        if time.len() < 3 || scale <= 0.0 {
+        if time.len() < FREE || scale <= 0.0 {
             return None;
         }
         let (mut moments, mut right) = ([0.0; 5], [0.0; 3]);

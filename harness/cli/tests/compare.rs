@@ -133,7 +133,8 @@ fn what_was_done_to_the_files_is_told() {
     let f = Files::new(&pulse(400).replace("force [N]", "Force"), &(head + &sparse));
     let text = answered(f.compare(&["--cfc", "60"]));
     for said in [
-        "r.csv: column \"Force\" is not known: it was left out; did you mean \"force\"?",
+        "r.csv: column \"Force\" is not known; did you mean \"force\"?",
+        "r.csv: columns that are not known were left out: Force.",
         "s.csv: its sampling is not even: resampled at 5000 Hz.",
         "s.csv: the other file has no channel force: it was left out.",
         "the recording has 10000 Hz and the simulation 5000 Hz: both are compared at 10000 Hz.",

@@ -45,11 +45,7 @@ pub struct Signals {
 pub fn read_file(path: &Path) -> Result<Signals, RecordErrors> {
     let table = Table::read(path, Use::Alone).map_err(RecordErrors)?;
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-    let left_out = |c: &String| {
-        let end = words::nearest(c, &units::COLUMNS).map_or(".".to_string(), |w| format!("; did you mean {w:?}?"));
-        format!("{name}: column {c:?} is not known: it was left out{end}")
-    };
-    let mut notes: Vec<String> = table.left_out.iter().map(left_out).collect();
+    let mut notes = left_out(&name, &table.left_out);
     let (mut data, _) = table.merged(&name, &mut notes);
     if data[table.clock].len() < FEWEST {
         let n = data[table.clock].len();
@@ -59,6 +55,20 @@ pub fn read_file(path: &Path) -> Result<Signals, RecordErrors> {
     let event = table.columns.iter().position(|c| c.name == units::CLOSED);
     let closed = event.map(|i| data[i].iter().map(|v| *v > 0.5).collect());
     Ok(Signals { time: std::mem::take(&mut data[table.clock]), channels, closed, notes })
+}
+
+/// What to tell of the columns of the file `name` that are not known: the likely slips, then all of them.
+fn left_out(name: &str, columns: &[String]) -> Vec<String> {
+    let slip = |c: &String| {
+        // of many words one may well be a known one
+        let meant = words::nearest(c, &units::COLUMNS).filter(|_| !c.contains(char::is_whitespace))?;
+        Some(format!("{name}: column {c:?} is not known; did you mean {meant:?}?"))
+    };
+    let mut notes: Vec<String> = columns.iter().filter_map(slip).collect();
+    if !columns.is_empty() {
+        notes.push(format!("{name}: columns that are not known were left out: {}.", columns.join(", ")));
+    }
+    notes
 }
 
 /// Reads the file `name` in `dir`, a recording of `kind` where that is known. Rows of one time become one sample; of a
@@ -361,7 +371,7 @@ fn header(path: &Path, head: &csv::StringRecord, purpose: Use) -> Header {
             let cure = "record both force and penetration";
             error(format!("an indentation needs the channel {}", c.name()), cure.into());
         }
-    } else if !Channel::ALL.iter().any(|c| has(c.name())) && !(purpose == Use::Alone && has(units::CLOSED)) {
+    } else if !(Channel::ALL.iter().any(|c| has(c.name())) || purpose == Use::Alone && has(units::CLOSED)) {
         let cure = "record force [N], acceleration [m/s^2] or penetration [m]";
         error("there is no channel besides time".into(), cure.into());
     }
@@ -494,7 +504,7 @@ mod tests {
         let s = read_file(&path).unwrap();
         assert_eq!((s.time.len(), s.channels[0].as_ref().unwrap()[3]), (16, 6000.0));
         assert_eq!(s.closed.unwrap(), [[false; 8], [true; 8]].concat());
-        assert_eq!(s.notes, ["r.csv: column \"velocity\" is not known: it was left out."]);
+        assert_eq!(s.notes, ["r.csv: columns that are not known were left out: velocity."]);
         std::fs::write(&path, simulated("Force [N],closed [1]", f64::from)).unwrap();
         let e = read_file(&path).unwrap_err().0;
         assert_eq!((e.len(), e[0].line), (1, 4));

@@ -157,6 +157,7 @@ fn bounces(t: &BounceTable) -> String {
     };
     add("read off", &|b| b.by.into());
     add("first impact [s]", &|b| cell(Some(b.first)));
+    add("last impact [s]", &|b| cell(Some(b.last)));
     add("impacts", &|b| b.count.to_string());
     add("bounce time until rest [s]", &|b| cell(b.bounce_time));
     let most = both.iter().filter_map(|b| Some(b.as_ref()?.count)).max().unwrap_or(0);

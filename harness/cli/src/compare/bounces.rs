@@ -26,6 +26,8 @@ pub struct BounceFigures {
     pub by: &'static str,
     /// Time of the first impact, s.
     pub first: f64,
+    /// Time of the last impact, s.
+    pub last: f64,
     pub count: usize,
     /// From the first touch to the last, s, where the body then rests.
     pub bounce_time: Option<f64>,
@@ -45,6 +47,7 @@ impl BounceFigures {
         BounceFigures {
             by,
             first: b.first(),
+            last: b.last(),
             count: b.impacts.len(),
             bounce_time: b.bounce_time,
             impacts: impacts.collect(),
