@@ -8,9 +8,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 TOLERANCE = 1e-6
-
-
-LARGEST = {}
+LARGEST = {}          # by what was compared
 
 
 @pytest.fixture
