@@ -86,3 +86,17 @@ def test_bounces_of_a_ball(compare, tmp_path, agrees, seed):
     # under gravity alone the flight after an impact over the flight before is its restitution
     agrees("bounces: flight times and the ball's", np.abs(np.array([i["flight_ratio"] for i in by_position["impacts"][1:-1]]) / e[1:] - 1).max())
     assert [i["flight_ratio"] for i in by_events["impacts"][1:-1]] == pytest.approx(e[1:], rel=0.02)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_noise_is_no_bounce(compare, tmp_path, seed):
+    rng = np.random.default_rng([seed, 19])
+    t, x, e, touches = ball(rng, 5e4)
+    force = 1e5 * np.clip(x, 0, None)
+    position = write(tmp_path / "r.csv", "time [s],penetration [m]", t, x + 2e-6 * rng.normal(size=t.size))
+    transducer = write(tmp_path / "s.csv", "time [s],force [N]", t, force + 0.005 * force.max() * rng.normal(size=t.size))
+    answer = compare(position, transducer)["bounces"]
+    for b, by in [(answer["recording"], "penetration"), (answer["simulation"], "force")]:
+        assert (b["by"], b["count"]) == (by, touches.size)
+        assert b["bounce_time"] == pytest.approx(touches[-1] - touches[0], abs=5e-4)
+    assert answer["recording"]["impacts"][0]["restitution"] == pytest.approx(e[0], rel=0.05)
