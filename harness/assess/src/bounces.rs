@@ -31,8 +31,8 @@ pub struct Impact {
     pub rebound: Option<f64>,
     /// Speed of leaving over speed of approach.
     pub restitution: Option<f64>,
-    /// Time in flight after over time in flight before: restitution under an even drive. None for the first impact and for
-    /// the last.
+    /// Time in flight after over time in flight before: restitution under an even drive. None for the first impact and
+    /// for the last.
     pub flight_ratio: Option<f64>,
 }
 
@@ -65,8 +65,9 @@ struct Change {
     closes: bool,
 }
 
-/// Impacts by `position` (m, positive into the stop, whose surface is at zero) at `time` (s, strictly increasing). The body
-/// has left when it is `hysteresis` (m, zero or more) away: so far noise may reach ([`noise_reach`]). None without a touch.
+/// Impacts by `position` (m, positive into the stop, whose surface is at zero) at `time` (s, strictly increasing). The
+/// body has left when it is `hysteresis` (m, zero or more) away: so far noise may reach ([`noise_reach`]). None without
+/// a touch.
 pub fn by_position(time: &[f64], position: &[f64], hysteresis: f64) -> Option<Bounces> {
     let mut changes = changes(time, position, 0.0, -hysteresis);
     let mut speeds = Vec::with_capacity(changes.len());
@@ -95,15 +96,15 @@ pub fn by_force(time: &[f64], force: &[f64], threshold: f64) -> Option<Bounces> 
     bounces(time, &changes(time, force, threshold, 0.5 * threshold))
 }
 
-/// Impacts by an event channel: `closed` at each sample, as a contactor's contacts or a light barrier tell it. A change is
-/// told half way between its samples. None without a touch.
+/// Impacts by an event channel: `closed` at each sample, as a contactor's contacts or a light barrier tell it. A change
+/// is told half way between its samples. None without a touch.
 pub fn by_events(time: &[f64], closed: &[bool]) -> Option<Bounces> {
     let level: Vec<f64> = closed.iter().map(|c| if *c { 1.0 } else { 0.0 }).collect();
     bounces(time, &changes(time, &level, 0.5, 0.5))
 }
 
-/// How far noise may take `y` (its unit) off a smooth course at `time` (s): five standard deviations, these from how far
-/// samples lie off the straight line between their neighbours, by the median. Zero of fewer than three samples.
+/// How far noise may take `y` (its unit) off a smooth course at `time` (s): five standard deviations, these from how
+/// far samples lie off the straight line between their neighbours, by the median. Zero of fewer than three samples.
 pub fn noise_reach(time: &[f64], y: &[f64]) -> f64 {
     let mut off: Vec<f64> = time
         .windows(3)
@@ -123,8 +124,8 @@ pub fn noise_reach(time: &[f64], y: &[f64]) -> f64 {
 }
 
 /// Changes of contact in turn, the first a closing: `y` rises above `close`, and falls under `open`, which is not above
-/// `close`. Of a fall the last crossing of `close` counts. A record that begins closed has its first change where it closes
-/// again.
+/// `close`. Of a fall the last crossing of `close` counts. A record that begins closed has its first change where it
+/// closes again.
 fn changes(time: &[f64], y: &[f64], close: f64, open: f64) -> Vec<Change> {
     let n = time.len().min(y.len());
     let mut changes: Vec<Change> = Vec::new();
@@ -172,8 +173,8 @@ fn bounces(time: &[f64], changes: &[Change]) -> Option<Bounces> {
     Some(Bounces { impacts, bounce_time })
 }
 
-/// Samples in flight next to change `i`: before a touch, after a leaving, those no farther from it in time than its contact
-/// lasts, three at least where the flight has so many.
+/// Samples in flight next to change `i`: before a touch, after a leaving, those no farther from it in time than its
+/// contact lasts, three at least where the flight has so many.
 fn free_samples(time: &[f64], changes: &[Change], i: usize) -> std::ops::Range<usize> {
     let c = &changes[i];
     let other = if c.closes { changes.get(i + 1) } else { i.checked_sub(1).map(|k| &changes[k]) };
@@ -249,7 +250,8 @@ mod tests {
     const E: f64 = 0.5;
     const STEP: f64 = 1e-5;
 
-    /// A ball dropped from 0.1 m that bounces with restitution 1/2 and contacts of 1 ms, five times, then rests 10 mm deep.
+    /// A ball dropped from 0.1 m that bounces with restitution 1/2 and contacts of 1 ms, five times, then rests 10 mm
+    /// deep.
     fn ball() -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let fall = (2.0 * 0.1 / G).sqrt();
         let (mut from, mut v) = (fall, G * fall);

@@ -13,8 +13,8 @@
 //! Both passes together have a gain of 1/2 (-6 dB) at 2.0775 C and of about -3 dB at 1.65 C, the FN of the standards.
 //!
 //! The standards leave the ends of a record to the user. Here they are as in `scipy.signal.sosfiltfilt`, and so in
-//! `endaq.calc.filters.butterworth`: nine samples more at each end, the record turned about its end point, and each pass
-//! begins as if its first value had stood for ever.
+//! `endaq.calc.filters.butterworth`: nine samples more at each end, the record turned about its end point, and each
+//! pass begins as if its first value had stood for ever.
 
 /// Classes that the standards name, Hz.
 pub const CLASSES: [f64; 4] = [60.0, 180.0, 600.0, 1000.0];

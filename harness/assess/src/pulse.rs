@@ -10,8 +10,8 @@ pub struct Pulse {
     pub peak: f64,
     /// When it is, s.
     pub time: f64,
-    /// From where the signal last rose through [`EDGE`] of the peak before it to where it first falls through it after, s,
-    /// straight between samples; None where the record begins or ends before.
+    /// From where the signal last rose through [`EDGE`] of the peak before it to where it first falls through it after,
+    /// s, straight between samples; None where the record begins or ends before.
     pub width: Option<f64>,
     /// Integral over that width by the trapezoidal rule, the signal's unit times s; None as there.
     pub impulse: Option<f64>,

@@ -9,10 +9,10 @@
 //! | magnitude EM | 0.2 | ((eM - e) / eM)^kM, e = sum\|c - t\| / sum\|t\| of the shifted signals after dynamic time warping in a band of 0.1 N | eM = 0.5, kM = 1 |
 //! | slope ES | 0.2 | ((eS - e) / eS)^kS, e = sum\|c' - t'\| / sum\|t'\| of the shifted signals' slopes, means of nine samples (fewer at the ends) | eS = 2, kS = 1 |
 //!
-//! R = 0.4 Z + 0.2 EP + 0.2 EM + 0.2 ES. The standard wants both signals at [`RATE`], filtered alike and cut to the interval
-//! of interest; [`crate::sampling::resample`] brings them there. Only the slope score knows of the rate, by its means of
-//! nine samples (0.9 ms): pulses that are not longer than that are smoothed away, and a higher rate, which is then no longer
-//! the standard's, serves them better. Nothing is rounded.
+//! R = 0.4 Z + 0.2 EP + 0.2 EM + 0.2 ES. The standard wants both signals at [`RATE`], filtered alike and cut to the
+//! interval of interest; [`crate::sampling::resample`] brings them there. Only the slope score knows of the rate, by
+//! its means of nine samples (0.9 ms): pulses that are not longer than that are smoothed away, and a higher rate, which
+//! is then no longer the standard's, serves them better. Nothing is rounded.
 
 use crate::warp;
 
@@ -93,12 +93,12 @@ pub struct Rating {
     pub late: isize,
 }
 
-/// Rates `signal` against `reference`, sampled at the same times, [`RATE`] a second where the standard is to hold; in one
-/// unit, any.
+/// Rates `signal` against `reference`, sampled at the same times, [`RATE`] a second where the standard is to hold; in
+/// one unit, any.
 ///
 /// # Errors
-/// Lengths that differ, fewer than [`FEWEST`] samples or more than [`MOST`], values that are not finite, a reference that
-/// is zero throughout.
+/// Lengths that differ, fewer than [`FEWEST`] samples or more than [`MOST`], values that are not finite, a reference
+/// that is zero throughout.
 pub fn rate(reference: &[f64], signal: &[f64]) -> Result<Rating, RatingError> {
     let n = reference.len();
     if n != signal.len() {

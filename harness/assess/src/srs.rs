@@ -1,9 +1,9 @@
 //! Shock response spectra of absolute acceleration by the ramp-invariant recursive filter (Smallwood 1981, "An improved
 //! recursive formula for calculating shock response spectra"; ISO 18431-4).
 //!
-//! A base moves with the acceleration x; on it stand oscillators of natural frequency f and damping ratio z = 1 / (2 Q).
-//! The acceleration y of each follows, with the sampling interval T, w = 2 pi f, E = exp(-z w T), K = w T sqrt(1 - z^2),
-//! S = E sin K / K and C = E cos K:
+//! A base moves with the acceleration x; on it stand oscillators of natural frequency f and damping ratio z = 1 / (2
+//! Q). The acceleration y of each follows, with the sampling interval T, w = 2 pi f, E = exp(-z w T), K = w T sqrt(1 -
+//! z^2), S = E sin K / K and C = E cos K:
 //!
 //! ```text
 //! y[i] = (1 - S) x[i] + 2 (S - C) x[i-1] + (E^2 - S) x[i-2] + 2 C y[i-1] - E^2 y[i-2]
@@ -59,8 +59,8 @@ pub fn frequencies(lowest: f64, highest: f64, each: u32) -> Result<Vec<f64>, Srs
 /// `q` = 1 / (2 damping ratio).
 ///
 /// # Errors
-/// A quality of 1/2 or less, a rate that is none, a frequency above half of the rate or so low that one period of it has
-/// more than ten million samples.
+/// A quality of 1/2 or less, a rate that is none, a frequency above half of the rate or so low that one period of it
+/// has more than ten million samples.
 pub fn spectrum(acceleration: &[f64], rate: f64, frequencies: &[f64], q: f64) -> Result<Spectrum, SrsError> {
     if !(q > 0.5 && q.is_finite()) {
         return Err(SrsError::Quality(q));

@@ -11,9 +11,9 @@ enum Step {
     Both,
 }
 
-/// Pairs of samples (of `a`, of `b`, as long as `a`) on the cheapest path from the first pair to the last, the last pair
-/// first. `half`: cells of the band either side of the diagonal. Of equally cheap steps the order is along the first
-/// signal, the second, both.
+/// Pairs of samples (of `a`, of `b`, as long as `a`) on the cheapest path from the first pair to the last, the last
+/// pair first. `half`: cells of the band either side of the diagonal. Of equally cheap steps the order is along the
+/// first signal, the second, both.
 pub fn path(a: &[f64], b: &[f64], half: usize) -> Vec<(usize, usize)> {
     let n = a.len();
     let width = 2 * half + 1;

@@ -54,7 +54,8 @@ impl BounceFigures {
         }
     }
 
-    /// Of a file, by its events, else its penetration, else its force, unfiltered. None without any, or without a touch.
+    /// Of a file, by its events, else its penetration, else its force, unfiltered. None without any, or without a
+    /// touch.
     fn of(s: &Signals) -> Option<BounceFigures> {
         let channel = |c: Channel| s.channels[c.index()].as_deref();
         let (by, found) = if let Some(closed) = &s.closed {

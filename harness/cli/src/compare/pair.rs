@@ -83,8 +83,8 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// Brings both to common times at the higher of both rates. `events`: whether there is something to compare without a
-    /// common channel.
+    /// Brings both to common times at the higher of both rates. `events`: whether there is something to compare without
+    /// a common channel.
     ///
     /// # Errors
     /// No common channel, a common part of too few samples, or a class that cannot be had.
