@@ -9,6 +9,7 @@ pub mod words;
 
 pub use error::{RecordError, RecordErrors};
 pub use load::load;
+pub use samples::{read_file, Signals};
 use std::path::PathBuf;
 
 /// Gravity, m/s^2, as the format has it; that of every simulation.

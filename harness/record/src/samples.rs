@@ -1,6 +1,6 @@
 //! One recording's CSV: its columns, its rows, and the samples they become.
 
-use crate::{units, words, Channel, Column, Kind, RecordError, Row};
+use crate::{units, words, Channel, Column, Kind, RecordError, RecordErrors, Row};
 use std::path::Path;
 
 /// Fewest samples a recording may have.
@@ -24,6 +24,53 @@ pub struct Samples {
     pub notes: Vec<String>,
 }
 
+/// A file by itself, SI: a recording, or a simulation's results.
+#[derive(Clone, Debug)]
+pub struct Signals {
+    /// s, strictly increasing
+    pub time: Vec<f64>,
+    /// Indexed by `Channel::index`.
+    pub channels: [Option<Vec<f64>>; 3],
+    /// Whether the contact is closed, by sample, as a contactor's contacts or a light barrier tell it.
+    pub closed: Option<Vec<bool>>,
+    /// What was merged or left out, each naming the file.
+    pub notes: Vec<String>,
+}
+
+/// Reads the file at `path` by itself. Rows of one time become one sample; columns that are not known are left out, and
+/// pauses stay.
+///
+/// # Errors
+/// Everything wrong with the file.
+pub fn read_file(path: &Path) -> Result<Signals, RecordErrors> {
+    let table = Table::read(path, Use::Alone).map_err(RecordErrors)?;
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+    let mut notes = left_out(&name, &table.left_out);
+    let (mut data, _) = table.merged(&name, &mut notes);
+    if data[table.clock].len() < FEWEST {
+        let n = data[table.clock].len();
+        return Err(RecordErrors(vec![table.too_few(path, n, "")]));
+    }
+    let channels = table.channels(&mut data);
+    let event = table.columns.iter().position(|c| c.name == units::CLOSED);
+    let closed = event.map(|i| data[i].iter().map(|v| *v > 0.5).collect());
+    Ok(Signals { time: std::mem::take(&mut data[table.clock]), channels, closed, notes })
+}
+
+/// What to tell of the columns of the file `name` that are not known: the likely slips, then all of them.
+fn left_out(name: &str, columns: &[String]) -> Vec<String> {
+    let slip = |c: &String| {
+        // of many words one may well be a known one
+        let meant = words::nearest(c, &units::COLUMNS).filter(|_| !c.contains(char::is_whitespace))?;
+        Some(format!("{name}: column {c:?} is not known; did you mean {meant:?}?"))
+    };
+    let mut notes: Vec<String> = columns.iter().filter_map(slip).collect();
+    if !columns.is_empty() {
+        notes.push(format!("{name}: columns that are not known were left out: {}.", columns.join(", ")));
+    }
+    notes
+}
+
 /// Reads the file `name` in `dir`, a recording of `kind` where that is known. Rows of one time become one sample; of a
 /// recording with pauses the piece that holds the impact is kept.
 ///
@@ -31,15 +78,10 @@ pub struct Samples {
 /// Everything wrong with the file.
 pub fn read(dir: &Path, name: &str, kind: Option<Kind>) -> Result<Samples, Vec<RecordError>> {
     let path = dir.join(name);
-    let error = |line: usize, what: String, cure: &str| RecordError::new(&path, line, what, cure);
-    let table = Table::read(&path, kind)?;
+    let table = Table::read(&path, Use::Campaign(kind))?;
     let mut notes = Vec::new();
     let (mut data, mut rows) = table.merged(name, &mut notes);
-    let too_few = |n: usize, of: &str| {
-        let line = table.lines.last().copied().unwrap_or(1);
-        let cure = format!("record at least {FEWEST} samples");
-        vec![error(line, format!("{n} samples {of}are too few to judge anything"), &cure)]
-    };
+    let too_few = |n: usize, of: &str| vec![table.too_few(&path, n, of)];
     let n = data[table.clock].len();
     if n < FEWEST {
         return Err(too_few(n, ""));
@@ -73,13 +115,11 @@ pub fn read(dir: &Path, name: &str, kind: Option<Kind>) -> Result<Samples, Vec<R
             r.sample = r.sample.filter(|s| (from..to).contains(s)).map(|s| s - from);
         }
     }
-    let mut channels: [Option<Vec<f64>>; 3] = [None, None, None];
-    for c in Channel::ALL {
-        if let Some(i) = table.column(c) {
-            channels[c.index()] = Some(std::mem::take(&mut data[i]));
-        }
-    }
-    Ok(Samples { time: std::mem::take(&mut data[table.clock]), channels, columns: table.columns, rows, notes })
+    let channels = table.channels(&mut data);
+    let time = std::mem::take(&mut data[table.clock]);
+    // nothing predicts events yet: they are checked, and go no farther
+    let columns = table.columns.into_iter().filter(|c| c.name != units::CLOSED).collect();
+    Ok(Samples { time, channels, columns, rows, notes })
 }
 
 /// A number in seven digits at most.
@@ -115,9 +155,30 @@ fn kept_piece(table: &Table, data: &[Vec<f64>], pieces: &[(usize, usize)], kind:
     (0..pieces.len()).fold(0, |best, i| if most(pieces[i]) > most(pieces[best]) { i } else { best })
 }
 
+/// What a file is read for.
+#[derive(Clone, Copy, PartialEq)]
+enum Use {
+    /// A recording of a campaign, of its kind where that is known.
+    Campaign(Option<Kind>),
+    /// By itself: columns that are not known do not matter.
+    Alone,
+}
+
+impl Use {
+    /// What to do about a file that is not there.
+    fn cure(self) -> &'static str {
+        match self {
+            Use::Campaign(_) => "put the recording beside campaign.toml, or take it out of the list",
+            Use::Alone => "name a CSV file with a header of columns \"name [unit]\"",
+        }
+    }
+}
+
 /// A file as it stands: columns in SI, rows in the order of the file.
 struct Table {
     columns: Vec<Column>,
+    /// Names of columns that are not known.
+    left_out: Vec<String>,
     /// Index of the column time.
     clock: usize,
     /// A column each.
@@ -127,20 +188,17 @@ struct Table {
 }
 
 impl Table {
-    fn read(path: &Path, kind: Option<Kind>) -> Result<Table, Vec<RecordError>> {
+    fn read(path: &Path, purpose: Use) -> Result<Table, Vec<RecordError>> {
         let error = |line: usize, what: String, cure: &str| RecordError::new(path, line, what, cure);
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(|e| {
-            vec![error(
-                0,
-                format!("cannot be read ({e})"),
-                "put the recording beside campaign.toml, or take it out of the list",
-            )]
-        })?;
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .from_path(path)
+            .map_err(|e| vec![error(0, format!("cannot be read ({e})"), purpose.cure())])?;
         let head = match reader.headers() {
             Ok(h) => h.clone(),
             Err(e) => return Err(vec![error(1, e.to_string(), "write a header of columns \"name [unit]\"")]),
         };
-        let (columns, mut errors) = header(path, &head, kind);
+        let Header { columns, fields, left_out, mut errors } = header(path, &head, purpose);
         let mut data: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
         let mut lines: Vec<usize> = Vec::new();
         let mut faults = Faults::default();
@@ -166,15 +224,24 @@ impl Table {
                 }
             };
             let line = row.position().map_or(0, |p| p.line() as usize);
-            let cells: Vec<Option<f64>> = row.iter().map(|c| c.parse().ok().filter(|v: &f64| v.is_finite())).collect();
-            for (c, (cell, v)) in columns.iter().zip(row.iter().zip(&cells)) {
-                if v.is_none() {
-                    let what = || format!("{} holds {cell:?}, not a finite number", c.name);
-                    faults.add(&c.name, line, what, "remove the rows of the gap, or cut the recording there");
+            let texts = || fields.iter().map(|f| row.get(*f).unwrap_or_default());
+            let si = |(text, c): (&str, &Column)| Some(text.parse::<f64>().ok()? * c.to_si).filter(|v| v.is_finite());
+            let cells: Vec<Option<f64>> = texts().zip(&columns).map(si).collect();
+            for (c, (cell, v)) in columns.iter().zip(texts().zip(&cells)) {
+                match v {
+                    None => {
+                        let what = || format!("{} holds {cell:?}, not a finite number", c.name);
+                        faults.add(&c.name, line, what, "remove the rows of the gap, or cut the recording there");
+                    }
+                    Some(v) if c.name == units::CLOSED && *v != 0.0 && *v != 1.0 => {
+                        let what = || format!("{} holds {cell:?}, neither 0 nor 1", c.name);
+                        faults.add(&c.name, line, what, "write 1 where the contact is closed and 0 where it is open");
+                    }
+                    Some(_) => {}
                 }
             }
             if let Some(v) = cells.into_iter().collect::<Option<Vec<f64>>>() {
-                data.iter_mut().zip(&columns).zip(v).for_each(|((y, c), v)| y.push(v * c.to_si));
+                data.iter_mut().zip(v).for_each(|(y, v)| y.push(v));
                 lines.push(line);
             }
         }
@@ -193,9 +260,21 @@ impl Table {
         }
         errors.sort_by_key(|e| e.line);
         match clock {
-            Some(clock) if errors.is_empty() => Ok(Table { columns, clock, data, lines }),
+            Some(clock) if errors.is_empty() => Ok(Table { columns, left_out, clock, data, lines }),
             _ => Err(errors),
         }
+    }
+
+    /// That `n` samples are too few; `of`: which.
+    fn too_few(&self, path: &Path, n: usize, of: &str) -> RecordError {
+        let line = self.lines.last().copied().unwrap_or(1);
+        let cure = format!("record at least {FEWEST} samples");
+        RecordError::new(path, line, format!("{n} samples {of}are too few to judge anything"), cure)
+    }
+
+    /// The channels of `data`, which holds a column each, taken out of it.
+    fn channels(&self, data: &mut [Vec<f64>]) -> [Option<Vec<f64>>; 3] {
+        Channel::ALL.map(|c| self.column(c).map(|i| std::mem::take(&mut data[i])))
     }
 
     fn column(&self, c: Channel) -> Option<usize> {
@@ -241,17 +320,31 @@ impl Table {
     }
 }
 
+/// What a header says, and what is wrong with it.
+struct Header {
+    columns: Vec<Column>,
+    /// Where in a row each column stands.
+    fields: Vec<usize>,
+    /// Names of columns that are not known.
+    left_out: Vec<String>,
+    errors: Vec<RecordError>,
+}
+
 /// The columns of a header, one each, and what is wrong with them.
-fn header(path: &Path, head: &csv::StringRecord, kind: Option<Kind>) -> (Vec<Column>, Vec<RecordError>) {
+fn header(path: &Path, head: &csv::StringRecord, purpose: Use) -> Header {
     let mut errors = Vec::new();
     let mut error = |what: String, cure: String| errors.push(RecordError::new(path, 1, what, cure));
-    let mut columns: Vec<Column> = Vec::new();
-    for h in head {
+    let (mut columns, mut fields, mut left_out): (Vec<Column>, Vec<usize>, Vec<String>) = Default::default();
+    for (field, h) in head.iter().enumerate() {
         let (name, unit) = match h.split_once('[') {
             Some((n, u)) => (n.trim(), u.strip_suffix(']').map(str::trim)),
             None => (h, None),
         };
         let known = units::COLUMNS.contains(&name);
+        if !known && purpose == Use::Alone {
+            left_out.push(name.into());
+            continue;
+        }
         if !known {
             error(format!("column {name:?} is not known"), words::instead(name, &units::COLUMNS));
         }
@@ -267,21 +360,22 @@ fn header(path: &Path, head: &csv::StringRecord, kind: Option<Kind>) -> (Vec<Col
             _ => {}
         }
         columns.push(Column { name: name.into(), unit: unit.unwrap_or_default().into(), to_si: factor.unwrap_or(1.0) });
+        fields.push(field);
     }
     let has = |name: &str| columns.iter().any(|c| c.name == name);
     if !has("time") {
         error("there is no column time".into(), "add time [s]".into());
     }
-    if kind == Some(Kind::Indentation) {
+    if purpose == Use::Campaign(Some(Kind::Indentation)) {
         for c in [Channel::Force, Channel::Penetration].iter().filter(|c| !has(c.name())) {
             let cure = "record both force and penetration";
             error(format!("an indentation needs the channel {}", c.name()), cure.into());
         }
-    } else if !Channel::ALL.iter().any(|c| has(c.name())) {
+    } else if !(Channel::ALL.iter().any(|c| has(c.name())) || purpose == Use::Alone && has(units::CLOSED)) {
         let cure = "record force [N], acceleration [m/s^2] or penetration [m]";
         error("there is no channel besides time".into(), cure.into());
     }
-    (columns, errors)
+    Header { columns, fields, left_out, errors }
 }
 
 /// One thing wrong with rows, told where it stands first.
@@ -394,6 +488,40 @@ mod tests {
             .collect();
         let e = read_text(&force(&rows), Kind::DropTest).unwrap_err();
         assert_eq!(e[0].what, "10 samples between its pauses are too few to judge anything");
+    }
+
+    /// Sixteen rows of time, force, what else a simulation writes, and whether the contact is closed.
+    fn simulated(head: &str, closed: impl Fn(i32) -> f64) -> String {
+        let rows: Vec<String> = (0..16).map(|i| format!("{i},{},NaN,{}\n", 2 * i, closed(i))).collect();
+        format!("time [s],force [kN],{head}\n{}", rows.concat())
+    }
+
+    #[test]
+    fn a_file_by_itself_may_hold_more_and_tells_events() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("r.csv");
+        std::fs::write(&path, simulated("velocity,closed [1]", |i| f64::from(i32::from(i > 7)))).unwrap();
+        let s = read_file(&path).unwrap();
+        assert_eq!((s.time.len(), s.channels[0].as_ref().unwrap()[3]), (16, 6000.0));
+        assert_eq!(s.closed.unwrap(), [[false; 8], [true; 8]].concat());
+        assert_eq!(s.notes, ["r.csv: columns that are not known were left out: velocity."]);
+        std::fs::write(&path, simulated("Force [N],closed [1]", f64::from)).unwrap();
+        let e = read_file(&path).unwrap_err().0;
+        assert_eq!((e.len(), e[0].line), (1, 4));
+        assert!(e[0]
+            .to_string()
+            .contains("closed holds \"2\", neither 0 nor 1, and so do 13 rows more; write 1 where"));
+        assert!(read_file(&dir.path().join("none.csv")).unwrap_err().to_string().contains("name a CSV file"));
+    }
+
+    #[test]
+    fn events_of_a_campaign_are_checked_and_go_no_farther() {
+        let text = |closed: &dyn Fn(i32) -> f64| simulated("penetration [m],closed [1]", closed).replace("NaN", "0");
+        let s = read_text(&text(&|_| 1.0), Kind::DropTest).unwrap();
+        let names: Vec<&str> = s.columns.iter().map(|c| c.name.as_str()).collect();
+        assert_eq!(names, ["time", "force", "penetration"]);
+        let e = read_text(&text(&|_| 0.5), Kind::DropTest).unwrap_err();
+        assert!(e[0].what.starts_with("closed holds \"0.5\", neither 0 nor 1"));
     }
 
     #[test]

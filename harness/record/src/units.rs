@@ -2,8 +2,11 @@
 
 use crate::words;
 
+/// The column of events: 1 where the contact is closed, 0 where it is open.
+pub const CLOSED: &str = "closed";
+
 /// By quantity, the columns first: its units, each with the factor to SI.
-const UNITS: [(&str, &[(&str, f64)]); 7] = [
+const UNITS: [(&str, &[(&str, f64)]); 8] = [
     ("time", &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("ns", 1e-9), ("min", 60.0)]),
     (
         "force",
@@ -48,6 +51,7 @@ const UNITS: [(&str, &[(&str, f64)]); 7] = [
             ("in", 0.0254),
         ],
     ),
+    (CLOSED, &[("1", 1.0)]),
     ("speed", &[("m/s", 1.0), ("mm/s", 1e-3), ("cm/s", 1e-2), ("km/h", 1.0 / 3.6)]),
     ("mass", &[("kg", 1.0), ("g", 1e-3), ("mg", 1e-6), ("t", 1e3), ("lb", 0.45359237)]),
     ("spring rate", &[("N/m", 1.0), ("N/mm", 1e3), ("kN/m", 1e3), ("kN/mm", 1e6), ("mN/m", 1e-3)]),
@@ -98,7 +102,7 @@ const SPELLINGS: [(&str, &str); 40] = [
 ];
 
 /// The columns there may be.
-pub const COLUMNS: [&str; 4] = [UNITS[0].0, UNITS[1].0, UNITS[2].0, UNITS[3].0];
+pub const COLUMNS: [&str; 5] = [UNITS[0].0, UNITS[1].0, UNITS[2].0, UNITS[3].0, CLOSED];
 
 /// A unit without brackets, blanks, and the signs that differ between character sets: `[m·s⁻²]` becomes `m*s-2`.
 fn spelling(unit: &str) -> String {
@@ -118,9 +122,9 @@ fn spelling(unit: &str) -> String {
 }
 
 /// What a column in `unit` measures, and its factor to SI, in any spelling that instruments have for it; None where the
-/// unit is of none of the columns.
+/// unit is of none of the columns, or tells nothing, as 1 does.
 pub fn measured(unit: &str) -> Option<(&'static str, f64)> {
-    let found = |u: &str| COLUMNS.into_iter().find_map(|c| factor(c, u).map(|f| (c, f)));
+    let found = |u: &str| COLUMNS.into_iter().filter(|c| *c != CLOSED).find_map(|c| factor(c, u).map(|f| (c, f)));
     let plain = spelling(unit);
     let lower = plain.to_lowercase();
     let known = SPELLINGS.iter().find(|s| s.0 == lower).map(|s| s.1);

@@ -7,6 +7,7 @@ use estimate::impact::touch;
 use record::{Campaign, Channel, Recording};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use touchdown::aligned::aligned;
 use touchdown::campaign::{of_campaign, tell};
 
 #[derive(clap::Args)]
@@ -55,16 +56,11 @@ fn row(c: &Campaign, r: &Recording) -> [String; 10] {
     ]
 }
 
-/// The recordings as a table, each column as wide as its widest cell.
+/// The recordings as a table.
 fn table(c: &Campaign) -> String {
-    let mut rows = vec![COLUMNS.map(str::to_string)];
-    rows.extend(c.recordings.iter().map(|r| row(c, r)));
-    let width: Vec<usize> = (0..COLUMNS.len()).map(|j| rows.iter().map(|r| r[j].len()).max().unwrap_or(0)).collect();
-    let line = |r: &[String; 10]| {
-        let cells: Vec<String> = r.iter().zip(&width).map(|(cell, w)| format!("{cell:<w$}")).collect();
-        format!("  {}\n", cells.join("  ").trim_end())
-    };
-    rows.iter().map(line).collect()
+    let head = COLUMNS.map(str::to_string);
+    let rows: Vec<_> = std::iter::once(head).chain(c.recordings.iter().map(|r| row(c, r))).collect();
+    aligned(&rows)
 }
 
 /// How a campaign is understood.

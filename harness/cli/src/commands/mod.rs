@@ -2,6 +2,7 @@
 
 mod bench;
 mod check;
+mod compare;
 mod demo;
 mod diagnose;
 mod fit;
@@ -36,6 +37,8 @@ enum Command {
     Bench(bench::Arguments),
     /// Say how campaigns are understood, and everything that is wrong with them; nothing is fitted
     Check(check::Arguments),
+    /// Compare a recording with a simulation of it: class filters, pulses, ISO/TS 18571, shock spectra, bounces
+    Compare(compare::Arguments),
     /// Do the main job on data of the repository: pack, run, fit, diagnose, run again, with pictures
     Demo(demo::Arguments),
     /// Say what physics the simulation of a campaign leaves out, and how much better it fits with it
@@ -79,6 +82,7 @@ fn command(c: Cli) -> Result<ExitCode> {
     match c.command {
         Command::Bench(a) => bench::run(&a),
         Command::Check(a) => check::run(&a),
+        Command::Compare(a) => compare::run(&a),
         Command::Demo(a) => demo::run(&a),
         Command::Diagnose(a) => diagnose::run(&a),
         Command::Fit(a) => fit::run(&a),
