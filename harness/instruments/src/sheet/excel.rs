@@ -7,6 +7,7 @@ use crate::guard::guarded;
 use crate::{dates, Fault};
 use calamine::{Data, DataRef, ExcelDateTime, Reader, SheetType, WorkbookProperties, Xls, Xlsb, Xlsx};
 use quick_xml::events::Event;
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufReader, Cursor};
 use std::path::Path;
@@ -47,8 +48,9 @@ pub(super) fn xlsx(path: &Path) -> Result<Book, Fault> {
 
 /// Checks the count of texts that a workbook claims: `calamine` (0.38) takes memory for it.
 fn check_texts(path: &Path, archive: &mut ZipArchive<BufReader<File>>) -> Result<(), Fault> {
-    let is_texts = |name: &&str| name.to_lowercase().ends_with("sharedstrings.xml");
-    let names: Vec<String> = archive.file_names().filter(is_texts).map(str::to_string).collect();
+    let names: Result<Vec<String>, _> = archive.file_names().map(|n| n.map(Cow::into_owned)).collect();
+    let mut names = names.map_err(|e| damaged(path, &e))?;
+    names.retain(|n| n.to_lowercase().ends_with("sharedstrings.xml"));
     for name in names {
         let at = |e: &dyn std::fmt::Display| damaged(path, e).at(format!("part \"{name}\""));
         let part = archive.by_name(&name).map_err(|e| at(&e))?;
