@@ -3,29 +3,20 @@
 //! A format is a file of this crate with one function `open`, and its line in `FORMATS`. What a channel measures, which
 //! column is the time and where the impact lies is not known here; `import` decides that from names, units and samples.
 
-mod binary;
-mod block;
-mod date;
-mod dates;
-mod guard;
-mod half;
 mod hdf5;
-mod lines;
 mod lvm;
 mod mat;
 mod mat73;
 mod mdf;
-mod memory;
 mod parquet;
+mod shared;
 mod sheet;
-mod table;
-mod table_head;
 mod tdms;
 mod text;
 mod uff;
 mod wav;
 
-pub use memory::Memory;
+pub use shared::memory::Memory;
 
 use std::fmt;
 use std::ops::ControlFlow;

@@ -9,9 +9,9 @@
 //!
 //! Read line by line, in constant memory. Our own reader stands here since there is no crate for the format.
 
-use crate::block::Block;
-use crate::lines::{decode, Lines, Mark};
-use crate::text::cell::{bare, split, text, Cell, Decimal, Delimiter, Dialect};
+use crate::shared::block::Block;
+use crate::shared::cell::{bare, split, text, Cell, Decimal, Delimiter, Dialect};
+use crate::shared::lines::{decode, Lines, Mark};
 use crate::{Channel, Clock, Fault, Format, Group, Sink, Source};
 use std::collections::HashMap;
 use std::ops::Range;

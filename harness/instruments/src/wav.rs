@@ -3,7 +3,7 @@
 //! Our own reader: hound 3.5.1 refuses floats of 64 bits, chunks of odd length and data whose length was never written.
 //! Source: Microsoft, Multiple Channel Audio Data and WAVE Files, 2007.
 
-use crate::binary::{Bytes, Number, Order, Walk};
+use crate::shared::binary::{Bytes, Number, Order, Walk};
 use crate::{Channel, Clock, Fault, Format, Group, Sink, Source, BLOCK};
 use std::ops::ControlFlow;
 use std::path::Path;

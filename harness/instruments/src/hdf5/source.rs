@@ -6,7 +6,7 @@ use super::element::{is_number, Number, Record};
 use super::layout::{layout, Kind, Layout};
 use super::tree::{self, folders, Folder};
 use super::{lzf, matlab, Dialect};
-use crate::guard::guarded;
+use crate::shared::guard::guarded;
 use crate::{Channel, Clock, Fault, Group, Sink, Source, BLOCK};
 use hdf5_reader::error::Error;
 use hdf5_reader::{Dataset, Datatype, FilterRegistry, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem};

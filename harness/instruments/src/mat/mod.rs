@@ -9,7 +9,7 @@
 mod v4;
 mod v5;
 
-use crate::binary::{Bytes, Number, Order};
+use crate::shared::binary::{Bytes, Number, Order};
 use crate::{Channel, Fault, Format, Group, Sink, Source, BLOCK};
 use std::collections::{HashMap, HashSet};
 use std::ops::ControlFlow;

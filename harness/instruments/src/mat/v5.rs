@@ -1,7 +1,7 @@
 //! MAT-files of version 5: data elements, nested and possibly compressed.
 
 use super::{Contents, Matrix};
-use crate::binary::{Bytes, Number, Order, Walk, EXPORT};
+use crate::shared::binary::{Bytes, Number, Order, Walk, EXPORT};
 use crate::Fault;
 use flate2::read::ZlibDecoder;
 use std::io::Read;

@@ -9,7 +9,7 @@ mod channel;
 mod conversion;
 mod data;
 
-use crate::binary::{Bytes, EXPORT};
+use crate::shared::binary::{Bytes, EXPORT};
 use crate::{Channel, Fault, Format, Group, Sink, Source, BLOCK};
 use block::{Block, Seen};
 use channel::Field;
@@ -113,7 +113,8 @@ impl Opening {
         let header = self.seen.block(&mut self.bytes, HEADER, b"##HD")?;
         let mut walk = header.walk(&mut self.bytes);
         let (nanoseconds, _zone, _summer, flags) = (walk.u64()?, walk.u16()?, walk.u16()?, walk.u8()?);
-        let start = crate::date::utc((nanoseconds / 1_000_000_000) as i64, (nanoseconds % 1_000_000_000) as f64 * 1e-9);
+        let start =
+            crate::shared::date::utc((nanoseconds / 1_000_000_000) as i64, (nanoseconds % 1_000_000_000) as f64 * 1e-9);
         let start = if flags & 1 == 1 { start.trim_end_matches('Z').to_string() } else { start };
         self.properties.push(("start".to_string(), start));
         self.properties.extend(block::comments(&mut self.bytes, header.link(5))?);

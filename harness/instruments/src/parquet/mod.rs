@@ -5,7 +5,7 @@
 mod arrow_schema;
 mod column;
 
-use crate::guard::guarded;
+use crate::shared::guard::guarded;
 use crate::{Channel, Fault, Format, Group, Sink, Source, BLOCK};
 use column::Column;
 use parquet::column::reader::ColumnReader;

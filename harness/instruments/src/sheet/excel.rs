@@ -3,8 +3,9 @@
 use super::cells::{Book, Cell, Sheet};
 use super::time;
 use super::{packed, xls};
-use crate::guard::guarded;
-use crate::{dates, Fault};
+use crate::shared::date;
+use crate::shared::guard::guarded;
+use crate::Fault;
 use calamine::{Data, DataRef, ExcelDateTime, Reader, SheetType, WorkbookProperties, Xls, Xlsb, Xlsx};
 use quick_xml::events::Event;
 use std::borrow::Cow;
@@ -159,7 +160,7 @@ fn date(of: &ExcelDateTime) -> Cell {
         return Cell::Time(days);
     }
     let (year, month, day, ..) = of.to_ymd_hms_milli();
-    let told = dates::days(year.into(), month.into(), day.into()) as f64;
+    let told = date::days(year.into(), month.into(), day.into()) as f64;
     // calamine does not tell the calendar of the file; its date does
     let zero = if (told - days - ZERO).abs() < 10.0 { ZERO } else { ZERO_1904 };
     Cell::Date(days + zero)

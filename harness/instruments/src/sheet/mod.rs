@@ -4,6 +4,7 @@
 
 mod cells;
 mod excel;
+mod layout;
 mod ods;
 mod packed;
 mod table;

@@ -9,7 +9,8 @@ mod scaling;
 mod segments;
 mod strain;
 
-use crate::binary::Bytes;
+use crate::shared::binary::Bytes;
+use crate::shared::clock::ticks_of_a_second;
 use crate::{Channel, Clock, Fault, Format, Group, Sink, Source, BLOCK};
 use object::{Object, Piece, Stored, Track};
 use scaling::{Plan, Unscaled};
@@ -109,9 +110,13 @@ fn unit(object: &Object) -> String {
 
 /// The waveform's steps, where they are of time.
 fn clock(object: &Object) -> Option<Clock> {
-    let of_time = object.text("wf_xunit_string").is_none_or(|u| ["", "s", "sec", "seconds"].contains(&u.trim()));
-    let step = object.number("wf_increment").filter(|s| of_time && s.is_finite() && *s > 0.0)?;
-    let start = object.number("wf_start_offset").filter(|s| s.is_finite()).unwrap_or(0.0);
+    let ticks = match object.text("wf_xunit_string").map(str::trim) {
+        None | Some("") => 1.0,
+        Some(unit) => ticks_of_a_second(unit)?,
+    };
+    let seconds = |name: &str| object.number(name).map(|n| n / ticks).filter(|s| s.is_finite());
+    let step = seconds("wf_increment").filter(|s| *s > 0.0)?;
+    let start = seconds("wf_start_offset").unwrap_or(0.0);
     Some(Clock { start, step })
 }
 

@@ -2,7 +2,7 @@
 
 use super::header::{number, Header};
 use super::scan::{line, Set};
-use crate::lines::decode;
+use crate::shared::lines::decode;
 use crate::Fault;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};

@@ -14,7 +14,7 @@ mod header;
 mod scan;
 mod values;
 
-use crate::block::Block;
+use crate::shared::block::Block;
 use crate::{Channel, Clock, Fault, Format, Group, Sink, Source};
 use scan::Set;
 use std::collections::HashMap;
