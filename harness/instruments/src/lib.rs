@@ -42,6 +42,11 @@ impl Fault {
         Fault { path: path.to_path_buf(), place: None, what: what.to_string(), cure: cure.to_string() }
     }
 
+    /// The fault of a file that the system does not give.
+    pub(crate) fn unreadable(path: &Path, e: std::io::Error) -> Fault {
+        Fault::new(path, e, "give a file that can be read")
+    }
+
     /// The same fault, at a place in the file.
     pub fn at(self, place: impl fmt::Display) -> Fault {
         Fault { place: Some(place.to_string()), ..self }
@@ -133,7 +138,7 @@ pub const FORMATS: &[Format] = &[
 /// Where the file cannot be read, is empty, or is of no known format.
 pub fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
     use std::io::Read;
-    let fault = |e: std::io::Error| Fault::new(path, e, "give a file that can be read");
+    let fault = |e| Fault::unreadable(path, e);
     let mut head = Vec::with_capacity(4096);
     std::fs::File::open(path).map_err(fault)?.take(4096).read_to_end(&mut head).map_err(fault)?;
     if head.is_empty() {

@@ -114,7 +114,8 @@ fn good_files_are_read_cut_and_changed_ones_without_a_panic() {
         assert!(whole > 50, "{}: {whole} samples", good.display());
         for cut in (0..CUTS).map(|i| bytes.len() * i / CUTS) {
             let result = read_damaged(&good, &bytes[..cut], &format!("cut at {cut}"));
-            let fits = if is_by_library(&good) { result.is_err() } else { result.as_ref().map_or(true, |n| *n <= whole) };
+            let fits =
+                if is_by_library(&good) { result.is_err() } else { result.as_ref().map_or(true, |n| *n <= whole) };
             assert!(fits, "{} cut at {cut}: {result:?}", good.display());
         }
         for seed in 1..=CHANGES {

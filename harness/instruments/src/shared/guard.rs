@@ -46,7 +46,8 @@ mod tests {
     #[test]
     #[ignore = "fails by order of the next test, in a process of its own"]
     fn two_panics() {
-        let caught: Result<(), Fault> = guarded(Path::new("a.h5"), || guarded(Path::new("a.h5"), || panic!("{CAUGHT}")));
+        let caught: Result<(), Fault> =
+            guarded(Path::new("a.h5"), || guarded(Path::new("a.h5"), || panic!("{CAUGHT}")));
         assert!(caught.is_err_and(|e| e.to_string().starts_with("a.h5: the file is damaged")));
         panic!("{LOOSE}");
     }

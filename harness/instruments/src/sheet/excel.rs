@@ -23,7 +23,7 @@ fn damaged(path: &Path, e: &dyn std::fmt::Display) -> Fault {
 }
 
 fn buffered(path: &Path) -> Result<BufReader<File>, Fault> {
-    File::open(path).map(BufReader::new).map_err(|e| Fault::new(path, e, "give a file that can be read"))
+    File::open(path).map(BufReader::new).map_err(|e| Fault::unreadable(path, e))
 }
 
 /// Reads a workbook in XML.

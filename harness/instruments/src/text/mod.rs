@@ -25,7 +25,7 @@ mod walk;
 use crate::shared::block::Block;
 use crate::shared::cell::{split, text, Delimiter, Dialect};
 use crate::shared::head::{Head, PROPERTIES};
-use crate::shared::lines::{decode, encoding, Encoding, Lines, Mark};
+use crate::shared::lines::{encoding, Encoding, Lines, Mark};
 use crate::shared::{clock, unit};
 use crate::{Fault, Format, Group, Sink, Source};
 use layout::{Kept, Kind, Layout, WINDOW};
@@ -334,16 +334,5 @@ impl Column {
     /// Whether it holds samples.
     fn is_shown(&self) -> bool {
         self.values > 0 && matches!(self.kind, Kind::Number | Kind::Stamp)
-    }
-}
-
-/// The first characters of a cell, for a message.
-fn excerpt(cell: &[u8]) -> String {
-    let text = decode(&cell[..cell.len().min(200)]);
-    let short: String = text.trim().chars().take(40).collect();
-    if short.len() < text.trim().len() {
-        format!("{short}...")
-    } else {
-        short
     }
 }

@@ -1,9 +1,8 @@
 //! The lines of a table, one sample of every column each.
 
-use super::excerpt;
 use super::layout::{comment, is_blank, Kind};
 use crate::shared::cell::{bare, split, Cell, Delimiter, Dialect};
-use crate::shared::lines::{Lines, Mark};
+use crate::shared::lines::{excerpt, Lines, Mark};
 use crate::shared::stamp::Elapsed;
 use crate::Fault;
 use std::ops::{ControlFlow, Range};
