@@ -10,7 +10,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.fixture(scope="session")
 def dump_binary():
-    subprocess.run(["cargo", "build", "--release", "-q", "-p", "touchdown-instruments", "--example", "dump"], cwd=ROOT, check=True)
+    # of the whole workspace, as tests/run builds it: features of crates are the same then, and nothing is compiled twice
+    subprocess.run(["cargo", "build", "--release", "-q", "--workspace", "--example", "dump"], cwd=ROOT, check=True)
     return ROOT / "target" / "release" / "examples" / "dump"
 
 

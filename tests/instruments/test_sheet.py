@@ -131,7 +131,7 @@ def test_names_units_and_lines_above(dump, tmp_path, kind):
     first, second = result["groups"]
     assert first["name"] == "Drop 1" and first["length"] == 3000
     assert channels(first) == [("Time", "s", [i / 1000 for i in range(3000)]), ("Force", "kN", [round(float(np.sin(i)), 9) for i in range(3000)]), ("a", "m/s²", [i * 2 for i in range(3000)])]
-    assert first["properties"][:3] == [["", "Drop test 7"], ["Operator", "Müller"], ["Rate", "1000 Hz"]]
+    assert first["properties"][:3] == [["header", "Drop test 7"], ["Operator", "Müller"], ["Rate", "1000 Hz"]]
     assert second["name"] == "Second" and channels(second) == [("", "", [1, 3]), ("", "", [2, 4])]
     assert any('"Remark"' in n and "cell C7" in n for n in result["notes"])
 
@@ -145,6 +145,25 @@ def test_missing_cells_errors_and_tables_side_by_side(dump, tmp_path, kind):
     (group,) = result["groups"]
     assert channels(group) == [("t", "", [0, 1, 2, 3, 4]), ("x", "", [1, None, None, None, 5.5]), ("t2", "", [0, 2, None, None, None]), ("y", "", [1, 0, None, None, None])]
     assert [n for n in result["notes"] if "cell B4" in n and "#DIV/0!" in n and "1 further" in n]
+
+
+@pytest.mark.parametrize("kind", ALL)
+def test_numbers_written_as_text_with_a_decimal_comma(dump, tmp_path, kind):
+    rows = [["Kraftmessung"], ["Abtastrate", "2", "kHz"], ["Nr.", "Kraft [kN]", "Uhr"]] + [[i, f"{1000 + i}.{i:03}".replace(".", ","), f"12:00:0{i % 10},5"] for i in range(10)]
+    rows += [[10, "1.234,5", "12:00:10,25"], [11, "n/a", "12:00:11"], [12, "defekt", None]]
+    KINDS[kind](tmp_path / f"a.{kind}", {"S": rows})
+    result = dump(tmp_path / f"a.{kind}")
+    (group,) = result["groups"]
+    assert channels(group)[:2] == [("Nr.", "", list(range(13))), ("Kraft", "kN", [float(f"{1000 + i}.{i:03}") for i in range(10)] + [1234.5, None, None])]
+    assert channels(group)[2] == ("Uhr", "s", [*range(10), 9.75, 10.5, None])
+    assert any("cell B16" in n and "`defekt`" in n for n in result["notes"]) and ["Abtastrate", "2 kHz"] in group["properties"]
+
+
+@pytest.mark.parametrize("kind", ALL)
+def test_steps_of_time_above_a_table(dump, tmp_path, kind):
+    KINDS[kind](tmp_path / f"a.{kind}", {"S": [["Sample rate", "51,2", "kHz"], [], ["kN"], ["Force"]] + [[i] for i in range(9)]})
+    (group,) = dump(tmp_path / f"a.{kind}")["groups"]
+    assert channels(group) == [("Force", "kN", list(range(9)))] and group["clock"] == {"start": 0, "step": 1 / 51200}
 
 
 @pytest.mark.parametrize("kind", DATED)

@@ -1,13 +1,19 @@
-"""Writes the small good files that harness/instruments/tests/damaged_tables.rs cuts and changes: python write_small_files.py"""
+"""Writes the small good files that harness/instruments/tests/damaged_files.rs cuts and changes: python write_small_files.py"""
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+import scipy.io
+import soundfile
+from asammdf import MDF, Signal
+from nptdms import ChannelObject, RootObject, TdmsWriter
 
 from test_mat73 import matlab, put, text
 from test_sheet import START, ods, xls, xlsb, xlsx
+from test_uff import dataset
+from test_uff import write as write_uff
 
 FILES = Path(__file__).resolve().parents[2] / "harness" / "instruments" / "tests" / "files"
 
@@ -25,11 +31,51 @@ def hdf5(path, libver):
         f["comment"] = "soft ground"
 
 
+TEXT = """Device: DAQ 7
+Sample rate;1000 Hz
+
+Time [s];Force [kN]
+{}
+"""
+LVM = """LabVIEW Measurement
+Writer_Version	2
+Separator	Tab
+Decimal_Separator	.
+***End_of_Header***
+
+Channels	2
+Samples	200	200
+X0	0	0
+Delta_X	0.001	0.001
+***End_of_Header***
+X_Value	Force	Acceleration	Comment
+{}
+"""
+
+
+def streams(time, force):
+    """The formats that are read as streams."""
+    with TdmsWriter(FILES / "small.tdms") as f:
+        for part in np.split(force, 4):
+            f.write_segment([RootObject({"operator": "Ada"}), ChannelObject("Run", "Force", part, {"unit_string": "kN", "wf_increment": 1e-3})])
+    with MDF(version="4.10") as f:
+        f.append([Signal(force, time, unit="kN", name="Force"), Signal(np.arange(len(time), dtype="<i2"), time, name="Count")])
+        f.save(FILES / "small.mf4", overwrite=True, compression=1)
+    soundfile.write(FILES / "small.wav", np.stack([force, -force], axis=1), 51200, subtype="PCM_24")
+    for compressed in (False, True):
+        scipy.io.savemat(FILES / ("packed.mat" if compressed else "matlab5.mat"), {"force": force, "run": {"rate": 1000.0, "who": "Ada", "x": time}}, do_compression=compressed)
+    scipy.io.savemat(FILES / "matlab4.mat", {"force": force, "time": time}, format="4")
+    (FILES / "small.csv").write_text(TEXT.format("\n".join(f"{t:.3f};{x:.6f}".replace(".", ",") for t, x in zip(time, force))))
+    (FILES / "small.lvm").write_text(LVM.format("\n".join(f"{t:.6f}\t{x:.6f}\t{-x:.6f}\t" for t, x in zip(time, force))))
+    write_uff(FILES / "small.uff", [dataset(binary=binary, abscissa_spacing=1) for binary in (0, 1)])
+
+
 def main():
     FILES.mkdir(exist_ok=True)
+    streams(np.arange(200) / 1000, np.round(np.sin(np.arange(200) / 9), 6))
     hdf5(FILES / "old.h5", "earliest")
     hdf5(FILES / "new.h5", "latest")
-    with matlab(FILES / "small.mat") as f:
+    with matlab(FILES / "matlab73.mat") as f:
         put(f, "force", np.sin(np.arange(200.0))[:, None])
         put(f, "Fs", [[1000.0]])
         text(f, "comment", "soft ground")

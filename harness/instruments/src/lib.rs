@@ -3,29 +3,20 @@
 //! A format is a file of this crate with one function `open`, and its line in `FORMATS`. What a channel measures, which
 //! column is the time and where the impact lies is not known here; `import` decides that from names, units and samples.
 
-mod binary;
-mod block;
-mod date;
-mod dates;
-mod guard;
-mod half;
 mod hdf5;
-mod lines;
 mod lvm;
 mod mat;
 mod mat73;
 mod mdf;
-mod memory;
 mod parquet;
+mod shared;
 mod sheet;
-mod table;
-mod table_head;
 mod tdms;
 mod text;
 mod uff;
 mod wav;
 
-pub use memory::Memory;
+pub use shared::memory::Memory;
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -49,6 +40,11 @@ impl Fault {
     /// A fault of the whole file at `path`.
     pub fn new(path: &Path, what: impl fmt::Display, cure: impl fmt::Display) -> Fault {
         Fault { path: path.to_path_buf(), place: None, what: what.to_string(), cure: cure.to_string() }
+    }
+
+    /// The fault of a file that the system does not give.
+    pub(crate) fn unreadable(path: &Path, e: std::io::Error) -> Fault {
+        Fault::new(path, e, "give a file that can be read")
     }
 
     /// The same fault, at a place in the file.
@@ -142,7 +138,7 @@ pub const FORMATS: &[Format] = &[
 /// Where the file cannot be read, is empty, or is of no known format.
 pub fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
     use std::io::Read;
-    let fault = |e: std::io::Error| Fault::new(path, e, "give a file that can be read");
+    let fault = |e| Fault::unreadable(path, e);
     let mut head = Vec::with_capacity(4096);
     std::fs::File::open(path).map_err(fault)?.take(4096).read_to_end(&mut head).map_err(fault)?;
     if head.is_empty() {

@@ -9,9 +9,9 @@
 //!
 //! Read line by line, in constant memory. Our own reader stands here since there is no crate for the format.
 
-use crate::block::Block;
-use crate::lines::{decode, Lines, Mark};
-use crate::text::cell::{bare, split, text, Cell, Decimal, Delimiter, Dialect};
+use crate::shared::block::Block;
+use crate::shared::cell::{bare, split, text, Cell, Decimal, Delimiter, Dialect};
+use crate::shared::lines::{excerpt, Lines, Mark};
 use crate::{Channel, Clock, Fault, Format, Group, Sink, Source};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -396,10 +396,7 @@ impl Source for Lvm {
                         Cell::Number(number) => number,
                         Cell::Empty | Cell::Missing => f64::NAN,
                         _ => {
-                            let what = format!(
-                                "`{}` is not a number",
-                                decode(bare(cell)).chars().take(40).collect::<String>()
-                            );
+                            let what = format!("`{}` is not a number", excerpt(bare(cell)));
                             let place = format!("line {}, column {}", line.number, column + 1);
                             return Err(
                                 Fault::new(&self.path, what, "write a number or leave the cell empty").at(place)

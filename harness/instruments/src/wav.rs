@@ -3,9 +3,9 @@
 //! Our own reader: hound 3.5.1 refuses floats of 64 bits, chunks of odd length and data whose length was never written.
 //! Source: Microsoft, Multiple Channel Audio Data and WAVE Files, 2007.
 
-use crate::binary::{Bytes, Number, Order, Walk};
-use crate::{Channel, Clock, Fault, Format, Group, Sink, Source, BLOCK};
-use std::ops::ControlFlow;
+use crate::shared::binary::{Bytes, Number, Order, Walk};
+use crate::shared::block::{hand, spans};
+use crate::{Channel, Clock, Fault, Format, Group, Sink, Source};
 use std::path::Path;
 
 pub(crate) const FORMAT: Format = Format { name: "WAV", is, open };
@@ -166,17 +166,14 @@ impl Source for Wav {
     fn read(&mut self, group: usize, sink: &mut Sink) -> Result<(), Fault> {
         let (samples, layout) = (self.groups[group].samples, &self.layout);
         let size = layout.frame / u64::from(layout.channels);
-        // all channels of a block within the pages that are kept
-        let most = ((8 << 20) / layout.frame).clamp(1, BLOCK as u64);
-        let mut block = vec![vec![0.0; most as usize]; layout.channels.into()];
-        for first in (0..samples).step_by(most as usize) {
-            let count = most.min(samples - first) as usize;
+        let mut block = vec![Vec::new(); layout.channels.into()];
+        for (first, count) in spans(samples, layout.frame) {
             for (c, out) in block.iter_mut().enumerate() {
+                out.resize(count, 0.0);
                 let at = self.data + first * layout.frame + c as u64 * size;
-                layout.sample.read(&mut self.bytes, at, layout.frame, &mut out[..count])?;
+                layout.sample.read(&mut self.bytes, at, layout.frame, out)?;
             }
-            let slices: Vec<&[f64]> = block.iter().map(|b| &b[..count]).collect();
-            if sink(&slices) == ControlFlow::Break(()) {
+            if hand(&block, sink).is_break() {
                 return Ok(());
             }
         }

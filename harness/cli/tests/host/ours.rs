@@ -346,7 +346,7 @@ fn another_guid_makes_no_instance() {
         let mut f = from.by_index(n).unwrap();
         let mut bytes = Vec::new();
         std::io::Read::read_to_end(&mut f, &mut bytes).unwrap();
-        files.push((f.name().to_string(), bytes));
+        files.push((f.name().unwrap().into_owned(), bytes));
     }
     let guid = fmu().description().guid.clone();
     for (name, bytes) in &mut files {

@@ -1,6 +1,6 @@
 //! Elements of datasets as numbers.
 
-use crate::half::half;
+use crate::shared::half::half;
 use hdf5_reader::error::{ByteOrder, Error, Result};
 use hdf5_reader::{dtype_element_size, Datatype, H5Type};
 

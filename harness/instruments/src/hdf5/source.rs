@@ -6,16 +6,15 @@ use super::element::{is_number, Number, Record};
 use super::layout::{layout, Kind, Layout};
 use super::tree::{self, folders, Folder};
 use super::{lzf, matlab, Dialect};
-use crate::guard::guarded;
-use crate::{Channel, Clock, Fault, Group, Sink, Source, BLOCK};
+use crate::shared::block::{hand, most};
+use crate::shared::guard::guarded;
+use crate::{Channel, Clock, Fault, Group, Sink, Source};
 use hdf5_reader::error::Error;
 use hdf5_reader::{Dataset, Datatype, FilterRegistry, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem};
 use std::path::{Path, PathBuf};
 
 /// Bytes that one chunk, or one read, may take.
 const LARGEST: usize = 1 << 28;
-/// Numbers of a block, over all its channels: a group of many channels is read in shorter blocks.
-const NUMBERS: usize = 1 << 23;
 /// Elements of a list of texts or numbers that is told as a property.
 const TOLD: u64 = 64;
 
@@ -40,7 +39,7 @@ struct Hdf5 {
 /// # Errors
 /// Where the file is cut, damaged, or holds no channels.
 pub(crate) fn open(path: &Path, dialect: Dialect) -> Result<Box<dyn Source>, Fault> {
-    let length = std::fs::metadata(path).map_err(|e| Fault::new(path, e, "give a file that can be read"))?.len();
+    let length = std::fs::metadata(path).map_err(|e| Fault::unreadable(path, e))?.len();
     guarded(path, || {
         let file = Hdf5File::open_with_options(path, options()).map_err(|e| damaged(path, &e))?;
         let end = file.superblock().eof_address;
@@ -185,7 +184,7 @@ impl Source for Hdf5 {
 
     fn read(&mut self, group: usize, sink: &mut Sink) -> Result<(), Fault> {
         let of = &self.groups[group];
-        let rows = (NUMBERS / of.channels.len().max(1)).clamp(1, BLOCK) as u64;
+        let rows = most(of.channels.len()) as u64;
         let mut start = 0;
         while start < of.samples {
             let end = (start + rows).min(of.samples);
@@ -195,8 +194,7 @@ impl Source for Hdf5 {
                     part.read(start, end).map_err(|e| self.place(of, part, start, &e))
                 })?);
             }
-            let slices: Vec<&[f64]> = block.iter().map(Vec::as_slice).collect();
-            if sink(&slices).is_break() {
+            if hand(&block, sink).is_break() {
                 return Ok(());
             }
             start = end;

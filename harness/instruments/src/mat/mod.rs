@@ -9,18 +9,16 @@
 mod v4;
 mod v5;
 
-use crate::binary::{Bytes, Number, Order};
-use crate::{Channel, Fault, Format, Group, Sink, Source, BLOCK};
+use crate::shared::binary::{Bytes, Number, Order};
+use crate::shared::block::{hand, spans};
+use crate::{Channel, Fault, Format, Group, Sink, Source};
 use std::collections::{HashMap, HashSet};
-use std::ops::ControlFlow;
 use std::path::Path;
 
 pub(crate) const FORMAT: Format = Format { name: "MAT", is, open };
 
 /// Properties of a group, at most.
 const PROPERTIES: usize = 500;
-/// Bytes of a block of a matrix whose rows are channels, at most.
-const SPAN: u64 = 8 << 20;
 
 fn is(head: &[u8], extension: &str) -> bool {
     v5::is(head) || extension == "mat" && v4::is(head)
@@ -182,9 +180,7 @@ impl Source for Mat {
     fn read(&mut self, group: usize, sink: &mut Sink) -> Result<(), Fault> {
         let (samples, members) = (self.groups[group].samples, &self.members[group]);
         let widest = members.iter().map(|m| self.matrices[*m].strides().1).max().unwrap_or(1);
-        let most = (SPAN / widest.max(1)).clamp(1, BLOCK as u64);
-        for first in (0..samples).step_by(most as usize) {
-            let count = most.min(samples - first) as usize;
+        for (first, count) in spans(samples, widest) {
             let mut block = Vec::with_capacity(self.groups[group].channels.len());
             for matrix in members.iter().map(|m| &self.matrices[*m]) {
                 let (across, along) = matrix.strides();
@@ -195,8 +191,7 @@ impl Source for Mat {
                     block.push(out);
                 }
             }
-            let slices: Vec<&[f64]> = block.iter().map(Vec::as_slice).collect();
-            if sink(&slices) == ControlFlow::Break(()) {
+            if hand(&block, sink).is_break() {
                 return Ok(());
             }
         }

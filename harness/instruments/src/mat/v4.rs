@@ -1,7 +1,7 @@
 //! MAT-files of version 4: matrices one after the other, each behind a head of five numbers.
 
 use super::{Contents, Matrix};
-use crate::binary::{Bytes, Number, Order, Walk, EXPORT};
+use crate::shared::binary::{Bytes, Number, Order, Walk, EXPORT};
 use crate::Fault;
 
 /// Letters of a name, at most.

@@ -1,7 +1,8 @@
 //! MAT-files of version 5: data elements, nested and possibly compressed.
 
 use super::{Contents, Matrix};
-use crate::binary::{Bytes, Number, Order, Walk, EXPORT};
+use crate::shared::binary::{Bytes, Number, Order, Walk, EXPORT};
+use crate::shared::lines::decode;
 use crate::Fault;
 use flate2::read::ZlibDecoder;
 use std::io::Read;
@@ -20,14 +21,15 @@ const DIMENSIONS: u64 = 32;
 
 pub(super) fn is(head: &[u8]) -> bool {
     // bytes 124 to 127: version 0x0100 and "MI" in the machine's order; HDF5 files of version 7.3 say 0x0200
-    matches!(head.get(124..128), Some([0, 1, b'I', b'M'] | [1, 0, b'M', b'I']))
+    let version = matches!(head.get(124..128), Some([0, 1, b'I', b'M'] | [1, 0, b'M', b'I']));
+    version || head.starts_with(b"MATLAB 5.0 MAT-file")
 }
 
 pub(super) fn read(path: &Path, bytes: Bytes) -> Result<Contents, Fault> {
     let mut contents = Contents::new(bytes);
     let header = contents.areas[0].bytes(0, HEADER)?;
     let order = if header[126] == b'I' { Order::Little } else { Order::Big };
-    let about = String::from_utf8_lossy(&header[..116]).trim_matches(['\0', ' ']).to_string();
+    let about = decode(&header[..116]).trim_matches(['\0', ' ']).to_string();
     contents.texts.push(("header".to_string(), about));
     let mut at = HEADER;
     while at < contents.areas[0].length() {
@@ -173,7 +175,7 @@ impl Reader<'_> {
             return Err(self.fault(element.at, format!("a name of {} letters is claimed", element.size)));
         }
         let bytes = self.bytes().bytes(element.at, element.size)?;
-        Ok(String::from_utf8_lossy(&bytes).trim_end_matches('\0').to_string())
+        Ok(decode(&bytes).trim_end_matches('\0').to_string())
     }
 
     /// Reads the matrix whose data lie from `at` to `end`; `name`: that of a field or a cell, empty for a variable.
@@ -236,7 +238,7 @@ impl Reader<'_> {
         }
         let all = self.bytes().bytes(names.at, names.size)?;
         let letters = all.chunks_exact(letters as usize).map(|f| f.split(|b| *b == 0).next().unwrap_or(&[]));
-        let fields: Vec<String> = letters.map(|f| String::from_utf8_lossy(f).to_string()).collect();
+        let fields: Vec<String> = letters.map(|f| decode(f).to_string()).collect();
         let mut at = names.next;
         for i in 1..=if fields.is_empty() { 0 } else { count } {
             let of = if count == 1 { name.to_string() } else { format!("{name}.{i}") };
@@ -287,7 +289,7 @@ impl Reader<'_> {
             return self.leave_out(&name, "it is text of many lines");
         }
         let text = match letters.kind {
-            1 | 2 | 16 => String::from_utf8_lossy(&self.bytes().bytes(letters.at, letters.size)?).to_string(),
+            1 | 2 | 16 => decode(&self.bytes().bytes(letters.at, letters.size)?).to_string(),
             3 | 4 | 17 => {
                 let units = Element { kind: 4, ..letters };
                 let units: Vec<u16> = self.numbers(&units, TEXT)?.iter().map(|u| *u as u16).collect();

@@ -1,6 +1,6 @@
 //! Blocks of an MDF file: an id, links to other blocks, and data.
 
-use crate::binary::{Bytes, Order, Walk, EXPORT};
+use crate::shared::binary::{Bytes, Order, Walk, EXPORT};
 use crate::Fault;
 use std::collections::HashSet;
 

@@ -3,7 +3,8 @@
 use super::block::{self, Block, Seen};
 use super::conversion::{self, Budget, Conversion};
 use super::data::{Rows, Stretch};
-use crate::binary::Bytes;
+use crate::shared::binary::Bytes;
+use crate::shared::half::half;
 use crate::{Channel, Clock, Fault};
 
 /// Structures within each other, at most.
@@ -208,17 +209,5 @@ impl Field {
             (Kind::Signed, _) => ((bits << (64 - self.bits)) as i64 >> (64 - self.bits)) as f64,
             _ => bits as f64,
         }
-    }
-}
-
-/// A float of 16 bits: sign, 5 bits of the exponent, 10 of the fraction.
-fn half(bits: u16) -> f64 {
-    let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
-    let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023) / 1024.0);
-    sign * match exponent {
-        0 => fraction * 2f64.powi(-14),
-        31 if fraction == 0.0 => f64::INFINITY,
-        31 => f64::NAN,
-        _ => (1.0 + fraction) * 2f64.powi(exponent - 15),
     }
 }

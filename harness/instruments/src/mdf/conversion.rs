@@ -1,7 +1,7 @@
 //! Conversions of a channel's raw numbers to values in its unit.
 
 use super::block::{self, Block};
-use crate::binary::{Bytes, EXPORT};
+use crate::shared::binary::{Bytes, EXPORT};
 use crate::Fault;
 
 /// Conversions that refer to each other, at most.
@@ -182,8 +182,8 @@ impl Conversion {
             Conversion::Identity => x,
             Conversion::Linear { offset, factor } => factor * x + offset,
             Conversion::Rational(p) => ((p[0] * x + p[1]) * x + p[2]) / ((p[3] * x + p[4]) * x + p[5]),
-            Conversion::Interpolated { from, to } => crate::table::linear(from, to, x),
-            Conversion::Nearest { from, to } => crate::table::nearest(from, to, x),
+            Conversion::Interpolated { from, to } => crate::shared::interpolate::linear(from, to, x),
+            Conversion::Nearest { from, to } => crate::shared::interpolate::nearest(from, to, x),
             Conversion::Ranges { .. } | Conversion::Choice { .. } if x.is_nan() => x,
             Conversion::Ranges { ranges, otherwise } => {
                 range(ranges, |r| [r[0], r[1]], x, whole).map_or(*otherwise, |r| r[2])

@@ -2,7 +2,7 @@
 
 use super::block::{Block, Seen, HEAD};
 use super::EXPORT_AS_4;
-use crate::binary::{Bytes, EXPORT};
+use crate::shared::binary::{Bytes, EXPORT};
 use crate::Fault;
 use flate2::read::ZlibDecoder;
 use std::collections::HashMap;

@@ -9,14 +9,14 @@ mod channel;
 mod conversion;
 mod data;
 
-use crate::binary::{Bytes, EXPORT};
-use crate::{Channel, Fault, Format, Group, Sink, Source, BLOCK};
+use crate::shared::binary::{Bytes, EXPORT};
+use crate::shared::block::{hand, spans};
+use crate::{Channel, Fault, Format, Group, Sink, Source};
 use block::{Block, Seen};
 use channel::Field;
 use conversion::Budget;
 use data::{Records, Stretch};
 use std::collections::HashMap;
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -24,8 +24,6 @@ pub(crate) const FORMAT: Format = Format { name: "MDF", is, open };
 
 /// The cure of what only a newer version of MDF says.
 const EXPORT_AS_4: &str = "export it as MDF 4.1 (.mf4)";
-/// Bytes of a block of records, at most.
-const SPAN: u64 = 8 << 20;
 const HEADER: u64 = 64;
 /// Flags of a channel group: texts of variable length; its time lies in another group.
 const TEXTS: u16 = 1;
@@ -113,7 +111,8 @@ impl Opening {
         let header = self.seen.block(&mut self.bytes, HEADER, b"##HD")?;
         let mut walk = header.walk(&mut self.bytes);
         let (nanoseconds, _zone, _summer, flags) = (walk.u64()?, walk.u16()?, walk.u16()?, walk.u8()?);
-        let start = crate::date::utc((nanoseconds / 1_000_000_000) as i64, (nanoseconds % 1_000_000_000) as f64 * 1e-9);
+        let start =
+            crate::shared::date::utc((nanoseconds / 1_000_000_000) as i64, (nanoseconds % 1_000_000_000) as f64 * 1e-9);
         let start = if flags & 1 == 1 { start.trim_end_matches('Z').to_string() } else { start };
         self.properties.push(("start".to_string(), start));
         self.properties.extend(block::comments(&mut self.bytes, header.link(5))?);
@@ -222,17 +221,14 @@ impl Source for Mdf {
     fn read(&mut self, group: usize, sink: &mut Sink) -> Result<(), Fault> {
         let (samples, parts) = (self.groups[group].samples, &self.parts[group]);
         let widest = parts.iter().map(|p| p.records.stretch.record()).max().unwrap_or(1);
-        let most = (SPAN / widest.max(1)).clamp(1, BLOCK as u64);
         let mut readers: Vec<_> = parts.iter().map(|p| p.records.reader()).collect();
-        for first in (0..samples).step_by(most as usize) {
-            let count = most.min(samples - first);
+        for (first, count) in spans(samples, widest) {
             let mut block = Vec::with_capacity(self.groups[group].channels.len());
             for (part, reader) in parts.iter().zip(&mut readers) {
-                let rows = reader.next(&mut self.bytes, count.min(part.count.saturating_sub(first)))?;
+                let rows = reader.next(&mut self.bytes, (count as u64).min(part.count.saturating_sub(first)))?;
                 block.extend(part.fields.iter().map(|f| f.values(&rows, first, &part.records.stretch)));
             }
-            let slices: Vec<&[f64]> = block.iter().map(Vec::as_slice).collect();
-            if slices.iter().any(|s| s.len() as u64 != count) {
+            if block.iter().any(|column: &Vec<f64>| column.len() != count) {
                 let at = parts.first().map_or(0, |p| p.at);
                 return Err(self.bytes.fault(
                     at,
@@ -240,7 +236,7 @@ impl Source for Mdf {
                     "do not write the file while it is read",
                 ));
             }
-            if sink(&slices) == ControlFlow::Break(()) {
+            if hand(&block, sink).is_break() {
                 return Ok(());
             }
         }

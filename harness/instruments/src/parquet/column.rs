@@ -1,8 +1,8 @@
 //! A column of numbers, and what its stored values mean.
 
 use super::arrow_schema::Field;
-use crate::dates::iso;
-use crate::half::half;
+use crate::shared::date::iso;
+use crate::shared::half::half;
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::DataType;

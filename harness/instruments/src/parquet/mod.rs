@@ -5,8 +5,9 @@
 mod arrow_schema;
 mod column;
 
-use crate::guard::guarded;
-use crate::{Channel, Fault, Format, Group, Sink, Source, BLOCK};
+use crate::shared::block::{hand, most};
+use crate::shared::guard::guarded;
+use crate::{Channel, Fault, Format, Group, Sink, Source};
 use column::Column;
 use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
@@ -17,8 +18,6 @@ use std::path::{Path, PathBuf};
 pub(crate) const FORMAT: Format =
     Format { name: "Parquet", is: |head, _| head.starts_with(b"PAR1") || head.starts_with(b"PARE"), open };
 
-/// Numbers of a block, over all its channels: a table of many columns is read in shorter blocks.
-const NUMBERS: usize = 1 << 23;
 /// Rows that a byte of the file can stand for at most; runs of one value take little place.
 const PACKED: u64 = 1 << 20;
 
@@ -32,7 +31,7 @@ struct Table {
 
 fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
     guarded(path, || {
-        let unreadable = |e: std::io::Error| Fault::new(path, e, "give a file that can be read");
+        let unreadable = |e| Fault::unreadable(path, e);
         let file = File::open(path).map_err(unreadable)?;
         let length = file.metadata().map_err(unreadable)?.len();
         let file = SerializedFileReader::new(file).map_err(|e| damaged(path, &e))?;
@@ -116,7 +115,7 @@ impl Table {
     /// Hands the blocks of a row group on, which begins at row `row`; false where `sink` has enough.
     fn read_row_group(&mut self, index: usize, row: &mut u64, sink: &mut Sink) -> Result<bool, Fault> {
         let (mut readers, mut left) = guarded(&self.path, || self.open_row_group(index, *row))?;
-        let rows = (NUMBERS / self.columns.len().max(1)).clamp(1, BLOCK);
+        let rows = most(self.columns.len());
         while left > 0 {
             let wanted = rows.min(usize::try_from(left).unwrap_or(rows));
             let mut block = Vec::with_capacity(readers.len());
@@ -127,8 +126,7 @@ impl Table {
                 block.push(read.samples);
                 self.columns[at].first = read.first;
             }
-            let slices: Vec<&[f64]> = block.iter().map(Vec::as_slice).collect();
-            if sink(&slices).is_break() {
+            if hand(&block, sink).is_break() {
                 return Ok(false);
             }
             *row += wanted as u64;

@@ -3,10 +3,12 @@
 use super::cells::{Book, Cell, Sheet};
 use super::time;
 use super::{packed, xls};
-use crate::guard::guarded;
-use crate::{dates, Fault};
+use crate::shared::date;
+use crate::shared::guard::guarded;
+use crate::Fault;
 use calamine::{Data, DataRef, ExcelDateTime, Reader, SheetType, WorkbookProperties, Xls, Xlsb, Xlsx};
 use quick_xml::events::Event;
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufReader, Cursor};
 use std::path::Path;
@@ -21,7 +23,7 @@ fn damaged(path: &Path, e: &dyn std::fmt::Display) -> Fault {
 }
 
 fn buffered(path: &Path) -> Result<BufReader<File>, Fault> {
-    File::open(path).map(BufReader::new).map_err(|e| Fault::new(path, e, "give a file that can be read"))
+    File::open(path).map(BufReader::new).map_err(|e| Fault::unreadable(path, e))
 }
 
 /// Reads a workbook in XML.
@@ -47,8 +49,9 @@ pub(super) fn xlsx(path: &Path) -> Result<Book, Fault> {
 
 /// Checks the count of texts that a workbook claims: `calamine` (0.38) takes memory for it.
 fn check_texts(path: &Path, archive: &mut ZipArchive<BufReader<File>>) -> Result<(), Fault> {
-    let is_texts = |name: &&str| name.to_lowercase().ends_with("sharedstrings.xml");
-    let names: Vec<String> = archive.file_names().filter(is_texts).map(str::to_string).collect();
+    let names: Result<Vec<String>, _> = archive.file_names().map(|n| n.map(Cow::into_owned)).collect();
+    let mut names = names.map_err(|e| damaged(path, &e))?;
+    names.retain(|n| n.to_lowercase().ends_with("sharedstrings.xml"));
     for name in names {
         let at = |e: &dyn std::fmt::Display| damaged(path, e).at(format!("part \"{name}\""));
         let part = archive.by_name(&name).map_err(|e| at(&e))?;
@@ -157,7 +160,7 @@ fn date(of: &ExcelDateTime) -> Cell {
         return Cell::Time(days);
     }
     let (year, month, day, ..) = of.to_ymd_hms_milli();
-    let told = dates::days(year.into(), month.into(), day.into()) as f64;
+    let told = date::days(year.into(), month.into(), day.into()) as f64;
     // calamine does not tell the calendar of the file; its date does
     let zero = if (told - days - ZERO).abs() < 10.0 { ZERO } else { ZERO_1904 };
     Cell::Date(days + zero)

@@ -4,6 +4,7 @@
 
 mod cells;
 mod excel;
+mod layout;
 mod ods;
 mod packed;
 mod table;
@@ -50,7 +51,7 @@ fn kind(head: &[u8], extension: &str) -> Option<Sheets> {
 
 fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
     use std::io::Read;
-    let fault = |e: std::io::Error| Fault::new(path, e, "give a file that can be read");
+    let fault = |e| Fault::unreadable(path, e);
     let mut head = Vec::new();
     std::fs::File::open(path).map_err(fault)?.take(4096).read_to_end(&mut head).map_err(fault)?;
     let extension = path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase());

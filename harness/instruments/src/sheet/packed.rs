@@ -12,12 +12,13 @@ const UNPACKED: u64 = 2 << 30;
 /// The archive at `path`, whose parts can all be unpacked and stay within the limit.
 pub(super) fn archive(path: &Path) -> Result<ZipArchive<BufReader<File>>, Fault> {
     let damaged = |e: &dyn std::fmt::Display| Fault::new(path, e, "copy or write the file whole");
-    let file = File::open(path).map_err(|e| Fault::new(path, e, "give a file that can be read"))?;
+    let file = File::open(path).map_err(|e| Fault::unreadable(path, e))?;
     let mut archive = ZipArchive::new(BufReader::new(file)).map_err(|e| damaged(&e))?;
     let mut left = UNPACKED;
     for index in 0..archive.len() {
-        let part = archive.by_index(index).map_err(|e| damaged(&e).at(format!("part {index} of the archive")))?;
-        let name = part.name().to_string();
+        let at = |e: &dyn std::fmt::Display| damaged(e).at(format!("part {index} of the archive"));
+        let part = archive.by_index(index).map_err(|e| at(&e))?;
+        let name = part.name().map_err(|e| at(&e))?.into_owned();
         if part.size() > left {
             return Err(too_large(path).at(format!("part \"{name}\"")));
         }

@@ -1,37 +1,47 @@
 //! The table of numbers on a sheet.
 
 use super::cells::{letters, place, Cell, Sheet};
+use super::layout::{layout, Kind, Layout};
 use super::time;
-use crate::table_head::{table_head, Kind, TableHead};
+use crate::shared::cell::{proves_thousands, Cell as Text, Decimal, Delimiter, Dialect};
+use crate::shared::head::{self, property, Head, Row};
+use crate::shared::stamp::Elapsed;
+use crate::shared::{clock, unit};
 use crate::{Group, Memory};
 
-/// Rows in which the head of a table is looked for.
+/// Rows in which the head of a table is looked for, and which tell how texts write numbers.
 const HEAD: usize = 1000;
 
 /// Adds the group of a sheet to `memory`; nothing where no column holds numbers.
 pub(super) fn take(sheet: Sheet, properties: &[(String, String)], memory: &mut Memory) {
-    let top: Vec<Vec<String>> = sheet.rows.iter().take(HEAD).map(|row| row.iter().map(text).collect()).collect();
-    let Some(head) = table_head(&top, kind) else { return };
-    let mut group = Group { name: sheet.name.clone(), properties: head.properties.clone(), ..Group::default() };
+    let dialect = dialect(&sheet);
+    let kinds: Vec<Vec<Kind>> =
+        sheet.rows.iter().take(HEAD).map(|row| row.iter().map(|c| kind(c, dialect)).collect()).collect();
+    let Some(layout) = layout(&kinds) else { return };
+    let head = head(&sheet, &layout, dialect);
+    let mut group = Group { name: sheet.name.clone(), properties: head.properties, ..Group::default() };
+    group.clock = clock::of_properties(&group.properties);
     group.properties.extend_from_slice(properties);
     let mut all = Vec::new();
-    for column in 0..head.numeric.len() {
-        if !head.numeric[column] {
-            memory.notes.extend(left_out(&sheet, &head, column));
+    for (column, mut channel) in head.channels.into_iter().enumerate() {
+        if !layout.numeric[column] {
+            memory.notes.extend(left_out(&sheet, layout.first, column, &channel.name));
             continue;
         }
-        let (samples, bad) = samples(&sheet, head.rows, column);
-        let mut channel = head.channels[column].clone();
-        if let Some(first) = first_time(&sheet, head.rows, column) {
-            if let Cell::Date(day) = first {
-                let name = if channel.name.is_empty() { letters(column) } else { channel.name.clone() };
-                group.properties.push((format!("{name}.first"), time::iso(*day)));
-            }
+        let read = samples(&sheet, layout.first, column, dialect);
+        if let Some(day) = read.first_day {
+            let name = if channel.name.is_empty() { letters(column) } else { channel.name.clone() };
+            group.properties.push((format!("{name}.first"), time::iso(day)));
+        }
+        if read.is_time {
             channel.unit = "s".into();
         }
-        memory.notes.extend(bad);
+        memory.notes.extend(read.note);
         group.channels.push(channel);
-        all.push(samples);
+        all.push(read.samples);
+    }
+    if group.channels.iter().any(|c| unit::is_time(&c.name, &c.unit)) {
+        group.clock = None;
     }
     // a table ends with its last number
     let last = |s: &Vec<f64>| s.iter().rposition(|n| !n.is_nan()).map_or(0, |at| at + 1);
@@ -44,6 +54,44 @@ pub(super) fn take(sheet: Sheet, properties: &[(String, String)], memory: &mut M
     }
 }
 
+/// How the sheet's texts write numbers: with the decimal separator that reads more of them.
+fn dialect(sheet: &Sheet) -> Dialect {
+    let of = |decimal| Dialect { delimiter: Delimiter::Spaces, decimal, thousands: false };
+    let texts = || {
+        sheet.rows.iter().take(HEAD).flatten().filter_map(|cell| match cell {
+            Cell::Text(text) => Some(text.as_bytes()),
+            _ => None,
+        })
+    };
+    let count = |decimal| texts().filter(|t| of(decimal).cell(t).is_value()).count();
+    let decimal = if count(Decimal::Comma) > count(Decimal::Point) { Decimal::Comma } else { Decimal::Point };
+    Dialect { thousands: texts().any(|t| proves_thousands(t, decimal)), ..of(decimal) }
+}
+
+fn kind(cell: &Cell, mut dialect: Dialect) -> Kind {
+    match cell {
+        Cell::Empty | Cell::Error(_) => Kind::Empty,
+        Cell::Number(_) | Cell::Date(_) | Cell::Time(_) => Kind::Number,
+        Cell::Text(text) => match dialect.cell(text.as_bytes()) {
+            Text::Empty | Text::Missing => Kind::Empty,
+            Text::Number(_) | Text::Stamp(_) => Kind::Number,
+            Text::Date | Text::Text => Kind::Text,
+        },
+    }
+}
+
+/// Names, units and properties of the rows above the samples.
+fn head(sheet: &Sheet, layout: &Layout, dialect: Dialect) -> Head {
+    let row = |cells: &Vec<Cell>| {
+        let cells: Vec<String> = cells.iter().map(text).collect();
+        let told: Vec<String> = cells.iter().filter(|c| !c.is_empty()).cloned().collect();
+        (!told.is_empty()).then(|| Row { cells, fits: true, property: property(&told) })
+    };
+    let rows: Vec<Option<Row>> = sheet.rows[..layout.first].iter().map(row).collect();
+    let used: Vec<usize> = (0..layout.numeric.len()).filter(|c| layout.numeric[*c]).collect();
+    head::read(&rows, dialect, &used, layout.numeric.len())
+}
+
 /// A cell as the head of a table shows it.
 fn text(cell: &Cell) -> String {
     match cell {
@@ -54,61 +102,80 @@ fn text(cell: &Cell) -> String {
     }
 }
 
-fn kind(text: &str) -> Kind {
-    match text {
-        "" => Kind::Empty,
-        _ if text.parse::<f64>().is_ok() || time::date(text).is_some() => Kind::Number,
-        _ => Kind::Text,
-    }
+/// A column of samples.
+struct Column {
+    samples: Vec<f64>,
+    /// Whether it holds times: its samples are s since the first.
+    is_time: bool,
+    /// The day that its first date names, since the start of 1970.
+    first_day: Option<f64>,
+    /// Where a cell holds something else.
+    note: Option<String>,
 }
 
-/// The first date or time of a column whose samples begin with one.
-fn first_time(sheet: &Sheet, from: usize, column: usize) -> Option<&Cell> {
-    let mut cells = sheet.rows[from..].iter().filter_map(|row| row.get(column));
-    cells.find(|c| !matches!(c, Cell::Empty | Cell::Error(_))).filter(|c| matches!(c, Cell::Date(_) | Cell::Time(_)))
+/// What the first sample of a column is; the others must be alike.
+enum First {
+    Number,
+    /// A date or a time, in days.
+    Day(f64),
+    Stamp(Elapsed),
 }
 
-/// The samples of a column from a row on, and a note where cells hold something else.
-fn samples(sheet: &Sheet, from: usize, column: usize) -> (Vec<f64>, Option<String>) {
-    let first = match first_time(sheet, from, column) {
-        Some(Cell::Date(day) | Cell::Time(day)) => Some(*day),
-        _ => None,
-    };
-    let mut bad: Option<(usize, String)> = None;
-    let mut count = 0;
-    let mut sample = |row: usize, cell: &Cell| {
-        let number = match (cell, first) {
-            (Cell::Date(day) | Cell::Time(day), Some(first)) => Ok((day - first) * 86_400.0),
-            (Cell::Number(n), None) => Ok(*n),
-            (Cell::Text(text), None) => text.trim().parse().map_err(|_| text.to_string()),
-            (Cell::Error(text), _) => Err(text.to_string()),
-            (Cell::Empty, _) => Ok(f64::NAN),
-            (other, _) => Err(self::text(other)),
+/// The samples of a column from a row on.
+fn samples(sheet: &Sheet, from: usize, column: usize, mut dialect: Dialect) -> Column {
+    let mut first: Option<First> = None;
+    let mut first_day = None;
+    let mut sample = |cell: &Cell| -> Option<f64> {
+        let told = match cell {
+            Cell::Text(text) => dialect.cell(text.as_bytes()),
+            Cell::Number(n) => Text::Number(*n),
+            Cell::Empty => Text::Empty,
+            Cell::Error(_) => Text::Text,
+            Cell::Date(day) | Cell::Time(day) => {
+                if first.is_none() {
+                    first_day = matches!(cell, Cell::Date(_)).then_some(*day);
+                }
+                let First::Day(first) = first.get_or_insert(First::Day(*day)) else { return None };
+                return Some((day - *first) * 86_400.0);
+            }
         };
-        number.unwrap_or_else(|text| {
-            count += 1;
-            bad.get_or_insert((row, text));
-            f64::NAN
-        })
+        match told {
+            Text::Empty | Text::Missing => Some(f64::NAN),
+            Text::Number(n) => matches!(first.get_or_insert(First::Number), First::Number).then_some(n),
+            Text::Stamp(stamp) => match first.get_or_insert_with(|| First::Stamp(Elapsed::default())) {
+                First::Stamp(elapsed) => Some(elapsed.seconds(stamp)),
+                _ => None,
+            },
+            Text::Date | Text::Text => None,
+        }
     };
-    let rows = sheet.rows.iter().enumerate().skip(from);
-    let samples = rows.map(|(i, row)| row.get(column).map_or(f64::NAN, |cell| sample(i, cell))).collect();
-    let note = bad.map(|(row, text)| {
+    let mut bad: Option<(usize, &Cell)> = None;
+    let mut count = 0;
+    let mut samples = Vec::with_capacity(sheet.rows.len() - from);
+    for (row, cells) in sheet.rows.iter().enumerate().skip(from) {
+        let cell = cells.get(column).unwrap_or(&Cell::Empty);
+        samples.push(sample(cell).unwrap_or_else(|| {
+            count += 1;
+            bad.get_or_insert((row, cell));
+            f64::NAN
+        }));
+    }
+    let note = bad.map(|(row, cell)| {
+        let told = match cell {
+            Cell::Error(text) => text.to_string(),
+            other => text(other),
+        };
         let more = if count > 1 { format!(", and {} further cells below it", count - 1) } else { String::new() };
-        format!("{}: `{text}` is no number{more}; read as missing", place(&sheet.name, row, column))
+        format!("{}: `{told}` is no number{more}; read as missing", place(&sheet.name, row, column))
     });
-    (samples, note)
+    Column { samples, is_time: matches!(first, Some(First::Day(_) | First::Stamp(_))), first_day, note }
 }
 
 /// A note for a column of text below the head.
-fn left_out(sheet: &Sheet, head: &TableHead, column: usize) -> Option<String> {
-    let below = sheet.rows.iter().enumerate().skip(head.rows);
+fn left_out(sheet: &Sheet, from: usize, column: usize, name: &str) -> Option<String> {
+    let below = sheet.rows.iter().enumerate().skip(from);
     let (row, cell) = below.filter_map(|(i, row)| Some((i, row.get(column)?))).find(|(_, c)| **c != Cell::Empty)?;
-    let name = &head.channels[column].name;
-    let name = if name.is_empty() { letters(column) } else { name.clone() };
-    Some(format!(
-        "{}: column \"{name}\" left out, it holds text such as `{}`",
-        place(&sheet.name, row, column),
-        text(cell)
-    ))
+    let name = if name.is_empty() { letters(column) } else { name.to_string() };
+    let at = place(&sheet.name, row, column);
+    Some(format!("{at}: column \"{name}\" left out, it holds text such as `{}`", text(cell)))
 }

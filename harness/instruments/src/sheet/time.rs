@@ -1,6 +1,6 @@
 //! Dates and times of spreadsheets, in days.
 
-use crate::dates;
+use crate::shared::date;
 
 /// A date of ISO 8601, with or without a time of day, in days since the start of 1970; None for other text.
 pub(super) fn date(text: &str) -> Option<f64> {
@@ -10,7 +10,7 @@ pub(super) fn date(text: &str) -> Option<f64> {
     let (year, month, day) = (parts.next()??, parts.next()??, parts.next()??);
     let fits = date.len() == 10 && (1..=12).contains(&month) && (1..=31).contains(&day);
     let time = if time.is_empty() { 0.0 } else { clock(time.trim_end_matches('Z'))? };
-    fits.then(|| dates::days(year, month, day) as f64 + time)
+    fits.then(|| date::days(year, month, day) as f64 + time)
 }
 
 /// `10:00:00.25` in days.
@@ -38,7 +38,7 @@ pub(super) fn duration(text: &str) -> Option<f64> {
 
 /// Days since the start of 1970 as ISO 8601.
 pub(super) fn iso(days: f64) -> String {
-    dates::iso(days.floor() as i64, (days - days.floor()) * 86_400.0)
+    date::iso(days.floor() as i64, (days - days.floor()) * 86_400.0)
 }
 
 #[cfg(test)]

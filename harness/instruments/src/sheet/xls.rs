@@ -27,7 +27,7 @@ const SPARSE: u64 = 16;
 
 /// The bytes of the file, whose sectors form no cycles and whose cells lie on a sheet.
 pub(super) fn checked(path: &Path) -> Result<Vec<u8>, Fault> {
-    let unreadable = |e: std::io::Error| Fault::new(path, e, "give a file that can be read");
+    let unreadable = |e| Fault::unreadable(path, e);
     let damaged = |e: std::io::Error| Fault::new(path, e, "take an undamaged copy of the file");
     let file = std::fs::File::open(path).map_err(unreadable)?;
     if file.metadata().map_err(unreadable)?.len() > LARGEST {

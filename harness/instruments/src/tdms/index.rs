@@ -1,7 +1,7 @@
 //! The raw data index of an object: of which form its samples are in a chunk of a segment.
 
 use super::object::Stored;
-use crate::binary::{Number, Order, Walk, EXPORT};
+use crate::shared::binary::{Number, Order, Walk, EXPORT};
 use crate::Fault;
 use std::sync::Arc;
 

@@ -9,21 +9,20 @@ mod scaling;
 mod segments;
 mod strain;
 
-use crate::binary::Bytes;
-use crate::{Channel, Clock, Fault, Format, Group, Sink, Source, BLOCK};
+use crate::shared::binary::Bytes;
+use crate::shared::block::{hand, spans};
+use crate::shared::clock::ticks_of_a_second;
+use crate::{Channel, Clock, Fault, Format, Group, Sink, Source};
 use object::{Object, Piece, Stored, Track};
 use scaling::{Plan, Unscaled};
 use segments::Contents;
 use std::collections::HashMap;
-use std::ops::ControlFlow;
 use std::path::Path;
 
 pub(crate) const FORMAT: Format = Format { name: "TDMS", is, open };
 
 /// Properties of a group, at most.
 const PROPERTIES: usize = 1000;
-/// Bytes of a block of interleaved samples, at most: all its channels read it from the pages that are kept.
-const SPAN: u64 = 8 << 20;
 
 fn is(head: &[u8], _: &str) -> bool {
     matches!(head.get(..4), Some(b"TDSm" | b"TDSh"))
@@ -109,9 +108,13 @@ fn unit(object: &Object) -> String {
 
 /// The waveform's steps, where they are of time.
 fn clock(object: &Object) -> Option<Clock> {
-    let of_time = object.text("wf_xunit_string").is_none_or(|u| ["", "s", "sec", "seconds"].contains(&u.trim()));
-    let step = object.number("wf_increment").filter(|s| of_time && s.is_finite() && *s > 0.0)?;
-    let start = object.number("wf_start_offset").filter(|s| s.is_finite()).unwrap_or(0.0);
+    let ticks = match object.text("wf_xunit_string").map(str::trim) {
+        None | Some("") => 1.0,
+        Some(unit) => ticks_of_a_second(unit)?,
+    };
+    let seconds = |name: &str| object.number(name).map(|n| n / ticks).filter(|s| s.is_finite());
+    let step = seconds("wf_increment").filter(|s| *s > 0.0)?;
+    let start = seconds("wf_start_offset").unwrap_or(0.0);
     Some(Clock { start, step })
 }
 
@@ -128,10 +131,8 @@ impl Source for Tdms {
         let (columns, samples) = (&self.columns[group], self.groups[group].samples);
         let tracks = |c: &Column| &self.objects[c.object].tracks;
         let widest = columns.iter().flat_map(tracks).flat_map(|t| &t.pieces).map(|p| p.stride).max().unwrap_or(1);
-        let most = (SPAN / widest.max(1)).clamp(1, BLOCK as u64);
         let mut places: Vec<Vec<Place>> = columns.iter().map(|c| vec![Place::default(); tracks(c).len()]).collect();
-        for first in (0..samples).step_by(most as usize) {
-            let count = most.min(samples - first) as usize;
+        for (_, count) in spans(samples, widest) {
             let mut block = Vec::with_capacity(columns.len());
             for (column, places) in columns.iter().zip(&mut places) {
                 let object = &self.objects[column.object];
@@ -141,8 +142,7 @@ impl Source for Tdms {
                 }
                 block.push(column.plan.apply(raw));
             }
-            let slices: Vec<&[f64]> = block.iter().map(Vec::as_slice).collect();
-            if sink(&slices) == ControlFlow::Break(()) {
+            if hand(&block, sink).is_break() {
                 return Ok(());
             }
         }

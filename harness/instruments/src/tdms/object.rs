@@ -1,7 +1,7 @@
 //! Objects of a TDMS file: the file itself, groups and channels, their properties and where their samples lie.
 
 use super::index::{number, Index, STRING, TIMESTAMP};
-use crate::binary::{Number, Order, Walk, EXPORT};
+use crate::shared::binary::{Number, Order, Walk, EXPORT};
 use crate::Fault;
 use std::collections::HashMap;
 
@@ -221,5 +221,5 @@ pub(super) fn seconds((whole, parts): (i64, u64), (whole_from, parts_from): (i64
 
 /// The date and time of a timestamp, in UTC.
 pub(super) fn date((whole, parts): (i64, u64)) -> String {
-    crate::date::utc(whole.saturating_sub(EPOCH), (parts >> 32) as f64 / 2f64.powi(32))
+    crate::shared::date::utc(whole.saturating_sub(EPOCH), (parts >> 32) as f64 / 2f64.powi(32))
 }

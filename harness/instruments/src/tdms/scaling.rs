@@ -214,7 +214,7 @@ impl Plan {
                     of(input).iter().map(|x| coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)).collect()
                 }
                 Step::Table { from, to, of: input } => {
-                    of(input).iter().map(|x| crate::table::linear(from, to, *x)).collect()
+                    of(input).iter().map(|x| crate::shared::interpolate::linear(from, to, *x)).collect()
                 }
                 Step::Strain { strain, of: input } => of(input).iter().map(|x| strain.of(*x)).collect(),
                 Step::Add(a, b) => of(a).iter().zip(of(b)).map(|(a, b)| a + b).collect(),

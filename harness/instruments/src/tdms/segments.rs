@@ -2,7 +2,7 @@
 
 use super::index::{self, Form, Index, Scaler, DIGITAL_LINE, FORMAT_CHANGING};
 use super::object::{self, Object, Piece, Stored, Value};
-use crate::binary::{Bytes, Order, Walk, EXPORT};
+use crate::shared::binary::{Bytes, Order, Walk, EXPORT};
 use crate::Fault;
 use std::collections::HashMap;
 

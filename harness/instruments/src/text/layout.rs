@@ -2,9 +2,9 @@
 //!
 //! A window of lines is read in every dialect; the one that finds the most numbers in a run of lines of numbers only wins.
 
-use super::cell::{bare, proves_thousands, split, text, Cell, Decimal, Delimiter, Dialect};
-use super::unit;
-use crate::lines::Mark;
+use crate::shared::cell::{bare, proves_thousands, split, text, Cell, Decimal, Delimiter, Dialect};
+use crate::shared::lines::Mark;
+use crate::shared::unit;
 
 /// Lines that are looked at to find a table.
 pub(crate) const WINDOW: usize = 512;

@@ -1,10 +1,9 @@
 //! The lines of a table, one sample of every column each.
 
-use super::cell::{bare, split, Cell, Delimiter, Dialect};
-use super::excerpt;
 use super::layout::{comment, is_blank, Kind};
-use super::stamp::Stamp;
-use crate::lines::{Lines, Mark};
+use crate::shared::cell::{bare, split, Cell, Delimiter, Dialect};
+use crate::shared::lines::{excerpt, Lines, Mark};
+use crate::shared::stamp::Elapsed;
 use crate::Fault;
 use std::ops::{ControlFlow, Range};
 use std::path::{Path, PathBuf};
@@ -18,9 +17,7 @@ pub(crate) struct Column {
     pub kind: Kind,
     /// Numbers and times in it.
     pub values: u64,
-    first: Option<Stamp>,
-    last: Option<Stamp>,
-    turns: i64,
+    elapsed: Elapsed,
 }
 
 /// Where a table ended.
@@ -210,7 +207,7 @@ impl Walk {
                     column.kind = Kind::Stamp;
                     column.values += 1;
                     values += 1;
-                    self.row[c] = column.seconds(stamp);
+                    self.row[c] = column.elapsed.seconds(stamp);
                 }
                 Cell::Stamp(_) | Cell::Date | Cell::Text => {
                     texts += 1;
@@ -279,12 +276,6 @@ fn ends_open(line: &[u8], delimiter: Delimiter) -> bool {
 
 impl Column {
     fn new(kind: Kind) -> Column {
-        Column { kind, values: 0, first: None, last: None, turns: 0 }
-    }
-
-    fn seconds(&mut self, stamp: Stamp) -> f64 {
-        let first = *self.first.get_or_insert(stamp);
-        let last = self.last.replace(stamp).unwrap_or(first);
-        stamp.since(first, last, &mut self.turns)
+        Column { kind, values: 0, elapsed: Elapsed::default() }
     }
 }

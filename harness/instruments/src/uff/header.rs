@@ -1,7 +1,7 @@
 //! The eleven lines above the values of a dataset 58, and the units of dataset 164.
 
-use crate::lines::decode;
-use crate::text::cell::{Cell, Decimal, Delimiter, Dialect};
+use crate::shared::cell::{Cell, Decimal, Delimiter, Dialect};
+use crate::shared::lines::decode;
 
 /// Lines of a header.
 pub(crate) const LINES: usize = 11;

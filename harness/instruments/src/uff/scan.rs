@@ -35,7 +35,7 @@ pub(crate) struct Found {
 pub(crate) fn line(path: &Path, file: &mut BufReader<File>, line: &mut Vec<u8>) -> Result<bool, Fault> {
     line.clear();
     let read = file.take(LONGEST).read_until(b'\n', line);
-    read.map(|n| n > 0).map_err(|e| Fault::new(path, e, "give a file that can be read"))
+    read.map(|n| n > 0).map_err(|e| Fault::unreadable(path, e))
 }
 
 fn is_mark(line: &[u8]) -> bool {
@@ -55,7 +55,7 @@ struct Scan<'a> {
 }
 
 pub(crate) fn scan(path: &Path, file: &mut BufReader<File>) -> Result<Found, Fault> {
-    let length = file.get_ref().metadata().map_err(|e| Fault::new(path, e, "give a file that can be read"))?.len();
+    let length = file.get_ref().metadata().map_err(|e| Fault::unreadable(path, e))?.len();
     let units = Some(Units::SI);
     let mut scan = Scan { path, file, length, line: Vec::new(), at: 0, next: 0, units, found: Found::default() };
     while scan.read_line()? {
@@ -77,7 +77,7 @@ impl Scan<'_> {
     fn go(&mut self, to: u64) -> Result<(), Fault> {
         self.next = to;
         let gone = self.file.seek(SeekFrom::Start(to));
-        gone.map(drop).map_err(|e| Fault::new(self.path, e, "give a file that can be read"))
+        gone.map(drop).map_err(|e| Fault::unreadable(self.path, e))
     }
 
     fn fault(&self, byte: u64, what: impl std::fmt::Display, cure: &str) -> Fault {

@@ -2,7 +2,7 @@
 
 use super::header::{number, Header};
 use super::scan::{line, Set};
-use crate::lines::decode;
+use crate::shared::lines::excerpt;
 use crate::Fault;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -96,7 +96,7 @@ pub(crate) fn count_whole(path: &Path, file: &mut BufReader<File>, set: &Set) ->
 }
 
 fn seek(path: &Path, file: &mut BufReader<File>, to: u64) -> Result<(), Fault> {
-    file.seek(SeekFrom::Start(to)).map(drop).map_err(|e| Fault::new(path, e, "give a file that can be read"))
+    file.seek(SeekFrom::Start(to)).map(drop).map_err(|e| Fault::unreadable(path, e))
 }
 
 /// Reads a dataset from where it stopped.
@@ -153,8 +153,7 @@ impl<'a> Cursor<'a> {
                 return Err(Fault::new(path, what, "give the file as it was written").at(at));
             }
             if numbers(&text, widths, &mut self.ahead).is_none() {
-                let shown = decode(&text[..text.len().min(80)]);
-                let what = format!("`{}` is not a line of numbers", shown.trim());
+                let what = format!("`{}` is not a line of numbers", excerpt(&text));
                 return Err(Fault::new(path, what, "give the file as it was written").at(at));
             }
             self.at += text.len() as u64;

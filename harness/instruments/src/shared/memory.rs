@@ -1,5 +1,6 @@
 //! A file whose format is read whole, kept in memory.
 
+use super::block::hand;
 use crate::{Fault, Group, Sink, Source, BLOCK};
 
 /// Groups with all their samples.
@@ -27,8 +28,7 @@ impl Source for Memory {
             let end = (at + BLOCK).min(longest);
             let blocks: Vec<Vec<f64>> =
                 channels.iter().map(|c| (at..end).map(|i| c.get(i).copied().unwrap_or(f64::NAN)).collect()).collect();
-            let slices: Vec<&[f64]> = blocks.iter().map(Vec::as_slice).collect();
-            if sink(&slices).is_break() {
+            if hand(&blocks, sink).is_break() {
                 return Ok(());
             }
         }

@@ -18,17 +18,16 @@
 //! samples, whatever the file's length. Our own reader stands here since the crate `csv` wants the dialect told, and reads
 //! neither several tables nor headers of instruments.
 
-pub(crate) mod cell;
 mod header;
 mod layout;
-mod stamp;
-mod unit;
 mod walk;
 
-use crate::block::Block;
-use crate::lines::{decode, encoding, Encoding, Lines, Mark};
-use crate::{Clock, Fault, Format, Group, Sink, Source};
-use cell::{split, text, Delimiter, Dialect};
+use crate::shared::block::Block;
+use crate::shared::cell::{split, text, Delimiter, Dialect};
+use crate::shared::head::{Head, PROPERTIES};
+use crate::shared::lines::{encoding, Encoding, Lines, Mark};
+use crate::shared::{clock, unit};
+use crate::{Fault, Format, Group, Sink, Source};
 use layout::{Kept, Kind, Layout, WINDOW};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -236,7 +235,7 @@ impl Text {
         }
         let channels: Vec<_> = shown.iter().map(|c| said.channels[*c].clone()).collect();
         let timed = channels.iter().any(|c| unit::is_time(&c.name, &c.unit));
-        let clock: Option<Clock> = if timed { None } else { header::clock(&said.properties) };
+        let clock = if timed { None } else { clock::of_properties(&said.properties) };
         self.groups.push(Group {
             name: String::new(),
             channels,
@@ -278,7 +277,7 @@ fn shorten(header: &mut Vec<Vec<u8>>) {
 }
 
 /// Metadata that stands in columns to the left of the samples.
-fn beside(found: &Layout, window: &[Kept], said: &mut header::Header) {
+fn beside(found: &Layout, window: &[Kept], said: &mut Head) {
     let labels: Vec<usize> = (1..found.kinds.len())
         .map(|c| c - 1)
         .filter(|c| {
@@ -298,7 +297,7 @@ fn beside(found: &Layout, window: &[Kept], said: &mut header::Header) {
         );
     }
     header::beside(&pairs, &found.kinds, &mut said.channels);
-    pairs.truncate(header::PROPERTIES);
+    pairs.truncate(PROPERTIES);
     said.properties.extend(pairs.into_iter().map(|(_, label, value)| (label, value)));
 }
 
@@ -335,16 +334,5 @@ impl Column {
     /// Whether it holds samples.
     fn is_shown(&self) -> bool {
         self.values > 0 && matches!(self.kind, Kind::Number | Kind::Stamp)
-    }
-}
-
-/// The first characters of a cell, for a message.
-fn excerpt(cell: &[u8]) -> String {
-    let text = decode(&cell[..cell.len().min(200)]);
-    let short: String = text.trim().chars().take(40).collect();
-    if short.len() < text.trim().len() {
-        format!("{short}...")
-    } else {
-        short
     }
 }

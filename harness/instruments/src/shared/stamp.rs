@@ -5,6 +5,8 @@
 //! `05/01/2024` (month first, as instruments of American make write it, unless the first number is above 12),
 //! `01-May-2024`. A zone at the end is passed over.
 
+use super::date::days;
+
 /// Picoseconds of a second.
 const PICO: i64 = 1_000_000_000_000;
 const DAY: i64 = 86_400 * PICO;
@@ -21,7 +23,7 @@ pub(crate) struct Stamp {
 impl Stamp {
     /// Seconds since `first`. `turns` counts the midnights that passed, where no day is named: the time falls by more than
     /// half a day.
-    pub fn since(self, first: Stamp, last: Stamp, turns: &mut i64) -> f64 {
+    fn since(self, first: Stamp, last: Stamp, turns: &mut i64) -> f64 {
         let days = match (self.day, first.day) {
             (Some(day), Some(first)) => day - first,
             _ => {
@@ -30,6 +32,23 @@ impl Stamp {
             }
         };
         days as f64 * 86_400.0 + (self.picoseconds - first.picoseconds) as f64 / PICO as f64
+    }
+}
+
+/// Stamps one after the other, as seconds since the first.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Elapsed {
+    first: Option<Stamp>,
+    last: Option<Stamp>,
+    turns: i64,
+}
+
+impl Elapsed {
+    /// Seconds from the first stamp to this one.
+    pub fn seconds(&mut self, stamp: Stamp) -> f64 {
+        let first = *self.first.get_or_insert(stamp);
+        let last = self.last.replace(stamp).unwrap_or(first);
+        stamp.since(first, last, &mut self.turns)
     }
 }
 
@@ -100,13 +119,6 @@ fn date_of(text: &str) -> Option<i64> {
         }
     };
     ((1..=12).contains(&month) && (1..=31).contains(&day)).then(|| days(year, month, day))
-}
-
-/// Days from 1970-01-01 to a day of the Gregorian calendar: years are counted from March on, so that a leap day ends one.
-fn days(year: i64, month: i64, day: i64) -> i64 {
-    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
-    let of_year = (153 * month + 2) / 5 + day - 1;
-    year * 365 + year / 4 - year / 100 + year / 400 + of_year - 719_468
 }
 
 const MONTHS: [&str; 12] = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];

@@ -1,5 +1,6 @@
 //! Bytes of a binary file at any place of it, by pages, with every claim of size held against the file's length.
 
+use super::lines::decode;
 use crate::Fault;
 use std::collections::HashMap;
 use std::fs::File;
@@ -71,7 +72,7 @@ pub(crate) struct Bytes {
 impl Bytes {
     /// The bytes of the file at `path`.
     pub(crate) fn open(path: &Path) -> Result<Bytes, Fault> {
-        let unreadable = |e: std::io::Error| Fault::new(path, e, "give a file that can be read");
+        let unreadable = |e| Fault::unreadable(path, e);
         let file = File::open(path).map_err(unreadable)?;
         let length = file.metadata().map_err(unreadable)?.len();
         Ok(Bytes::new(path, String::new(), Box::new(file), length))
@@ -309,14 +310,13 @@ impl Walk<'_> {
         Ok(out[0])
     }
 
-    /// Text of `count` bytes; what is not UTF-8 is read as Latin 1.
+    /// Text of `count` bytes.
     pub(crate) fn text(&mut self, count: u64) -> Result<String, Fault> {
         if count > TEXT {
             return Err(self.fault(format!("a text of {count} bytes is claimed"), EXPORT));
         }
         let at = self.at;
         self.skip(count)?;
-        let bytes = self.bytes.bytes(at, count)?;
-        Ok(String::from_utf8(bytes).unwrap_or_else(|e| e.as_bytes().iter().map(|b| *b as char).collect()))
+        Ok(decode(&self.bytes.bytes(at, count)?).into_owned())
     }
 }

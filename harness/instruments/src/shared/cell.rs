@@ -1,7 +1,7 @@
 //! The cells of a line, and what a cell holds.
 
 use super::stamp::{self, Stamp};
-use crate::lines::decode;
+use crate::shared::lines::decode;
 use std::ops::Range;
 
 /// What stands between cells.

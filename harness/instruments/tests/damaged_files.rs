@@ -1,5 +1,5 @@
-//! Good files that are cut at many lengths and changed in many bytes: a fault or samples, without a panic, within time
-//! and memory. tests/instruments/write_small_files.py wrote the files.
+//! A good file of every format, cut at many lengths and changed in many bytes: a fault or samples, without a panic, within
+//! time and memory. tests/instruments/write_small_files.py wrote the files.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::ops::ControlFlow;
@@ -7,13 +7,15 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
-/// Memory that reading a damaged file of some kB may take: the limits of the readers for one chunk and one read.
-const MEMORY: usize = 1 << 30;
+/// Memory that reading a damaged file of some kB may take: a reader's pages and blocks; with a library between, its
+/// limits for one chunk and one read.
+const MEMORY: usize = 64 << 20;
+const MEMORY_BY_LIBRARY: usize = 1 << 30;
 const TIME: Duration = Duration::from_secs(20);
 /// Samples after which a reading is ended.
 const SAMPLES: usize = 1 << 22;
-const CUTS: usize = 150;
-const CHANGES: u64 = 400;
+const CUTS: usize = 60;
+const CHANGES: u64 = 100;
 
 /// Counts the memory that is taken.
 struct Counting;
@@ -47,6 +49,12 @@ fn good_files() -> Vec<PathBuf> {
     files
 }
 
+/// Whether a library reads the file, whose index stands at its end or is spread over it: a file that was cut is refused.
+fn is_by_library(path: &Path) -> bool {
+    let name = path.file_name().expect("a name").to_string_lossy();
+    name == "matlab73.mat" || [".h5", ".parquet", ".xlsx", ".xlsb", ".xls", ".ods"].iter().any(|e| name.ends_with(e))
+}
+
 /// Samples of the file, or the text of its fault.
 fn read(path: &Path) -> Result<usize, String> {
     let mut source = instruments::open(path).map_err(|e| e.to_string())?;
@@ -76,7 +84,8 @@ fn read_damaged(good: &Path, bytes: &[u8], how: &str) -> Result<usize, String> {
     let result = read(&path);
     let (took, memory) = (begin.elapsed(), MOST.load(Relaxed).saturating_sub(before));
     assert!(took < TIME, "{} {how}: took {took:?}", good.display());
-    assert!(memory < MEMORY, "{} {how}: took {memory} bytes", good.display());
+    let most = if is_by_library(good) { MEMORY_BY_LIBRARY } else { MEMORY };
+    assert!(memory < most, "{} {how}: took {memory} bytes", good.display());
     if let Err(text) = &result {
         assert!(text.contains(&*path.to_string_lossy()) && text.contains("; "), "{} {how}: {text}", good.display());
     }
@@ -97,13 +106,17 @@ impl Xorshift {
 
 #[test]
 fn good_files_are_read_cut_and_changed_ones_without_a_panic() {
-    for good in good_files() {
+    let files = good_files();
+    assert!(files.len() >= instruments::FORMATS.len(), "a file of every format");
+    for good in files {
         let bytes = std::fs::read(&good).expect("readable");
         let whole = read(&good).expect("a good file");
         assert!(whole > 50, "{}: {whole} samples", good.display());
         for cut in (0..CUTS).map(|i| bytes.len() * i / CUTS) {
             let result = read_damaged(&good, &bytes[..cut], &format!("cut at {cut}"));
-            assert!(result.is_err(), "{} cut at {cut}: {result:?}", good.display());
+            let fits =
+                if is_by_library(&good) { result.is_err() } else { result.as_ref().map_or(true, |n| *n <= whole) };
+            assert!(fits, "{} cut at {cut}: {result:?}", good.display());
         }
         for seed in 1..=CHANGES {
             let mut random = Xorshift(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));

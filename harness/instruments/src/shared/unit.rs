@@ -4,12 +4,12 @@
 const PREFIXED: [&str; 17] =
     ["s", "g", "m", "N", "V", "A", "Pa", "Hz", "W", "J", "bar", "Nm", "C", "rad", "T", "S/s", "eps"];
 const PREFIXES: [&str; 10] = ["n", "u", "\u{b5}", "\u{3bc}", "m", "c", "d", "k", "M", "G"];
-const WHOLE: [&str; 62] = [
+const WHOLE: [&str; 73] = [
     "min", "h", "d", "t", "lb", "lbf", "lbm", "klbf", "kip", "kp", "kgf", "ft", "in", "inch", "inches", "psi", "ksi",
     "K", "degC", "degF", "deg", "\u{b0}", "\u{b0}C", "\u{b0}F", "%", "rpm", "RPM", "U", "rev", "G", "gn", "g0", "dB",
     "strain", "\u{3b5}", "mil", "kph", "mph", "Ohm", "\u{3a9}", "atm", "Torr", "sec", "secs", "msec", "usec", "second",
     "seconds", "Second", "Seconds", "ms.", "sec.", "Volt", "Volts", "volt", "volts", "Ampere", "Amps", "counts",
-    "digits", "EU", "AU",
+    "digits", "EU", "AU", "u/min", "pC", "VA", "kOhm", "k\u{3a9}", "mol", "bit", "bits", "cts", "count", "samples",
 ];
 const WORDS: [&str; 8] = ["newton", "newtons", "metre", "meter", "meters", "metres", "pascal", "hertz"];
 

@@ -14,7 +14,7 @@ mod header;
 mod scan;
 mod values;
 
-use crate::block::Block;
+use crate::shared::block::Block;
 use crate::{Channel, Clock, Fault, Format, Group, Sink, Source};
 use scan::Set;
 use std::collections::HashMap;
@@ -44,7 +44,7 @@ struct Uff {
 }
 
 fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
-    let file = File::open(path).map_err(|e| Fault::new(path, e, "give a file that can be read"))?;
+    let file = File::open(path).map_err(|e| Fault::unreadable(path, e))?;
     let mut file = BufReader::with_capacity(1 << 18, file);
     let found = scan::scan(path, &mut file)?;
     if found.sets.is_empty() {

@@ -23,6 +23,17 @@ pub(crate) fn decode(bytes: &[u8]) -> Cow<'_, str> {
     }
 }
 
+/// The first characters of a text, for a message.
+pub(crate) fn excerpt(bytes: &[u8]) -> String {
+    let text = decode(&bytes[..bytes.len().min(200)]);
+    let short: String = text.trim().chars().take(40).collect();
+    if short.len() < text.trim().len() {
+        format!("{short}...")
+    } else {
+        short
+    }
+}
+
 /// How the bytes of a file become text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Encoding {
@@ -88,7 +99,7 @@ pub(crate) struct Lines {
 
 impl Lines {
     pub fn open(path: &Path) -> Result<Lines, Fault> {
-        let unreadable = |e: std::io::Error| Fault::new(path, e, "give a file that can be read");
+        let unreadable = |e| Fault::unreadable(path, e);
         let mut head = Vec::with_capacity(4096);
         let mut file = File::open(path).map_err(unreadable)?;
         (&mut file).take(4096).read_to_end(&mut head).map_err(unreadable)?;
@@ -145,7 +156,7 @@ impl Lines {
     }
 
     fn unreadable(&self, e: std::io::Error) -> Fault {
-        Fault::new(&self.path, e, "give a file that can be read").at(format!("after line {}", self.mark.lines))
+        Fault::unreadable(&self.path, e).at(format!("after line {}", self.mark.lines))
     }
 
     /// Reads a chunk more; whether there was one.
