@@ -7,6 +7,6 @@ use crate::Format;
 
 pub(crate) const FORMAT: Format = Format {
     name: "MATLAB 7.3",
-    is: |head, extension| head.starts_with(b"MATLAB 7.3 MAT-file") && hdf5::is(head, extension),
+    is: |head, _| head.starts_with(b"MATLAB 7.3 MAT-file"),
     open: |path| hdf5::open(path, Dialect::Matlab),
 };

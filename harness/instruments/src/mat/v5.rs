@@ -21,7 +21,8 @@ const DIMENSIONS: u64 = 32;
 
 pub(super) fn is(head: &[u8]) -> bool {
     // bytes 124 to 127: version 0x0100 and "MI" in the machine's order; HDF5 files of version 7.3 say 0x0200
-    matches!(head.get(124..128), Some([0, 1, b'I', b'M'] | [1, 0, b'M', b'I']))
+    let version = matches!(head.get(124..128), Some([0, 1, b'I', b'M'] | [1, 0, b'M', b'I']));
+    version || head.starts_with(b"MATLAB 5.0 MAT-file")
 }
 
 pub(super) fn read(path: &Path, bytes: Bytes) -> Result<Contents, Fault> {

@@ -21,24 +21,26 @@ pub(super) struct Layout {
 /// The table whose first rows hold `kinds`; None where no column holds numbers.
 pub(super) fn layout(kinds: &[Vec<Kind>]) -> Option<Layout> {
     let width = kinds.iter().map(Vec::len).max()?;
-    let numeric: Vec<bool> = (0..width).map(|column| is_numeric(kinds, column)).collect();
-    let columns: Vec<usize> = (0..width).filter(|&c| numeric[c]).collect();
+    let mut columns: Vec<usize> = (0..width).filter(|&c| is_numeric(kinds, c)).collect();
+    // a column that ends early: its last cell tells
+    let last = |c: usize| kinds.iter().rposition(|row| row.get(c).is_some_and(|k| *k != Kind::Empty));
+    let early = |c: &usize| last(*c).filter(|&row| kinds[row][*c] == Kind::Number);
+    if columns.is_empty() {
+        columns = (0..width).filter(|c| early(c).is_some()).collect();
+    }
     if columns.is_empty() {
         return None;
     }
-    Some(Layout { first: first_row(kinds, &columns)?, numeric })
+    let first = first_row(kinds, &columns)?;
+    let holds = |c: usize| columns.contains(&c) || last(c) < Some(kinds.len() / 2) && early(&c) >= Some(first);
+    Some(Layout { first, numeric: (0..width).map(holds).collect() })
 }
 
 /// A column holds numbers where its lower half does: there are no names and descriptions there.
 fn is_numeric(kinds: &[Vec<Kind>], column: usize) -> bool {
-    let count = |of: Kind, rows: &[Vec<Kind>]| rows.iter().filter(|r| r.get(column) == Some(&of)).count();
     let lower = &kinds[kinds.len() / 2..];
-    let (numbers, texts) = (count(Kind::Number, lower), count(Kind::Text, lower));
-    if numbers + texts > 0 {
-        return numbers > 0 && numbers >= texts;
-    }
-    // a column that ends early: its last cell tells
-    kinds.iter().rev().filter_map(|r| r.get(column)).find(|k| **k != Kind::Empty) == Some(&Kind::Number)
+    let count = |of: Kind| lower.iter().filter(|r| r.get(column) == Some(&of)).count();
+    count(Kind::Number) > 0 && count(Kind::Number) >= count(Kind::Text)
 }
 
 /// The first row in which the numeric columns hold numbers and no text, and so does the row below it.
@@ -74,6 +76,12 @@ mod tests {
     fn columns_of_text_and_columns_that_end_early_are_told() {
         let found = of(&["aaa", "1a1", "1a1", "1a ", "1a ", "1a ", "1a ", "1a "]).expect("a table");
         assert_eq!(found, Layout { first: 1, numeric: vec![true, false, true] });
+    }
+
+    #[test]
+    fn numbers_in_the_rows_above_make_no_column() {
+        let found = of(&["a1a", "", "a", "a", "1", "1", "1", "1", "1", "1"]).expect("a table");
+        assert_eq!(found, Layout { first: 4, numeric: vec![true, false, false] });
     }
 
     #[test]
