@@ -28,6 +28,9 @@ pub(super) fn layout(kinds: &[Vec<Kind>]) -> Option<Layout> {
     if columns.is_empty() {
         columns = (0..width).filter(|c| early(c).is_some()).collect();
     }
+    if columns.is_empty() {
+        return None;
+    }
     let first = first_row(kinds, &columns)?;
     let holds = |c: usize| columns.contains(&c) || last(c) < Some(kinds.len() / 2) && early(&c) >= Some(first);
     Some(Layout { first, numeric: (0..width).map(holds).collect() })
