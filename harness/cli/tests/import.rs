@@ -139,7 +139,7 @@ fn recordings_rewritten_as_an_instrument_writes_them_import_to_the_same() {
     let (code, said, err) = touchdown(&["check", out.to_str().unwrap()]);
     assert!(code == Some(0) && said.contains("nothing contradicts"), "{said}{err}");
     let page = std::fs::read_to_string(out.join("import.html")).unwrap();
-    assert!(page.matches("<svg").count() == 60 && page.contains("Temperatur"));
+    assert!(page.matches("<figure>").count() == 60 && page.contains("Temperatur"));
 }
 
 /// `touchdown fit` of a campaign: k and p, each with its interval.
