@@ -46,7 +46,7 @@ pub struct Given {
 /// What no file tells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Missing {
-    /// A key of [rig], or of a recording.
+    /// A key of `[rig]`, or of a recording.
     pub key: &'static str,
     /// Its quantity in the table of units, and the unit.
     pub quantity: &'static str,
