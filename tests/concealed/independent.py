@@ -33,6 +33,26 @@ class Figure(NamedTuple):
         return None if self.said is None else self.low <= self.independent <= self.high
 
 
+def set_left(a):
+    """Depth at which the force has ended on the way back, over the deepest point; None where it does not come back."""
+    f, x = a["force"], a["penetration"]
+    top = int(np.argmax(f))
+    back = np.flatnonzero(f[top:] < 0.02 * f[top])
+    return float(x[top + back[0]] / x.max()) if len(back) and x.max() > 0 else None
+
+
+def below(a):
+    """(deepest pull while leaving, below the baseline before touch; standard deviation of that baseline; peak above it), N."""
+    f, x = a["force"], a["penetration"]
+    top = int(np.argmax(f))
+    base = f[:max(int(np.argmax(x > 0)) // 2, 5)]
+    return float(base.mean() - f[top:].min()), float(base.std()), float(f[top] - base.mean())
+
+
+def peak(a, c="acceleration"):
+    return float(np.abs(a[c]).max())
+
+
 def named(verdict, mechanism):
     """The entry of `mechanism` in the verdict, or None."""
     return next((m for m in verdict.get("missing", []) if m["mechanism"] == mechanism), None)
@@ -52,7 +72,7 @@ def peaks(case, partner, verdict):
     out = []
     for u in verdict.get("without_clipping") or []:
         if u["clipped"] and partner and (partner / u["recording"]).exists():
-            true = float(np.abs(si(partner / u["recording"])[u["channel"]]).max())
+            true = peak(si(partner / u["recording"]), u["channel"])
             low, high = sorted(abs(x) for x in u["ci95"])
             out.append(Figure(case.name, f"peak of {u['recording']}", "m/s²", true, abs(u["peak"]), low, high))
     return out
@@ -103,7 +123,7 @@ def hardening(case, recordings, verdict):
     return [Figure(case.name, "growth of stiffness from the first third of the shocks to the last", "1", growth, *(said or ()))]
 
 
-def permanent_set(case, recordings, levels, verdict, set_left):
+def permanent_set(case, recordings, levels, verdict):
     """Permanent set of the indentations of each level, median over its recordings: where the force has ended on the way back."""
     m = named(verdict, "plastic_indentation")
     out = []
@@ -121,11 +141,7 @@ def permanent_set(case, recordings, levels, verdict, set_left):
 def pull(case, recordings, verdict):
     """Largest pull while leaving, median over recordings: how far the force goes below its baseline."""
     m = named(verdict, "adhesion")
-    found = []
-    for a in recordings:
-        f, x = a["force"], a["penetration"]
-        n = max(int(np.argmax(x > 0)) // 2, 5)
-        found.append(float(f[:n].mean() - f[int(np.argmax(f)):].min()))
+    found = [below(a)[0] for a in recordings]
     said = m and derived(m, ("adhesion_force",), lambda f: f)
     return [Figure(case.name, "largest pull while leaving", "N", float(np.median(found)), *(said or ()))] if m else []
 
@@ -143,13 +159,13 @@ def friction(case, recordings, verdict):
     return [Figure(case.name, "friction at half depth", "N", loss, *(said or ()))]
 
 
-def figures(case, campaign, verdict, partner, set_left):
-    """All figures that the recordings of a campaign (campaign.toml, read) give by themselves. `partner`: the folder of the same impacts by another sensor; `set_left`: of real.py."""
+def figures(case, campaign, verdict, partner):
+    """All figures that the recordings of a campaign (campaign.toml, read) give by themselves. `partner`: the folder of the same impacts by another sensor."""
     recordings = [si(case / n) for n in files(case)]
     out = peaks(case, partner, verdict)
     if campaign["campaign"]["kind"] == "indentation":
         levels = [r.get("level") for r in campaign["recording"]]
-        out += permanent_set(case, recordings, levels, verdict, set_left) + pull(case, recordings, verdict)
+        out += permanent_set(case, recordings, levels, verdict) + pull(case, recordings, verdict)
         out += friction(case, recordings, verdict) if "switch" in campaign["campaign"].get("material", "") else []
     elif not partner:
         out += natural_frequency(case, recordings, verdict) + hardening(case, recordings, verdict)

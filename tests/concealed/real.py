@@ -11,15 +11,8 @@ import numpy as np
 
 from . import figures as fig
 from . import independent
+from .independent import below, peak, set_left
 from .judge import CHANNELS, distance, files, si, table
-
-
-def set_left(a):
-    """Depth at which the force has ended on the way back, over the deepest point; None where it does not come back."""
-    f, x = a["force"], a["penetration"]
-    top = int(np.argmax(f))
-    back = np.flatnonzero(f[top:] < 0.02 * f[top])
-    return float(x[top + back[0]] / x.max()) if len(back) and x.max() > 0 else None
 
 
 def hold_loss(a):
@@ -35,12 +28,8 @@ def hold_loss(a):
 
 def pull_off(a):
     """Deepest pull while leaving, in standard deviations of the baseline before touch and as a share of the peak."""
-    f, x = a["force"], a["penetration"]
-    top = int(np.argmax(f))
-    n = max(int(np.argmax(x > 0)) // 2, 5)
-    base = f[:n]
-    low = base.mean() - f[top:].min()
-    return float(low / max(base.std(), 1e-300)), float(low / (f[top] - base.mean()))
+    low, deviation, rise = below(a)
+    return low / max(deviation, 1e-300), low / rise
 
 
 def indentation(case):
@@ -61,10 +50,6 @@ def indentation(case):
         names.add("adhesion")
         say.append(f"While leaving, the force goes {np.median([p[0] for p in pulls]):.0f} standard deviations below its baseline, {100 * pull:.1f} % of the peak: a pull.")
     return say or ["The recordings alone show neither a permanent set, nor a loss in a hold, nor a pull."], names
-
-
-def peak(a, c="acceleration"):
-    return float(np.abs(a[c]).max())
 
 
 def delay(a, b, c="acceleration"):
@@ -162,7 +147,7 @@ def section(case, answer, run):
                 r["as_shown"] = "clipping" in r["named"]
             else:
                 h.append("This is the sensor that saw the higher peaks; it judges the other one below or above. What it misses itself only the levels held out can tell.</p>")
-    r["figures"] = independent.figures(case, campaign, v, partner(case), set_left)
+    r["figures"] = independent.figures(case, campaign, v, partner(case))
     if r["figures"]:
         h.append(independent.table(r["figures"]))
     h.append(fig.traces(case, answer))

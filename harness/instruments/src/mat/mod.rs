@@ -52,6 +52,23 @@ impl Contents {
         Contents { areas: vec![bytes], matrices: Vec::new(), texts: Vec::new(), notes: Vec::new() }
     }
 
+    /// Reads the file's variables from byte `at` on by `one`, which returns where the next begins, None where the file ends
+    /// before.
+    fn read_all(
+        &mut self,
+        mut at: u64,
+        one: impl Fn(&mut Contents, u64) -> Result<Option<u64>, Fault>,
+    ) -> Result<(), Fault> {
+        while at < self.areas[0].length() {
+            let Some(next) = one(self, at)? else {
+                self.notes.push(format!("the file ends within the variable at byte {at}: those before it are read"));
+                break;
+            };
+            at = next;
+        }
+        Ok(())
+    }
+
     fn leave_out(&mut self, name: &str, why: &str) {
         self.notes.push(format!("variable \"{name}\" is left out: {why}"));
     }

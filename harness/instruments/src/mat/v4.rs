@@ -28,18 +28,7 @@ pub(super) fn is(head: &[u8]) -> bool {
 
 pub(super) fn read(bytes: Bytes) -> Result<Contents, Fault> {
     let mut contents = Contents::new(bytes);
-    let mut at = 0;
-    while at < contents.areas[0].length() {
-        match variable(&mut contents, at)? {
-            Some(next) => at = next,
-            None => {
-                contents
-                    .notes
-                    .push(format!("the file ends within the variable at byte {at}: those before it are read"));
-                break;
-            }
-        }
-    }
+    contents.read_all(0, variable)?;
     Ok(contents)
 }
 

@@ -31,18 +31,7 @@ pub(super) fn read(path: &Path, bytes: Bytes) -> Result<Contents, Fault> {
     let order = if header[126] == b'I' { Order::Little } else { Order::Big };
     let about = decode(&header[..116]).trim_matches(['\0', ' ']).to_string();
     contents.texts.push(("header".to_string(), about));
-    let mut at = HEADER;
-    while at < contents.areas[0].length() {
-        match variable(path, &mut contents, at, order)? {
-            Some(next) => at = next,
-            None => {
-                contents
-                    .notes
-                    .push(format!("the file ends within the variable at byte {at}: those before it are read"));
-                break;
-            }
-        }
-    }
+    contents.read_all(HEADER, |contents, at| variable(path, contents, at, order))?;
     Ok(contents)
 }
 

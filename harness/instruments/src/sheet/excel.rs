@@ -22,6 +22,24 @@ fn damaged(path: &Path, e: &dyn std::fmt::Display) -> Fault {
     Fault::new(path, e, "open it in its program and save it anew, or export its sheets as text (CSV)")
 }
 
+fn damaged_sheet(path: &Path, name: &str, e: &dyn std::fmt::Display) -> Fault {
+    damaged(path, e).at(format!("sheet \"{name}\""))
+}
+
+/// The sheet `name` of the cells that `next` gives, one after another.
+fn sheet<'a, E: std::fmt::Display>(
+    path: &Path,
+    name: &str,
+    mut next: impl FnMut() -> Result<Option<calamine::Cell<DataRef<'a>>>, E>,
+) -> Result<Sheet, Fault> {
+    let mut sheet = Sheet::new(name);
+    while let Some(cell) = next().map_err(|e| damaged_sheet(path, name, &e))? {
+        let (row, column) = cell.get_position();
+        sheet.put(path, row as usize, column as usize, of_ref(cell.get_value()))?;
+    }
+    Ok(sheet)
+}
+
 fn buffered(path: &Path) -> Result<BufReader<File>, Fault> {
     File::open(path).map(BufReader::new).map_err(|e| Fault::unreadable(path, e))
 }
@@ -34,14 +52,8 @@ pub(super) fn xlsx(path: &Path) -> Result<Book, Fault> {
         let mut book =
             Book { properties: file.workbook_properties().map(properties).unwrap_or_default(), ..Book::default() };
         for name in names(&file) {
-            let mut sheet = Sheet::new(&name);
-            let at = |e: &dyn std::fmt::Display| damaged(path, e).at(format!("sheet \"{name}\""));
-            let mut cells = file.worksheet_cells_reader(&name).map_err(|e| at(&e))?;
-            while let Some(cell) = cells.next_cell().map_err(|e| at(&e))? {
-                let (row, column) = cell.get_position();
-                sheet.put(path, row as usize, column as usize, of_ref(cell.get_value()))?;
-            }
-            book.sheets.push(sheet);
+            let mut cells = file.worksheet_cells_reader(&name).map_err(|e| damaged_sheet(path, &name, &e))?;
+            book.sheets.push(sheet(path, &name, || cells.next_cell())?);
         }
         Ok(book)
     })
@@ -87,14 +99,8 @@ pub(super) fn xlsb(path: &Path) -> Result<Book, Fault> {
         let mut book =
             Book { properties: file.workbook_properties().map(properties).unwrap_or_default(), ..Book::default() };
         for name in names(&file) {
-            let mut sheet = Sheet::new(&name);
-            let at = |e: &dyn std::fmt::Display| damaged(path, e).at(format!("sheet \"{name}\""));
-            let mut cells = file.worksheet_cells_reader(&name).map_err(|e| at(&e))?;
-            while let Some(cell) = cells.next_cell().map_err(|e| at(&e))? {
-                let (row, column) = cell.get_position();
-                sheet.put(path, row as usize, column as usize, of_ref(cell.get_value()))?;
-            }
-            book.sheets.push(sheet);
+            let mut cells = file.worksheet_cells_reader(&name).map_err(|e| damaged_sheet(path, &name, &e))?;
+            book.sheets.push(sheet(path, &name, || cells.next_cell())?);
         }
         Ok(book)
     })
@@ -107,7 +113,7 @@ pub(super) fn xls(path: &Path) -> Result<Book, Fault> {
         let mut file: Xls<_> = Xls::new(Cursor::new(bytes)).map_err(|e| damaged(path, &e))?;
         let mut book = Book::default();
         for name in names(&file) {
-            let range = file.worksheet_range(&name).map_err(|e| damaged(path, &e).at(format!("sheet \"{name}\"")))?;
+            let range = file.worksheet_range(&name).map_err(|e| damaged_sheet(path, &name, &e))?;
             let (first_row, first_column) = range.start().unwrap_or((0, 0));
             let mut sheet = Sheet::new(&name);
             for (row, column, value) in range.used_cells() {
