@@ -73,7 +73,7 @@ pub struct Options {
     /// The campaign's name.
     pub name: String,
     pub material: Option<String>,
-    pub terms: Vec<String>,
+    pub terms: Option<Vec<String>>,
 }
 
 impl Default for Options {
@@ -95,7 +95,7 @@ impl Default for Options {
             skip_bad: false,
             name: "campaign".into(),
             material: None,
-            terms: Vec::new(),
+            terms: None,
         }
     }
 }

@@ -207,9 +207,14 @@ fn campaign(files: &[File], plan: &Plan, out: &Outcome, o: &Options) -> String {
         "\n[simulation]   # what your simulation holds beside k x^p, and its k, p and mu_d where it is calibrated"
             .into(),
     );
-    let terms: Vec<String> = o.terms.iter().map(|t| quoted(t)).collect();
-    let names = if o.terms.is_empty() { "   # names of `touchdown mechanisms`; --terms" } else { "" };
-    line(format!("terms = [{}]{names}", terms.join(", ")));
+    let (terms, from): (Vec<String>, _) = match &o.terms {
+        Some(given) => (given.iter().map(|t| quoted(t)).collect(), ""),
+        None => {
+            let usual = plan.kind.usual_terms().iter().map(|t| quoted(t)).collect();
+            (usual, "   # as such simulations do; names of `touchdown mechanisms`; --terms")
+        }
+    };
+    line(format!("terms = [{}]{from}", terms.join(", ")));
     for w in &out.recordings {
         let r = &plan.recordings[w.recording];
         line(format!("\n[[recording]]\nfile = \"{}\"   # {}", r.name, comment(&origin(files, plan, w))));

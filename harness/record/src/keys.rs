@@ -105,10 +105,11 @@ impl Entries {
             _ => None,
         }
     }
-    pub fn texts(&self, key: &str) -> &[(String, usize)] {
+    /// None where the key is absent.
+    pub fn texts(&self, key: &str) -> Option<&[(String, usize)]> {
         match self.value(key) {
-            Some(Value::Texts(v)) => v,
-            _ => &[],
+            Some(Value::Texts(v)) => Some(v),
+            _ => None,
         }
     }
 }

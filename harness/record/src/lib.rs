@@ -40,6 +40,16 @@ impl Kind {
             Kind::Indentation => "indentation",
         }
     }
+
+    /// What the simulation of such a campaign holds beside k x^p where campaign.toml does not say it: a weight and a law that
+    /// loses energy, which every simulation of an impact has.
+    pub fn usual_terms(self) -> &'static [&'static str] {
+        match self {
+            Kind::DropTest => &["gravity", "hysteresis_damping"],
+            Kind::ContactorOpening => &["hysteresis_damping"],
+            Kind::Indentation => &[],
+        }
+    }
 }
 
 /// A measured channel.

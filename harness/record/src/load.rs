@@ -26,7 +26,7 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
     let kind = c.head(&document);
     let (rig, sim) = (&document.rig, &document.simulation);
     c.rig(rig, kind);
-    for (term, line) in sim.texts("terms") {
+    for (term, line) in sim.texts("terms").unwrap_or_default() {
         if !terms.contains(&term.as_str()) {
             c.error(*line, format!("term {term:?} is not known"), words::instead(term, terms));
         }
@@ -81,6 +81,16 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
     let names: Vec<&str> = recordings.iter().map(|r| r.file.as_str()).collect();
     warnings.extend(unlisted(dir, &names));
     warnings.extend(same_order(&document.recordings));
+    let terms: Vec<String> = match sim.texts("terms") {
+        Some(given) => given.iter().map(|t| t.0.clone()).collect(),
+        None => kind.usual_terms().iter().map(|t| t.to_string()).collect(),
+    };
+    if sim.texts("terms").is_none() && !terms.is_empty() {
+        warnings.push(format!(
+            "[simulation] lists no terms: it is taken to hold {}. Write terms = [] where it holds k x^p alone.",
+            terms.join(" and ")
+        ));
+    }
     let head = &document.campaign;
     Ok(Campaign {
         dir: dir.to_path_buf(),
@@ -91,12 +101,7 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
         moving_mass: rig.number("moving_mass"),
         travel: rig.number("travel"),
         return_spring_rate: rig.number("return_spring_rate"),
-        simulation: Simulation {
-            terms: sim.texts("terms").iter().map(|t| t.0.clone()).collect(),
-            k: sim.number("k"),
-            p: sim.number("p"),
-            mu_d: sim.number("mu_d"),
-        },
+        simulation: Simulation { terms, k: sim.number("k"), p: sim.number("p"), mu_d: sim.number("mu_d") },
         levels,
         recordings,
         warnings,

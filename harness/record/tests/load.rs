@@ -54,6 +54,29 @@ fn a_sound_campaign_has_no_notes() {
 }
 
 #[test]
+fn a_simulation_without_terms_holds_what_every_such_one_does_and_the_notes_say_so() {
+    for (kind, more, usual) in [
+        ("drop-test", "moving_mass = 0.5\n", &["gravity", "hysteresis_damping"][..]),
+        ("indentation", "", &[][..]),
+    ] {
+        let head = format!("format = \"recordings/1\"\n[campaign]\nkind = \"{kind}\"\n[rig]\n{more}");
+        let csv = "time [s],force [N],penetration [m]\n0,0,0\n1,1,1\n2,2,2\n3,1,1\n4,0,0\n5,0,0\n6,0,0\n7,0,0\n8,0,0\n";
+        let list = "[[recording]]\nfile = \"r1.csv\"\nlevel = 1\n";
+        let of_terms = |simulation: &str| {
+            let dir = folder(&format!("{head}{simulation}{list}"), &[("r1.csv", csv.into())]);
+            of(dir.path()).unwrap()
+        };
+        for simulation in ["", "[simulation]\nk = 1e6\n"] {
+            let c = of_terms(simulation);
+            assert_eq!(c.simulation.terms, usual, "{kind}");
+            assert_eq!(c.warnings.iter().any(|w| w.contains("lists no terms")), !usual.is_empty(), "{:?}", c.warnings);
+        }
+        let none = of_terms("[simulation]\nterms = []\n");
+        assert!(none.simulation.terms.is_empty() && none.warnings.is_empty(), "{:?}", none.warnings);
+    }
+}
+
+#[test]
 fn all_errors_are_told_at_once_with_file_line_and_cure() {
     let campaign = "format = \"recordings/1\"\ncolour = 3\n[campaign]\nkind = \"droptest\"\nmaterail = \"steel\"\n\
                     [rig]\nmoving_mass = -1\ntravel = \"far\"\n[simulation]\nterms = [\n  \"gravity\",\n  \"grvity\", 3]\n\

@@ -80,7 +80,7 @@ pub struct Arguments {
     spring_rate: Option<String>,
     /// What the simulation holds beside k x^p: names of `touchdown mechanisms`, parted by commas
     #[arg(long, value_delimiter = ',')]
-    terms: Vec<String>,
+    terms: Option<Vec<String>>,
     /// Name of the campaign; that of the folder where it is not given
     #[arg(long)]
     name: Option<String>,
@@ -147,7 +147,7 @@ fn options(a: &Arguments) -> Result<Options> {
         );
     }
     let known = mechanisms::terms();
-    if let Some(t) = a.terms.iter().find(|t| !known.contains(&t.as_str())) {
+    if let Some(t) = a.terms.iter().flatten().find(|t| !known.contains(&t.as_str())) {
         bail!("--terms: {t:?} is not known; {}", record::words::instead(t, &known));
     }
     let folder = a.out.as_deref().and_then(std::path::Path::file_name);

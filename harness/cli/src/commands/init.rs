@@ -69,11 +69,12 @@ fn template(kind: Kind, name: &str, files: &[String]) -> String {
          # material = \"\"            # free text\n\n\
          [rig]\n{rig}\n\n\
          [simulation]               # what your simulation holds, and its values where it is calibrated\n\
-         terms = []                 # names from `touchdown mechanisms`, such as \"gravity\" or \"hysteresis_damping\"\n\
+         terms = {:?}   # beside k x^p; names from `touchdown mechanisms`\n\
          # k =                      # N/m^p: F = k x^p + mu_d x^p v\n\
          # p =\n\
          # mu_d =                   # N s/m^(p+1)\n",
-        kind.name()
+        kind.name(),
+        kind.usual_terms()
     );
     for (i, file) in files.iter().enumerate() {
         let order = i + 1;
