@@ -424,10 +424,12 @@ TOLD = {"null": "nothing is missing in {n}, and {k} are called so", "single": "o
 
 
 def sentence(head, rows, more=()):
-    """The README's sentence on the proof."""
-    got = scores.figures([*rows, *more])
+    """What the README says of the proof."""
+    every = [*rows, *more]
+    got = scores.figures(every)
     told = "; ".join(words.format(n=got[key][2], k=got[key][1]) for key, words in TOLD.items() if key in got)
-    return f"Of {len(rows) + len(more)} concealed campaigns ({seeds(head)}, {head['date']}): {told}."
+    short = ", ".join(f'"{what}"' for what, *_, kept in scores.lines(every) if kept is False)
+    return f"Of {len(every)} concealed campaigns ({seeds(head)}, {head['date']}): {told}." + (f" Short of the floors set for it: {short}." if short else "")
 
 
 def between(path, lines_):

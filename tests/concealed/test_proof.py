@@ -76,6 +76,13 @@ def test_the_sentence_counts_what_the_tables_count(answered):
     for key, words in page.TOLD.items():
         assert (words.format(n=got[key][2], k=got[key][1]) in said) if key in got else words.rpartition("}")[2] not in said
     assert "wrong" in got
+    for what, *_, kept in scores.lines(rows):
+        assert (f'"{what}"' in said) == (kept is False)
+
+
+def test_readme_and_book_have_a_place_for_the_proof():
+    for path in (page.BOOK / "proof.md", "README.md"):
+        assert page.between(prove.ROOT / path, ["said"]).count("said") >= 1
 
 
 def test_a_set_is_a_seed_and_a_number():

@@ -225,7 +225,8 @@ fn the_papers_tables_in_the_book_are_what_the_command_prints() {
     let o = Command::new(env!("CARGO_BIN_EXE_touchdown")).args(["paper", "--out"]).arg(dir.path()).output().unwrap();
     assert!(o.status.success(), "{}", said(&o));
     let printed = String::from_utf8_lossy(&o.stdout).into_owned();
-    let page_of_book = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/paper.md")).unwrap();
+    let page_of_book =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/paper.md")).unwrap();
     let tables: Vec<&str> = printed.split("\n\n").filter(|t| t.starts_with('|')).collect();
     assert_eq!(tables.len(), 2, "{printed}");
     for t in tables {
