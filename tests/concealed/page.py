@@ -419,7 +419,7 @@ BOOK = Path("docs") / "src"
 
 
 # what the README tells of scores.figures, in the order in which it is told
-TOLD = {"null": "nothing is missing in {n}, and {k} are called so", "single": "of {n} plain and concealed effects {k} are named with nothing besides",
+TOLD = {"null": "of {n} plain campaigns with nothing missing {k} are called so", "single": "of {n} plain and concealed effects {k} are named with nothing besides",
         "wrong": "a wrong name is believed in {k} of {n} answers", "sets": "of {n} sets that claim to hold the cause with 95 % {k} hold it"}
 
 
