@@ -15,7 +15,7 @@ from .scores import BINS
 
 ROOT = Path(__file__).resolve().parents[2]
 TABLE = ROOT / "harness" / "diagnose" / "calibration.json"
-PICTURE = Path(__file__).parent / "pictures" / "reliability.png"
+PICTURE = ROOT / "docs" / "src" / "images" / "reliability.png"
 # campaigns of a seed: of today's mix, and of each group; the sealed half never calibrates
 SHARES = {"mix": 40, "print": 20, "dirt": 12, "little": 12, "strangers": 20, "rough": 12}
 FOLDS = 5

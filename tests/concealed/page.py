@@ -1,7 +1,8 @@
-"""One self-contained page of the proof, and its summary for the README."""
+"""One self-contained page of the proof, and its summary for the book and the README."""
 import html
 import json
 from collections import defaultdict
+from pathlib import Path
 
 import numpy as np
 
@@ -326,7 +327,7 @@ def certainty(out, rows, more):
 
 
 def write(out, head, rows, others, real, single_level, more=()):
-    """DIR/index.html and the two pictures of the README."""
+    """DIR/index.html and the two pictures of the book."""
     out.mkdir(parents=True, exist_ok=True)
     parts = [f"<!doctype html><meta charset=utf-8><title>Concealed effects, found blind</title><style>{STYLE}</style>", "<h1>Concealed effects, found blind</h1>"]
     more = list(more)
@@ -371,7 +372,7 @@ def blind(out, head, rows, others, real, single_level):
 
 
 def markdown(head, rows, others, real, more=()):
-    """The tables for the README; more: rows of groups.py's campaigns."""
+    """The tables for the book; more: rows of groups.py's campaigns."""
     out, more = [], list(more)
     figures = [f for r in real or [] for f in r["figures"]]
     if figures:
@@ -414,21 +415,46 @@ def markdown(head, rows, others, real, more=()):
 
 
 START, END = "<!-- proof: written by tests/prove --readme -->", "<!-- end of proof -->"
+BOOK = Path("docs") / "src"
+
+
+# what the README tells of scores.figures, in the order in which it is told
+TOLD = {"null": "of {n} plain campaigns with nothing missing {k} are called so", "single": "of {n} plain and concealed effects {k} are named with nothing besides",
+        "wrong": "a wrong name is believed in {k} of {n} answers", "sets": "of {n} sets that claim to hold the cause with 95 % {k} hold it"}
+
+
+def sentence(head, rows, more=()):
+    """What the README says of the proof."""
+    every = [*rows, *more]
+    got = scores.figures(every)
+    told = "; ".join(words.format(n=got[key][2], k=got[key][1]) for key, words in TOLD.items() if key in got)
+    short = ", ".join(f'"{what}"' for what, *_, kept in scores.lines(every) if kept is False)
+    return f"Of {len(every)} concealed campaigns ({seeds(head)}, {head['date']}): {told}." + (f" Short of the floors set for it: {short}." if short else "")
+
+
+def between(path, lines_):
+    """Puts lines between the markers in a file; keeps the rest of it."""
+    text = path.read_text()
+    if START not in text or END not in text:
+        raise SystemExit(f"{path}: the lines '{START}' and '{END}' are missing; put them where the proof belongs")
+    return text[:text.index(START)] + "\n".join([START, "", *lines_, ""]) + text[text.index(END):]
 
 
 def readme(root, out, head, rows, others, real, more=()):
-    """Puts tables and pictures between the markers in README.md; keeps the rest of it."""
-    path = root / "README.md"
-    text = path.read_text()
-    if START not in text or END not in text:
-        raise SystemExit(f"{path}: the lines '{START}' and '{END}' are missing; put them where the tables belong")
-    lines_ = [START, "", markdown(head, rows, others, real, more), ""]
+    """Puts tables and pictures into the book's page of the proof, and their sentence into the README."""
+    page_lines = [markdown(head, rows, others, real, more)]
     if rows:
-        pictures = root / "tests" / "concealed" / "pictures"
+        page_lines += ["", "![right answers by group](images/scoreboard.svg)", "", "![detected and named right against strength](images/detection.svg)"]
+    texts = [(root / BOOK / "proof.md", page_lines)]
+    if rows or more:
+        texts.append((root / "README.md", [sentence(head, rows, more)]))
+    ready = [(path, between(path, lines_)) for path, lines_ in texts]
+    if rows:
+        pictures = root / BOOK / "images"
         pictures.mkdir(exist_ok=True)
         for name in ("scoreboard.svg", "detection.svg"):
             (pictures / name).write_text((out / name).read_text())
-        lines_ += ["![right answers by group](tests/concealed/pictures/scoreboard.svg)", "", "![detected and named right against strength](tests/concealed/pictures/detection.svg)", ""]
-    temp = path.with_suffix(".md.part")
-    temp.write_text(text[:text.index(START)] + "\n".join(lines_) + text[text.index(END):])
-    temp.replace(path)
+    for path, text in ready:
+        temp = path.with_suffix(".md.part")
+        temp.write_text(text)
+        temp.replace(path)

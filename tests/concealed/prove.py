@@ -141,7 +141,7 @@ def options():
     a.add_argument("--beside-cases", type=int, help="only on the first so many of them")
     a.add_argument("--one-level", type=int, default=10, metavar="N", help="diagnose N of the effects named right once more from one level only (default 10)")
     a.add_argument("--real", type=Path, metavar="FOLDER", help="folder of real campaigns: one section each; with or without SEED/N")
-    a.add_argument("--readme", action="store_true", help="write table and pictures into README.md and tests/concealed/pictures")
+    a.add_argument("--readme", action="store_true", help="write tables and pictures into docs/src/proof.md and docs/src/images, and their sentence into README.md")
     a.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     a.add_argument("--touchdown", type=Path, help="another touchdown binary than the one the launcher builds")
     a.add_argument("--commit", default="", metavar="ID", help="the commit --touchdown was built from, for the page")

@@ -1,11 +1,11 @@
-"""The proof's own parts: the page and its README lines, the rivals' arithmetic, what real recordings are asked."""
+"""The proof's own parts: the page and its lines in book and README, the rivals' arithmetic, what real recordings are asked."""
 import argparse
 import json
 
 import numpy as np
 import pytest
 
-from tests.concealed import independent, page, prove, real
+from tests.concealed import independent, page, prove, real, scores
 from tests.concealed.beside import right_name
 from tests.concealed.beside_base import carried
 from tests.concealed.generate import generate, label_hash
@@ -47,23 +47,42 @@ def test_the_page_holds_hash_scores_and_every_wrong_case(answered):
     assert "no answer" in text
 
 
-def test_the_readme_keeps_what_is_not_the_proof_s(answered, tmp_path):
+def test_book_and_readme_keep_what_is_not_the_proof_s(answered, tmp_path):
     out, rows = answered
     page.write(out, head(out), rows, None, None, None)
-    readme = tmp_path / "README.md"
-    (tmp_path / "tests" / "concealed").mkdir(parents=True)
-    readme.write_text(f"before\n{page.START}\nwhat stood there\n{page.END}\nafter\n")
+    book, readme = tmp_path / "docs" / "src" / "proof.md", tmp_path / "README.md"
+    book.parent.mkdir(parents=True)
+    for path in (book, readme):
+        path.write_text(f"before\n{page.START}\nwhat stood there\n{page.END}\nafter\n")
     page.readme(tmp_path, out, head(out), rows, None, None)
-    once = readme.read_text()
+    once = book.read_text(), readme.read_text()
     page.readme(tmp_path, out, head(out), rows, None, None)
-    assert readme.read_text() == once and once.startswith("before\n") and once.endswith("\nafter\n") and "what stood there" not in once
-    assert "seed 41, 2000-01-02" in once
+    assert (book.read_text(), readme.read_text()) == once
+    for text in once:
+        assert text.startswith("before\n") and text.endswith("\nafter\n") and "what stood there" not in text and "seed 41, 2000-01-02" in text
     for name in ("scoreboard.svg", "detection.svg"):
-        assert f"tests/concealed/pictures/{name}" in once and (tmp_path / "tests/concealed/pictures" / name).read_text().count("<svg") == 1
+        assert f"images/{name}" in once[0] and (book.parent / "images" / name).read_text().count("<svg") == 1
+    assert once[1].count("\n") == 6 and page.sentence(head(out), rows) in once[1] and "Of 3 concealed campaigns (seed 41" in once[1]
     readme.write_text("no markers\n")
-    with pytest.raises(SystemExit, match="missing"):
+    with pytest.raises(SystemExit, match="README.md.*missing"):
         page.readme(tmp_path, out, head(out), rows, None, None)
-    assert readme.read_text() == "no markers\n"
+    assert readme.read_text() == "no markers\n" and book.read_text() == once[0]
+
+
+def test_the_sentence_counts_what_the_tables_count(answered):
+    out, rows = answered
+    got = scores.figures(rows)
+    said = page.sentence(head(out), rows)
+    for key, words in page.TOLD.items():
+        assert (words.format(n=got[key][2], k=got[key][1]) in said) if key in got else words.rpartition("}")[2] not in said
+    assert "wrong" in got
+    for what, *_, kept in scores.lines(rows):
+        assert (f'"{what}"' in said) == (kept is False)
+
+
+def test_readme_and_book_have_a_place_for_the_proof():
+    for path in (page.BOOK / "proof.md", "README.md"):
+        assert page.between(prove.ROOT / path, ["said"]).count("said") >= 1
 
 
 def test_a_set_is_a_seed_and_a_number():

@@ -1,4 +1,4 @@
-"""Prints the README's table of hosts from runs made now: python -m tests.hosts.table"""
+"""Prints the book's table of hosts from runs made now: python -m tests.hosts.table"""
 
 import importlib.util
 import tempfile

@@ -1,4 +1,4 @@
-//! The README's first command, from the packed FMU to the FMU that holds the missing physics.
+//! The first command of the README, from the packed FMU to the FMU that holds the missing physics.
 
 use std::process::Command;
 

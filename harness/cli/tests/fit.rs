@@ -220,16 +220,17 @@ fn bad_input_names_file_line_and_cure_and_leaves_nothing() {
 }
 
 #[test]
-fn the_papers_tables_in_readme_are_what_the_command_prints() {
+fn the_papers_tables_in_the_book_are_what_the_command_prints() {
     let dir = tempfile::tempdir().unwrap();
     let o = Command::new(env!("CARGO_BIN_EXE_touchdown")).args(["paper", "--out"]).arg(dir.path()).output().unwrap();
     assert!(o.status.success(), "{}", said(&o));
     let printed = String::from_utf8_lossy(&o.stdout).into_owned();
-    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../README.md")).unwrap();
+    let page_of_book =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/paper.md")).unwrap();
     let tables: Vec<&str> = printed.split("\n\n").filter(|t| t.starts_with('|')).collect();
     assert_eq!(tables.len(), 2, "{printed}");
     for t in tables {
-        assert!(readme.contains(t.trim_end()), "README does not hold\n{t}");
+        assert!(page_of_book.contains(t.trim_end()), "the book does not hold\n{t}");
     }
     let page = std::fs::read_to_string(dir.path().join("report.html")).unwrap();
     assert!(page.contains("Paper figure 7") && page.contains("Paper figure 8") && page.contains("2270 N/mm"));

@@ -15,7 +15,7 @@ fn printed(arguments: &[&str]) -> String {
 
 #[test]
 fn the_documentation_holds_the_table_that_is_printed() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/mechanisms.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/mechanisms.md");
     let text = std::fs::read_to_string(&path).unwrap();
     let (head, rest) = text.split_once("<!-- mechanisms -->\n").unwrap();
     let (table, _) = rest.split_once("<!-- end -->").unwrap();

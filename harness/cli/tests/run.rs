@@ -209,14 +209,14 @@ fn the_papers_contactor_comes_out_and_the_printed_unit_does_not() {
 }
 
 #[test]
-fn readme_shows_the_table_the_command_prints() {
+fn the_book_shows_the_table_the_command_prints() {
     let dir = tempfile::tempdir().unwrap();
     let o = run(dir.path(), &example("contactor_paper"), &[]);
     let printed = String::from_utf8_lossy(&o.stdout).into_owned();
     let table: Vec<&str> = printed.lines().filter(|l| l.starts_with('|')).collect();
     assert_eq!(table.len(), 5, "{printed}");
-    let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md")).unwrap();
-    assert!(readme.contains(&table.join("\n")), "{printed}");
+    let book = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/paper.md")).unwrap();
+    assert!(book.contains(&table.join("\n")), "{printed}");
 }
 
 #[test]

@@ -189,7 +189,7 @@ pub(crate) fn origin(files: &[File], plan: &Plan, w: &Written) -> String {
 
 /// campaign.toml.
 fn campaign(files: &[File], plan: &Plan, out: &Outcome, o: &Options) -> String {
-    let mut s = String::from("# written by `touchdown import`; plain SI. Every key: docs/recordings.md\nformat = \"recordings/1\"\n\n[campaign]\n");
+    let mut s = String::from("# written by `touchdown import`; plain SI. Every key: docs/src/formats/recordings.md\nformat = \"recordings/1\"\n\n[campaign]\n");
     let mut line = |text: String| {
         s += &text;
         s.push('\n');

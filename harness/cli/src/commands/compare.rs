@@ -21,7 +21,7 @@ const EXAMPLES: &str = "Examples:
   touchdown compare fast.csv simulated.csv --rating-rate 1e6    # impacts of less than a millisecond
 
 Both files have a header of columns name [unit]: time and force, acceleration, penetration or closed; other columns are
-left out. docs/compare.md says how every figure is worked out.";
+left out. docs/src/how-to/compare.md says how every figure is worked out.";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]

@@ -61,7 +61,7 @@ fn template(kind: Kind, name: &str, files: &[String]) -> String {
     let (rig, recording) = keys(kind);
     let mut s = format!(
         "# A campaign of recordings; plain SI. Give every key below its value, take its # away, then run `touchdown check`.\n\
-         # Every key: docs/recordings.md.\n\
+         # Every key: docs/src/formats/recordings.md.\n\
          format = \"recordings/1\"\n\n\
          [campaign]\n\
          name = {name:?}\n\

@@ -1,4 +1,4 @@
-//! Our own FMUs under the masters: what the README says of them, and the files a user writes.
+//! Our own FMUs under the masters: what the book says of them, and the files a user writes.
 
 use std::path::Path;
 use std::process::{Command, Output};
