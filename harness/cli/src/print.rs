@@ -1,9 +1,27 @@
 //! All that the commands print: answers on standard output, notes and errors on standard error.
 //!
-//! Nothing here panics where the reader has gone, as `| head` does once it has its lines.
+//! Colours are for terminals: files, pipes and users who set NO_COLOR get plain text. Nothing here panics where the reader
+//! has gone, as `| head` does once it has its lines.
 
+use clap::builder::styling::{AnsiColor, Style, Styles};
 use std::io::{ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Of the words before what is wrong and what is to be known, as clap has them.
+const ERROR: Style = AnsiColor::Red.on_default().bold();
+const WARNING: Style = AnsiColor::Yellow.on_default().bold();
+/// Of the line that sums an answer up.
+const LEAD: Style = Style::new().bold();
+
+/// Colours of the help.
+pub const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default())
+    .error(ERROR)
+    .valid(AnsiColor::Cyan.on_default().bold())
+    .invalid(WARNING);
 
 static QUIET: AtomicBool = AtomicBool::new(false);
 
@@ -52,6 +70,14 @@ pub fn beside(text: &str) {
     }
 }
 
+/// A text whose first line sums it up, that line set off for a terminal.
+pub fn with_lead(text: &str) -> String {
+    match text.split_once('\n') {
+        Some((lead, rest)) => format!("{LEAD}{lead}{LEAD:#}\n{rest}"),
+        None => format!("{LEAD}{text}{LEAD:#}"),
+    }
+}
+
 /// Prints a line on standard error, where somebody reads it.
 pub fn line(text: &str) {
     // nobody is left to tell that nobody reads
@@ -67,7 +93,7 @@ pub fn question(text: &str) {
 
 /// Tells what is wrong, each line with `error:` before it.
 pub fn error(text: &str) {
-    text.lines().for_each(|l| line(&format!("error: {l}")));
+    text.lines().for_each(|l| line(&format!("{ERROR}error:{ERROR:#} {l}")));
 }
 
 /// Tells what is to be known beside the answer, each line with `warning:` before it; nothing where quiet was asked for.
@@ -75,5 +101,5 @@ pub fn warning(text: &str) {
     if is_quiet() {
         return;
     }
-    text.lines().for_each(|l| line(&format!("warning: {l}")));
+    text.lines().for_each(|l| line(&format!("{WARNING}warning:{WARNING:#} {l}")));
 }

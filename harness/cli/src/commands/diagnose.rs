@@ -101,7 +101,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
                 answer::write(c, &o, &dir).with_context(|| format!("{}: cannot be written", dir.display()))?;
                 // what is to be one JSON text is printed at the end
                 if !a.form.json {
-                    progress.aside(|| print::beside(&answer::summary(&o)));
+                    progress.aside(|| print::beside(&print::with_lead(&answer::summary(&o))));
                 }
                 answers.push(Answer { campaign: c.dir.clone(), answer: dir, verdict: o.verdict });
             }

@@ -7,7 +7,7 @@ use serde::Serialize;
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub struct Form {
     /// Print the answer as JSON, in SI units
-    #[arg(long)]
+    #[arg(long, display_order = 900)]
     pub json: bool,
 }
 

@@ -40,7 +40,8 @@ Exit codes:
     name = "touchdown",
     version,
     about = "Contact elements for impacting machines: exact impacts and diagnosis of missing physics",
-    after_help = CODES
+    after_help = CODES,
+    styles = print::STYLES
 )]
 pub struct Cli {
     #[command(flatten)]
@@ -53,7 +54,7 @@ pub struct Cli {
 #[derive(clap::Args)]
 struct Common {
     /// Print the answer and errors alone: no progress, no warnings
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, display_order = 901)]
     quiet: bool,
 }
 
