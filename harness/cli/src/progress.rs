@@ -16,19 +16,27 @@ use std::time::{Duration, Instant};
 /// Exit code of a command that was asked to end: 128 and the number of the signal.
 pub const INTERRUPTED_CODE: u8 = 130;
 
+/// Time within which signals are one request to end.
+const ONE_REQUEST: Duration = Duration::from_millis(300);
+
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static HANDLER: Once = Once::new();
 
-/// From here on Ctrl-C, SIGTERM and SIGHUP only ask: [`interrupted`] answers true, and the command comes to its end. Asked a
-/// second time the process ends at once. A process that was started to ignore one of them, as by `nohup`, is left to the
-/// system's ways.
+/// From here on Ctrl-C, SIGTERM and SIGHUP only ask: [`interrupted`] answers true, and the command comes to its end. Asked once
+/// more after [`ONE_REQUEST`] the process ends at once. A process that was started to ignore one of them, as by `nohup`, is
+/// left to the system's ways.
 pub fn catch_interrupts() {
     HANDLER.call_once(|| {
-        let set = ctrlc::try_set_handler(|| {
-            if INTERRUPTED.swap(true, Ordering::SeqCst) {
-                std::process::exit(i32::from(INTERRUPTED_CODE));
+        let mut first: Option<Instant> = None;
+        let set = ctrlc::try_set_handler(move || match first {
+            // shells and `timeout` signal a process and its group: that is one request
+            Some(at) if at.elapsed() < ONE_REQUEST => {}
+            Some(_) => std::process::exit(i32::from(INTERRUPTED_CODE)),
+            None => {
+                first = Some(Instant::now());
+                INTERRUPTED.store(true, Ordering::SeqCst);
+                print::line("interrupted: ending; once more to end at once");
             }
-            print::line("interrupted: ending; once more to end at once");
         });
         // without a handler the signals end the process as they always did
         drop(set);

@@ -32,7 +32,7 @@ fn words_of_the_command_line() {
         (&["pack", "--out", "x.fmu", "--model", "movingbar"], "\"moving-bar\""),
         (&["pack", "--out", "x.fmu", "--binary", "linux_64=x.so"], "\"linux64\""),
         (&["import", "c/r01.csv", "--list", "--map", "acceleratoin=x"], "\"acceleration\""),
-        (&["import", "c/r01.csv", "--list", "--map", "force=force:Nn"], "\"nN\""),
+        (&["import", "c/r01.csv", "--out", "o", "--map", "force=force:Nn"], "\"nN\""),
         (&["import", "c/r01.csv", "--out", "o", "--map", "force=forse:N"], "\"force\""),
         (&["import", "c/r01.csv", "--list", "--terms", "grvity"], "\"gravity\""),
         (&["import", "c/r01.csv", "--list", "--kind", "indention"], "\"indentation\""),

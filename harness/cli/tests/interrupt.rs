@@ -40,13 +40,15 @@ fn what_is_under_way_is_named_and_leaves_nothing() {
     let dir = tempfile::tempdir().unwrap();
     write_campaign(&dir.path().join("first"), &Recipe::default()).unwrap();
     write_campaign(&dir.path().join("second"), &Recipe::default()).unwrap();
-    for name in ["INT", "TERM", "HUP"] {
+    // the last as `timeout` does, which signals a process and then its group
+    for names in [&["INT"][..], &["TERM"], &["HUP"], &["INT", "INT"]] {
+        let name = names.join(" and ");
         // the nulls alone take hours
         let mut child = started(dir.path(), &["diagnose", "first", "second", "--out", "out", "--bootstrap", "9999"]);
         let mut err = BufReader::new(child.stderr.take().unwrap());
         wait_for(", first: ", &mut err);
         let asked = Instant::now();
-        signal(name, &child);
+        names.iter().for_each(|n| signal(n, &child));
         let code = child.wait().unwrap().code();
         assert!(asked.elapsed() < SOON, "{name}: {:?}", asked.elapsed());
         let mut said = String::new();
