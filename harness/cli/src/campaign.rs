@@ -21,8 +21,3 @@ pub fn of_campaign(dir: &Path, e: &dyn Display) -> String {
     let lines: Vec<String> = e.to_string().lines().map(|l| format!("{}: {l}", dir.display())).collect();
     lines.join("\n")
 }
-
-/// Tells what is wrong, a line each.
-pub fn tell(text: &str) {
-    text.lines().for_each(|l| eprintln!("touchdown: {l}"));
-}

@@ -1,9 +1,7 @@
 //! The `touchdown` command.
 
-mod commands;
-
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    commands::main()
+    touchdown::commands::main()
 }

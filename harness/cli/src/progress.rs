@@ -1,8 +1,10 @@
 //! Progress of what lasts, and Ctrl-C that loses nothing.
 //!
 //! Nothing is shown in the first second. After it a terminal shows a bar, anything else gets a plain line every
-//! five seconds; both on standard error. Safe to call from many threads.
+//! five seconds; both on standard error, with the stage, and with the time left where parts done tell it. Safe to call from
+//! many threads.
 
+use crate::print;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -11,28 +13,37 @@ use std::sync::{Arc, Mutex, Once};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Exit code of a command that Ctrl-C ended: 128 and the number of the signal.
+/// Exit code of a command that was asked to end: 128 and the number of the signal.
 pub const INTERRUPTED_CODE: u8 = 130;
+
+/// Time within which signals are one request to end.
+const ONE_REQUEST: Duration = Duration::from_millis(300);
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static HANDLER: Once = Once::new();
 
-/// From here on Ctrl-C only asks: [`interrupted`] answers true, and the command writes what it has. A second
-/// Ctrl-C ends the process at once.
+/// From here on Ctrl-C, SIGTERM and SIGHUP only ask: [`interrupted`] answers true, and the command comes to its end. Asked once
+/// more after [`ONE_REQUEST`] the process ends at once. A process that was started to ignore one of them, as by `nohup`, is
+/// left to the system's ways.
 pub fn catch_interrupts() {
     HANDLER.call_once(|| {
-        let set = ctrlc::set_handler(|| {
-            if INTERRUPTED.swap(true, Ordering::SeqCst) {
-                std::process::exit(i32::from(INTERRUPTED_CODE));
+        let mut first: Option<Instant> = None;
+        let set = ctrlc::try_set_handler(move || match first {
+            // shells and `timeout` signal a process and its group: that is one request
+            Some(at) if at.elapsed() < ONE_REQUEST => {}
+            Some(_) => std::process::exit(i32::from(INTERRUPTED_CODE)),
+            None => {
+                first = Some(Instant::now());
+                INTERRUPTED.store(true, Ordering::SeqCst);
+                print::line("interrupted: ending; once more to end at once");
             }
-            eprintln!("touchdown: interrupted; writing what there is (once more to stop at once)");
         });
-        // without a handler Ctrl-C ends the process as it always did
+        // without a handler the signals end the process as they always did
         drop(set);
     });
 }
 
-/// Whether Ctrl-C was pressed since [`catch_interrupts`].
+/// Whether the command was asked to end since [`catch_interrupts`].
 pub fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::SeqCst)
 }
@@ -47,10 +58,14 @@ const QUIET: Duration = Duration::from_secs(1);
 /// Time between plain lines, after the first.
 const BETWEEN_LINES: Duration = Duration::from_secs(5);
 
+/// What is shown, and when again.
 struct Shown {
     bar: Option<ProgressBar>,
     due: Instant,
     note: String,
+    /// Time from the beginning to the last part done.
+    last: Duration,
+    over: bool,
 }
 
 struct Job {
@@ -72,13 +87,14 @@ pub struct Progress {
 impl Progress {
     /// A job that has `total` parts to do, none done; 0: nobody knows how many.
     pub fn new(what: &str, total: u64) -> Progress {
+        let due = Instant::now() + QUIET;
         let job = Arc::new(Job {
             what: what.into(),
             total,
             done: AtomicU64::new(0),
             terminal: std::io::stderr().is_terminal(),
             began: Instant::now(),
-            shown: Mutex::new(Shown { bar: None, due: Instant::now() + QUIET, note: String::new() }),
+            shown: Mutex::new(Shown { bar: None, due, note: String::new(), last: Duration::ZERO, over: false }),
         });
         let (ended, end) = channel();
         let shows = job.clone();
@@ -93,6 +109,9 @@ impl Progress {
     /// `n` parts more are done.
     pub fn add(&self, n: u64) {
         self.job.done.fetch_add(n, Ordering::Relaxed);
+        if let Ok(mut s) = self.job.shown.lock() {
+            s.last = self.job.began.elapsed();
+        }
         self.job.show(None);
     }
 
@@ -116,20 +135,32 @@ impl Progress {
             None => print(),
         }
     }
+
+    /// Nothing is shown from here on.
+    pub fn end(&self) {
+        if let Ok(mut s) = self.job.shown.lock() {
+            s.over = true;
+            if let Some(b) = s.bar.take() {
+                b.finish_and_clear();
+            }
+        }
+    }
 }
 
 impl Job {
     fn show(&self, note: Option<&dyn Fn() -> String>) {
         // another thread is showing already: good enough
         let Ok(mut s) = self.shown.try_lock() else { return };
-        if s.bar.is_none() && Instant::now() < s.due {
+        if s.over || print::is_quiet() || s.bar.is_none() && Instant::now() < s.due {
             return;
         }
         if let Some(text) = note {
             s.note = text();
         }
-        let done = self.done.load(Ordering::Relaxed);
-        let join = |head: String| if s.note.is_empty() { head } else { format!("{head}, {}", s.note) };
+        let (done, now) = (self.done.load(Ordering::Relaxed), self.began.elapsed());
+        let left = left(done, self.total, s.last, now).map(|l| format!("about {} left", lasting(l)));
+        let more = [Some(s.note.clone()).filter(|n| !n.is_empty()), left];
+        let join = |head: String| [Some(head)].into_iter().chain(more).flatten().collect::<Vec<_>>().join(", ");
         if self.terminal {
             let text = join(self.what.clone());
             let bar = s.bar.get_or_insert_with(|| self.bar());
@@ -138,7 +169,7 @@ impl Job {
             bar.tick();
         } else {
             let count = if self.total > 0 { format!("{done} of {}, ", self.total) } else { String::new() };
-            eprintln!("{}", join(format!("{}: {count}{} s", self.what, self.began.elapsed().as_secs())));
+            print::line(&join(format!("{}: {count}{}", self.what, lasting(now))));
             s.due = Instant::now() + BETWEEN_LINES;
         }
     }
@@ -157,6 +188,28 @@ impl Job {
     }
 }
 
+/// Time left of a job of `total` parts, `done` of them done at `last`, by the time that each of those took; None where none
+/// is done, and where the last one takes longer than the others did.
+fn left(done: u64, total: u64, last: Duration, now: Duration) -> Option<Duration> {
+    if done == 0 || done >= total {
+        return None;
+    }
+    let part = last.as_secs_f64() / done as f64;
+    let open = (total - done) as f64;
+    // of the part under way at least nothing
+    let seconds = (part * open - now.saturating_sub(last).as_secs_f64()).max(part * (open - 1.0));
+    Duration::try_from_secs_f64(seconds).ok().filter(|d| d.as_millis() > 0)
+}
+
+/// A time in words.
+fn lasting(d: Duration) -> String {
+    match d.as_secs() {
+        s @ 0..60 => format!("{s} s"),
+        s @ 60..3600 => format!("{} min {} s", s / 60, s % 60),
+        s => format!("{} h {} min", s / 3600, s % 3600 / 60),
+    }
+}
+
 impl Drop for Progress {
     fn drop(&mut self) {
         drop(self.ended.take());
@@ -164,8 +217,31 @@ impl Drop for Progress {
             // a clock that panicked has shown nothing: there is nothing to undo
             drop(c.join());
         }
-        if let Some(b) = self.job.shown.lock().ok().and_then(|mut s| s.bar.take()) {
-            b.finish_and_clear();
-        }
+        self.end();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_left_follows_from_the_parts_done_and_is_not_made_up() {
+        let of = |done, total, last, now| {
+            left(done, total, Duration::from_secs(last), Duration::from_secs(now)).map(|d| d.as_secs())
+        };
+        assert_eq!(of(0, 4, 0, 10), None, "nothing is done yet");
+        assert_eq!(of(0, 0, 0, 10), None, "nobody knows how many parts there are");
+        assert_eq!(of(1, 4, 10, 10), Some(30));
+        assert_eq!(of(1, 4, 10, 14), Some(26));
+        assert_eq!(of(1, 4, 10, 90), Some(20), "the part under way takes longer, two more are to come");
+        assert_eq!(of(3, 4, 30, 60), None, "the last part takes longer than the others");
+        assert_eq!(of(4, 4, 30, 60), None);
+    }
+
+    #[test]
+    fn times_are_told_in_two_units_at_most() {
+        let of = |s| lasting(Duration::from_secs(s));
+        assert_eq!([of(0), of(59), of(61), of(3725)], ["0 s", "59 s", "1 min 1 s", "1 h 2 min"].map(String::from));
     }
 }

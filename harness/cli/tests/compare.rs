@@ -44,7 +44,7 @@ fn refused(run: Output, says: &[&str]) {
     let err = String::from_utf8_lossy(&run.stderr).into_owned();
     assert_eq!(run.status.code(), Some(2), "{err}");
     assert!(run.stdout.is_empty());
-    assert!(err.lines().all(|l| l.starts_with("touchdown: ")), "{err}");
+    assert!(err.lines().all(|l| l.starts_with("error: ")), "{err}");
     for s in says {
         assert!(err.contains(s), "{s:?} is not in {err}");
     }

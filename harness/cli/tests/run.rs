@@ -436,7 +436,7 @@ fn a_folder_that_cannot_be_written_is_told_before_anything_runs() {
     let o = run(dir.path(), &example("drop_test"), &["--direct"]);
     let e = String::from_utf8_lossy(&o.stderr).into_owned();
     assert_eq!(o.status.code(), Some(2));
-    assert!(e.contains("out: cannot be written") && e.contains("--out") && o.stdout.is_empty(), "{e}");
+    assert!(e.contains("out: a file is in the way; give another --out") && o.stdout.is_empty(), "{e}");
     assert_eq!(std::fs::read_to_string(taken).unwrap(), "mine");
 }
 

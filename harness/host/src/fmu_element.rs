@@ -6,6 +6,7 @@ use super::instance::Instance;
 use super::state::State;
 use anyhow::{anyhow, bail, ensure, Context, Result};
 use plant::element::Element;
+use record::words::meant;
 
 /// Step of a trial, s, where the force has to be stepped for.
 const TRIAL_STEP: f64 = 1e-9;
@@ -406,7 +407,9 @@ const ENERGY: Quantity = ("an energy", [1, 2, -2], &["J", "N.m"]);
 fn port(d: &Description, name: &str, causality: Causality, quantity: Quantity) -> Result<Port> {
     let wanted = if causality == Causality::Input { "input" } else { "output" };
     let v = d.variable(name).filter(|v| v.causality == causality && v.kind == Kind::Real).ok_or_else(|| {
-        anyhow!("has no Real {wanted} {name}; its {wanted}s are: {}; name the right one", list(&d.names(causality)))
+        let names = d.names(causality);
+        let (all, meant) = (list(&names), meant(name, &names));
+        anyhow!("has no Real {wanted} {name}; its {wanted}s are: {all}; name the right one{meant}")
     })?;
     Ok(Port { reference: v.value_reference, scale: scale(d, v, quantity)? })
 }
@@ -430,7 +433,8 @@ fn scale(d: &Description, v: &Variable, (what, exponents, plain): Quantity) -> R
 
 fn setting(d: &Description, name: &str, value: f64) -> Result<(Variable, f64)> {
     let v = d.variable(name).filter(|v| v.causality == Causality::Parameter).ok_or_else(|| {
-        anyhow!("has no parameter {name}; its parameters are: {}", list(&d.names(Causality::Parameter)))
+        let names = d.names(Causality::Parameter);
+        anyhow!("has no parameter {name}; its parameters are: {}{}", list(&names), meant(name, &names))
     })?;
     let whole = value.fract() == 0.0 && value.abs() < f64::from(i32::MAX);
     let fits = match v.kind {

@@ -34,6 +34,11 @@ pub fn key(name: &str) -> Option<&'static str> {
     KEYS.iter().find(|k| k.0 == long).map(|k| k.0)
 }
 
+/// All names that [`key`] knows.
+pub fn known() -> Vec<&'static str> {
+    KEYS.iter().map(|k| k.0).chain(SHORT.iter().map(|s| s.0)).collect()
+}
+
 /// A value as campaign.toml takes it, SI.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {

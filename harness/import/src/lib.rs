@@ -24,7 +24,7 @@ mod write;
 
 pub use amount::amount;
 pub use facts::Facts;
-pub use list::list;
+pub use list::{list, Listed, ListedChannel, ListedGroup};
 pub use map::{parse as parse_map, Mapped};
 pub use names::Pattern;
 pub use page::NAME as PAGE;

@@ -1,7 +1,7 @@
 //! Facts from names: of files by a pattern the user gives, of files, groups and columns by numbers with a unit in them.
 
 use crate::amount::instead;
-use crate::facts::{key, Facts, KEYS};
+use crate::facts::{key, known, Facts, KEYS};
 use record::units;
 use regex::Regex;
 
@@ -37,9 +37,8 @@ impl Pattern {
                     regex += ".*?";
                     continue;
                 }
-                let known = KEYS.map(|k| k.0);
                 let key = key(name)
-                    .ok_or_else(|| format!("--names {text}: {name:?} is not known; {}", instead(name, &known)))?;
+                    .ok_or_else(|| format!("--names {text}: {name:?} is not known; {}", instead(name, &known())))?;
                 let quantity = KEYS.iter().find(|k| k.0 == key).map_or("", |k| k.1);
                 if !unit.is_empty() && units::factor(quantity, unit).is_none() {
                     let cure = units::instead(quantity, unit);

@@ -139,12 +139,15 @@ pub fn survey(path: &Path, source: &mut dyn Source, o: &Options) -> Result<File,
     }
     for (m, _) in o.map.iter().zip(&mapped).filter(|m| !m.1) {
         let columns: Vec<String> = file.groups.iter().map(guess::listed).collect();
+        let names: Vec<&String> = file.groups.iter().flat_map(|g| &g.channels).map(|c| &c.name).collect();
+        let column = m.text().split(':').next().unwrap_or_default();
         faults.push(format!(
-            "{}: --map {}={}: there is no such column; its columns are {}",
+            "{}: --map {}={}: there is no such column; its columns are {}{}",
             path.display(),
             m.role.name(),
             m.text(),
-            columns.join("; ")
+            columns.join("; "),
+            record::words::meant(column, &names)
         ));
     }
     faults.extend(apart(&file).map(|e| format!("{}: {e}", path.display())));

@@ -1,7 +1,7 @@
 //! The table `--table`: facts of each recording, a row each.
 
 use crate::amount::instead;
-use crate::facts::{key, Facts, KEYS};
+use crate::facts::{key, known, Facts, KEYS};
 use record::units;
 use std::path::Path;
 
@@ -109,7 +109,7 @@ fn column(head: &str) -> Result<Option<(&'static str, String)>, String> {
         return Ok(None);
     }
     let Some(key) = key(name) else {
-        let known: Vec<&str> = std::iter::once("file").chain(KEYS.iter().map(|k| k.0)).collect();
+        let known: Vec<&str> = std::iter::once("file").chain(known()).collect();
         return Err(format!("column {head:?} is not known; {}", instead(name.trim(), &known)));
     };
     let quantity = KEYS.iter().find(|k| k.0 == key).map_or("", |k| k.1);

@@ -6,7 +6,7 @@ use crate::ALL;
 use record::Kind;
 
 /// A quantity that a fit of a mechanism reports.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Quantity {
     pub name: &'static str,
     /// SI; "1" for none.

@@ -54,15 +54,15 @@ pub fn folder(dir: &Path, fill: impl FnOnce(&Path) -> std::io::Result<()>) -> st
     Ok(())
 }
 
-/// Whether a folder `dir` could be made, or a file written there: tries it with a temporary folder in the nearest folder
-/// above that is there.
+/// Whether files could be written in `folder`: tries it with a temporary folder in there, or where it is not there yet in the
+/// nearest folder above that is.
 ///
 /// # Errors
 /// As the file system gives them.
-pub fn probe(dir: &Path) -> std::io::Result<()> {
-    let whole = std::path::absolute(dir)?;
-    let above = whole.ancestors().skip(1).find(|d| d.exists()).unwrap_or(Path::new("."));
-    tempfile::Builder::new().prefix(".touchdown-").tempdir_in(above).map(drop)
+pub fn probe(folder: &Path) -> std::io::Result<()> {
+    let whole = std::path::absolute(folder)?;
+    let there = whole.ancestors().find(|d| d.exists()).unwrap_or(Path::new("."));
+    tempfile::Builder::new().prefix(".touchdown-").tempdir_in(there).map(drop)
 }
 
 #[cfg(test)]
@@ -70,10 +70,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_place_that_cannot_hold_a_folder_is_told_before_any_work() {
+    fn a_place_where_nothing_can_be_written_is_told_before_any_work() {
         let t = tempfile::tempdir().unwrap();
         std::fs::write(t.path().join("file"), b"1").unwrap();
-        assert!(probe(&t.path().join("a/b/c")).is_ok());
+        assert!(probe(&t.path().join("a/b/c")).is_ok() && probe(t.path()).is_ok());
         assert!(probe(&t.path().join("file/b")).is_err());
         assert_eq!(std::fs::read_dir(t.path()).unwrap().count(), 1);
     }

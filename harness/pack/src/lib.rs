@@ -123,7 +123,7 @@ impl Model {
         match name {
             "contact" => Ok(Model::contact()),
             "moving-bar" => Ok(Model::moving_bar()),
-            _ => bail!("{name} is no model: give contact or moving-bar"),
+            _ => bail!("{name} is no model; {}", record::words::instead(name, &["contact", "moving-bar"])),
         }
     }
 
@@ -140,7 +140,7 @@ impl Model {
         for (name, value) in starts {
             let Some(e) = self.table.iter().find(|e| e.name == name && e.parameter.is_some()) else {
                 let names: Vec<&str> = self.table.iter().filter(|e| e.parameter.is_some()).map(|e| e.name).collect();
-                bail!("{name} is no parameter: give one of {}", names.join(", "));
+                bail!("{name} is no parameter; {}", record::words::instead(name, &names));
             };
             ensure!(
                 e.kind == "Real" || (value.fract() == 0.0 && value.abs() < 1e9),

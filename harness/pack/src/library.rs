@@ -25,7 +25,10 @@ impl Model {
             "linux64" | "linux32" => "so",
             "win64" | "win32" => "dll",
             "darwin64" => "dylib",
-            _ => bail!("platform {platform:?}: give linux64, linux32, win64, win32 or darwin64"),
+            _ => {
+                let known = ["linux64", "linux32", "win64", "win32", "darwin64"];
+                bail!("platform {platform:?} is not known; {}", record::words::instead(platform, &known))
+            }
         };
         Ok(format!("{}.{ending}", self.name))
     }

@@ -41,6 +41,23 @@ pub fn instead(word: &str, known: &[&str]) -> String {
     }
 }
 
+/// The end of a message that has told all of `known`: the nearest to `word`; empty where none is near.
+pub fn meant(word: &str, known: &[impl AsRef<str>]) -> String {
+    let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
+    nearest(word, &known).map_or(String::new(), |k| format!("; did you mean {k:?}?"))
+}
+
+/// What serde says of a key or a value that it does not know ("unknown field `a`, expected one of `b`, `c`"), with the nearest
+/// of those known; any other message as it is.
+pub fn with_meant(message: &str) -> String {
+    let message = message.trim();
+    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    match quoted[..] {
+        [word, ref known @ ..] if message.starts_with("unknown ") => format!("{message}{}", meant(word, known)),
+        _ => message.to_string(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -60,6 +77,19 @@ mod tests {
         }
         assert_eq!(nearest("wind", &known), None);
         assert_eq!(instead("grvity", &known[..1]), "did you mean \"gravity\"? Known are gravity");
+        assert_eq!(meant("grvity", &known), "; did you mean \"gravity\"?");
+        assert_eq!(meant("wind", &known), "");
         assert_eq!(instead("wind", &known[..2]), "known are gravity, guide_friction");
+    }
+
+    #[test]
+    fn keys_that_serde_does_not_know_find_theirs() {
+        let said = "unknown field `stopp`, expected one of `start`, `stop`";
+        assert_eq!(with_meant(said), format!("{said}; did you mean \"stop\"?"));
+        let said = "unknown variant `jacoby`, expected `gauss-seidel` or `jacobi`";
+        assert_eq!(with_meant(said), format!("{said}; did you mean \"jacobi\"?"));
+        for said in ["unknown field `wind`, expected `mass`", "missing field `mass`", "unknown field `wind`"] {
+            assert_eq!(with_meant(said), said);
+        }
     }
 }

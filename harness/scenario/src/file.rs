@@ -242,7 +242,7 @@ impl Scenario {
     pub fn parse(text: &str) -> Result<Scenario, (Option<usize>, String)> {
         let s: Scenario = toml::from_str(text).map_err(|e| {
             let line = e.span().map(|s| text[..s.start.min(text.len())].matches('\n').count() + 1);
-            (line, format!("{}; correct it or leave it out", e.message().trim()))
+            (line, format!("{}; correct it or leave it out", record::words::with_meant(e.message())))
         })?;
         match s.check() {
             Ok(()) => Ok(s),

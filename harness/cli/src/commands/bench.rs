@@ -1,17 +1,23 @@
 //! `touchdown bench`.
 
+use crate::bench::calls::{against_direct, Ask};
+use crate::bench::fit::{base_fit, BaseFit, SHARE};
+use crate::bench::table::{figure, markdown, Aim, Row};
+use crate::bench::{self, diagnosis, pow, Inputs, Python, Spread, FMPY_SIDE};
+use crate::print;
+use crate::progress::Progress;
 use anyhow::{Context, Result};
 use host::Fmu;
 use plant::recipe::{write_campaign, Recipe};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use touchdown::bench::calls::{against_direct, Ask};
-use touchdown::bench::fit::{base_fit, BaseFit, SHARE};
-use touchdown::bench::table::{figure, markdown, Aim, Row};
-use touchdown::bench::{self, diagnosis, pow, Inputs, Python, Spread, FMPY_SIDE};
-use touchdown::progress::Progress;
+
+const EXAMPLES: &str = "Examples:
+  touchdown bench --rounds 3                             # ours alone, on campaigns made here
+  touchdown bench my_drops --python bench_venv/bin/python  # beside scipy, numba and fmpy on a campaign of your own";
 
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A drop-test campaign to fit and to diagnose instead of ones made here
     campaign: Option<PathBuf>,
@@ -48,7 +54,7 @@ fn campaigns(given: Option<&Path>, folder: &Path) -> Result<[PathBuf; 2]> {
 }
 
 fn diagnoses(campaign: &Path, folder: &Path, rows: &mut Vec<Row>, progress: &Progress) -> Result<()> {
-    let size = touchdown::campaign::load(campaign)?;
+    let size = crate::campaign::load(campaign)?;
     let samples: usize = size.recordings.iter().map(|r| r.time.len()).sum();
     let mut taken = Vec::new();
     for _ in 0..DIAGNOSES {
@@ -135,28 +141,32 @@ fn fits(f: &BaseFit, rows: &mut Vec<Row>) {
     row("scipy: least_squares over numba, its Jacobian's blocks given", &f.structured, 5.0);
 }
 
-fn found(f: &BaseFit) {
-    println!("\nWhere the base fits ended (k N/m^p, mu_d N s/m^(p+1); chi^2 at the start {:.0}):\n", f.start);
-    println!("| | chi^2 | k | p | mu_d |\n|---|---|---|---|---|");
+/// Where the base fits ended, as a table.
+fn found(f: &BaseFit) -> String {
+    let mut s = format!(
+        "\nWhere the base fits ended (k N/m^p, mu_d N s/m^(p+1); chi^2 at the start {:.0}):\n\n\
+         | | chi^2 | k | p | mu_d |\n|---|---|---|---|---|\n",
+        f.start
+    );
     for (name, x) in [
         ("touchdown", f.found),
         ("solve_ivp + Nelder-Mead", f.simplex.found),
         ("least_squares over numba", f.plain.found),
         ("least_squares, blocks given", f.structured.found),
     ] {
-        println!("| {name} | {:.1} | {:.5e} | {:.6} | {:.5e} |", x.chi2, x.k, x.p, x.mu_d);
+        s += &format!("| {name} | {:.1} | {:.5e} | {:.6} | {:.5e} |\n", x.chi2, x.k, x.p, x.mu_d);
     }
-    println!(
-        "\nNelder-Mead's clock stops when chi^2 is within {} % of ours, the others' when they have converged.",
+    s + &format!(
+        "\nNelder-Mead's clock stops when chi^2 is within {} % of ours, the others' when they have converged.\n",
         SHARE * 100.0
-    );
+    )
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
     let rounds = a.rounds as usize;
     let folder = tempfile::tempdir().context("no temporary folder; see TMPDIR")?;
     let [to_fit, to_diagnose] = campaigns(a.campaign.as_deref(), folder.path())?;
-    let campaign = touchdown::campaign::load(&to_fit)?;
+    let campaign = crate::campaign::load(&to_fit)?;
     let ours = bench::our_fmu(folder.path())?;
     let fmu = Fmu::open(&ours)?;
     let parts = DIAGNOSES + 5 * bench::LAWS.len() + pow::COMMON.len() + pow::OTHERS.len();
@@ -204,15 +214,15 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     steps(&fmu, folder.path(), rounds, &mut rows, &progress)?;
     powers(rounds, &mut rows, &progress);
     drop(progress);
-    print!("{}", markdown(&rows));
-    if let Some(f) = &fitted {
-        found(f);
-    } else {
-        words.push("With --python PYTHON it also measures against scipy, numba and fmpy: see tests/bench/run.".into());
+    let mut said = markdown(&rows);
+    match &fitted {
+        Some(f) => said += &found(f),
+        None => words
+            .push("With --python PYTHON it also measures against scipy, numba and fmpy: see tests/bench/run.".into()),
     }
-    println!("\n{rounds} rounds of each, ours and theirs in turn; medians; all but the wall time is CPU time.");
-    for w in words {
-        println!("{w}");
-    }
+    said +=
+        &format!("\n{rounds} rounds of each, ours and theirs in turn; medians; all but the wall time is CPU time.\n");
+    said.extend(words.iter().map(|w| format!("{w}\n")));
+    print::answer(&said)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,23 +1,82 @@
 //! `touchdown check`.
 
-use anyhow::{anyhow, Context, Result};
+use super::form::Form;
+use crate::aligned::aligned;
+use crate::campaign::of_campaign;
+use crate::print;
+use anyhow::Result;
 use diagnose::figure::figure;
 use estimate::condition::condition;
 use estimate::impact::touch;
 use record::{Campaign, Channel, Recording};
-use std::path::PathBuf;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use touchdown::aligned::aligned;
-use touchdown::campaign::{of_campaign, tell};
+
+const EXAMPLES: &str = "Examples:
+  touchdown check my_drops                               # what a diagnosis would see, and what contradicts
+  touchdown check drops_a drops_b drops_c                # several at once; every fault of each is told
+  touchdown check my_drops --json > my_drops.json        # the same for programs";
 
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Campaign folders of format recordings/1
     #[arg(required = true)]
     campaigns: Vec<PathBuf>,
+    #[command(flatten)]
+    form: Form,
 }
 
-/// What is known of each recording: its column's name, with the unit.
+/// How a campaign is understood, SI; what was not come to is absent.
+#[derive(Serialize)]
+struct Understood {
+    folder: PathBuf,
+    name: String,
+    kind: &'static str,
+    moving_mass: Option<f64>,
+    levels: usize,
+    simulation: Simulation,
+    recordings: Vec<Row>,
+    notes: Vec<String>,
+    noise: Vec<Noise>,
+    /// What is wrong with it, a line each; also told on standard error.
+    errors: Vec<String>,
+}
+
+/// The simulation as given.
+#[derive(Serialize)]
+struct Simulation {
+    k: Option<f64>,
+    p: Option<f64>,
+    terms: Vec<String>,
+}
+
+/// What is known of a recording; channels by their least and largest reading.
+#[derive(Serialize)]
+struct Row {
+    file: String,
+    order: f64,
+    level: String,
+    samples: usize,
+    interval: f64,
+    impact_at: Option<f64>,
+    contact: Option<f64>,
+    force: Option<[f64; 2]>,
+    acceleration: Option<[f64; 2]>,
+    penetration: Option<[f64; 2]>,
+}
+
+/// A channel's noise: standard deviation in its unit, and over its range.
+#[derive(Serialize)]
+struct Noise {
+    channel: &'static str,
+    unit: &'static str,
+    noise: f64,
+    over_range: f64,
+}
+
+/// Columns of the table, with the unit.
 const COLUMNS: [&str; 10] = [
     "file",
     "order",
@@ -31,88 +90,131 @@ const COLUMNS: [&str; 10] = [
     "penetration [m]",
 ];
 
-/// A row of the table; channels by their least and largest reading.
-fn row(c: &Campaign, r: &Recording) -> [String; 10] {
+fn row(c: &Campaign, r: &Recording) -> Row {
     let time = r.all_times();
-    let interval = (time[time.len() - 1] - time[0]) / (time.len() - 1).max(1) as f64;
-    let (at, contact) = touch(c.kind, r, c.moving_mass.unwrap_or(1.0)).unwrap_or((f64::NAN, f64::NAN));
+    let touched = touch(c.kind, r, c.moving_mass.unwrap_or(1.0));
     let of = |channel: Channel| {
-        r.channels[channel.index()].as_ref().map_or("-".to_string(), |y| {
-            let (low, high) = y.iter().fold((f64::MAX, f64::MIN), |m, v| (m.0.min(*v), m.1.max(*v)));
-            format!("{} to {}", figure(low, ""), figure(high, ""))
-        })
+        let y = r.channels[channel.index()].as_ref()?;
+        Some(y.iter().fold([f64::MAX, f64::MIN], |[low, high], v| [low.min(*v), high.max(*v)]))
+    };
+    Row {
+        file: r.file.clone(),
+        order: r.order,
+        level: c.levels[r.level].1.clone(),
+        samples: time.len(),
+        interval: (time[time.len() - 1] - time[0]) / (time.len() - 1).max(1) as f64,
+        impact_at: touched.map(|t| t.0),
+        contact: touched.map(|t| t.1),
+        force: of(Channel::Force),
+        acceleration: of(Channel::Acceleration),
+        penetration: of(Channel::Penetration),
+    }
+}
+
+fn cells(r: &Row) -> [String; 10] {
+    let time = |t: Option<f64>| t.map_or("-".to_string(), |t| figure(t, ""));
+    let range = |y: Option<[f64; 2]>| {
+        y.map_or("-".to_string(), |[low, high]| format!("{} to {}", figure(low, ""), figure(high, "")))
     };
     [
         r.file.clone(),
         r.order.to_string(),
-        c.levels[r.level].1.clone(),
-        time.len().to_string(),
-        figure(interval, ""),
-        figure(at, ""),
-        figure(contact, ""),
-        of(Channel::Force),
-        of(Channel::Acceleration),
-        of(Channel::Penetration),
+        r.level.clone(),
+        r.samples.to_string(),
+        figure(r.interval, ""),
+        time(r.impact_at),
+        time(r.contact),
+        range(r.force),
+        range(r.acceleration),
+        range(r.penetration),
     ]
 }
 
-/// The recordings as a table.
-fn table(c: &Campaign) -> String {
-    let head = COLUMNS.map(str::to_string);
-    let rows: Vec<_> = std::iter::once(head).chain(c.recordings.iter().map(|r| row(c, r))).collect();
-    aligned(&rows)
-}
-
-/// How a campaign is understood.
-fn understood(c: &Campaign) -> String {
-    let simulation = match (c.simulation.k, c.simulation.p) {
+fn words(u: &Understood) -> String {
+    let simulation = match (u.simulation.k, u.simulation.p) {
         (Some(k), Some(p)) => format!("k = {k} N/m^p, p = {p}"),
         _ => "not calibrated yet".to_string(),
     };
-    let terms = if c.simulation.terms.is_empty() { "none".to_string() } else { c.simulation.terms.join(", ") };
-    let mass = c.moving_mass.map_or(String::new(), |m| format!(", moving mass {m} kg"));
-    format!(
-        "{}: {} of {}{mass}; {} recordings at {} levels; simulation: {simulation}, terms: {terms}\n{}",
-        c.dir.display(),
-        c.kind.name(),
-        c.name,
-        c.recordings.len(),
-        c.levels.len(),
-        table(c)
-    )
+    let terms = if u.simulation.terms.is_empty() { "none".to_string() } else { u.simulation.terms.join(", ") };
+    let mass = u.moving_mass.map_or(String::new(), |m| format!(", moving mass {m} kg"));
+    let mut s = format!(
+        "{}: {} of {}{mass}; {} recordings at {} levels; simulation: {simulation}, terms: {terms}\n",
+        u.folder.display(),
+        u.kind,
+        u.name,
+        u.recordings.len(),
+        u.levels
+    );
+    let head = COLUMNS.map(str::to_string);
+    s += &aligned(&std::iter::once(head).chain(u.recordings.iter().map(cells)).collect::<Vec<_>>());
+    s.extend(u.notes.iter().map(|n| format!("  note: {n}\n")));
+    for n in &u.noise {
+        let (noise, share) = (figure(n.noise, n.unit), figure(100.0 * n.over_range, "%"));
+        s += &format!("  noise of {}: {noise}, {share} of its range\n", n.channel);
+    }
+    if u.errors.is_empty() {
+        s += "  nothing contradicts\n";
+    }
+    s
 }
 
-/// Checks one campaign as far as a diagnosis looks before it fits anything.
-fn check(dir: &std::path::Path) -> Result<()> {
-    let c = touchdown::campaign::load(dir)?;
-    print!("{}", understood(&c));
-    for w in &c.warnings {
-        println!("  note: {w}");
+/// A campaign as far as a diagnosis looks before it fits anything.
+///
+/// # Errors
+/// Where it cannot be read at all; what contradicts is among what is understood.
+fn understood(dir: &Path) -> Result<Understood> {
+    let c = crate::campaign::load(dir)?;
+    let mut u = Understood {
+        folder: dir.into(),
+        name: c.name.clone(),
+        kind: c.kind.name(),
+        moving_mass: c.moving_mass,
+        levels: c.levels.len(),
+        simulation: Simulation { k: c.simulation.k, p: c.simulation.p, terms: c.simulation.terms.clone() },
+        recordings: c.recordings.iter().map(|r| row(&c, r)).collect(),
+        notes: c.warnings.clone(),
+        noise: Vec::new(),
+        errors: Vec::new(),
+    };
+    let data = match condition(&c) {
+        Ok(conditioned) => conditioned.data,
+        Err(e) => {
+            u.errors = of_campaign(dir, &e).lines().map(str::to_string).collect();
+            return Ok(u);
+        }
+    };
+    let noise = |channel: Channel| {
+        let noise = data.noise[channel.index()].marginal();
+        let over_range = noise / data.range[channel.index()];
+        Noise { channel: channel.name(), unit: channel.unit(), noise, over_range }
+    };
+    u.noise = Channel::ALL.into_iter().filter(|k| data.has(*k)).map(noise).collect();
+    if let Err(e) = diagnose::plausible::check(&c, &data) {
+        u.errors = of_campaign(dir, &e).lines().map(str::to_string).collect();
     }
-    let place = || dir.display().to_string();
-    let conditioned = condition(&c).with_context(place)?;
-    for channel in Channel::ALL.into_iter().filter(|k| conditioned.data.has(*k)) {
-        let (noise, range) =
-            (conditioned.data.noise[channel.index()].marginal(), conditioned.data.range[channel.index()]);
-        println!(
-            "  noise of {}: {}, {} of its range",
-            channel.name(),
-            figure(noise, channel.unit()),
-            figure(100.0 * noise / range, "%")
-        );
-    }
-    diagnose::plausible::check(&c, &conditioned.data).map_err(|e| anyhow!(of_campaign(dir, &e)))?;
-    println!("  nothing contradicts");
-    Ok(())
+    Ok(u)
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
+    let mut all = Vec::new();
     let mut failed = false;
     for dir in &a.campaigns {
-        if let Err(e) = check(dir) {
-            failed = true;
-            tell(&format!("{e:#}"));
+        match understood(dir) {
+            Ok(u) => {
+                // what is to be one JSON text is printed at the end
+                if !a.form.json {
+                    print::answer(&words(&u))?;
+                }
+                u.errors.iter().for_each(|e| print::error(e));
+                failed |= !u.errors.is_empty();
+                all.push(u);
+            }
+            Err(e) => {
+                failed = true;
+                print::error(&format!("{e:#}"));
+            }
         }
     }
+    print::answer(&a.form.of(&all, |_| String::new())?)?;
     Ok(if failed { ExitCode::from(2) } else { ExitCode::SUCCESS })
 }

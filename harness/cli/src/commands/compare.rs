@@ -1,15 +1,16 @@
 //! `touchdown compare`.
 
+use super::form::Form;
+use crate::aligned::aligned;
+use crate::compare::{
+    compare, BounceFigures, BounceTable, ChannelComparison, Comparison, ImpactFigures, PulseFigures, Settings, Spectra,
+    EACH_OCTAVE,
+};
+use crate::print;
 use anyhow::{anyhow, Result};
 use diagnose::figure::figure;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use touchdown::aligned::aligned;
-use touchdown::campaign::tell;
-use touchdown::compare::{
-    compare, BounceFigures, BounceTable, ChannelComparison, Comparison, ImpactFigures, PulseFigures, Settings, Spectra,
-    EACH_OCTAVE,
-};
 
 /// Impacts whose figures are printed; --json has all.
 const PRINTED: usize = 12;
@@ -48,9 +49,8 @@ pub struct Arguments {
     /// Sampling rate at which channels are rated, Hz; ISO/TS 18571 has 10000
     #[arg(long, value_name = "HZ", default_value_t = assess::rating::RATE)]
     rating_rate: f64,
-    /// Print everything as JSON, in SI units
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    form: Form,
 }
 
 impl Arguments {
@@ -203,14 +203,10 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let c = match compare(&a.settings()?) {
         Ok(c) => c,
         Err(e) => {
-            tell(&format!("{e:#}"));
+            print::error(&format!("{e:#}"));
             return Ok(ExitCode::from(2));
         }
     };
-    if a.json {
-        println!("{}", serde_json::to_string_pretty(&c)?);
-    } else {
-        print!("{}", text(&c));
-    }
+    print::answer(&a.form.of(&c, text)?)?;
     Ok(ExitCode::SUCCESS)
 }

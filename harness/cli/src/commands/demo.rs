@@ -1,16 +1,22 @@
 //! `touchdown demo`: the main job on data of the repository, every step a command that can be run again by hand.
 
+use crate::print;
+use crate::progress::{catch_interrupts, interrupted, INTERRUPTED_CODE};
 use anyhow::{ensure, Context, Result};
 use chart::{card, lead, linked, picture, Page};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use touchdown::progress::{catch_interrupts, interrupted, INTERRUPTED_CODE};
+
+const EXAMPLES: &str = "Examples:
+  touchdown demo --out demo                              # then open demo/index.html
+  touchdown demo --out demo --quiet                      # without progress";
 
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Folder for everything the demo makes
     #[arg(long)]
-    out: PathBuf,
+    pub out: PathBuf,
 }
 
 macro_rules! input {
@@ -122,7 +128,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let mut page = Page::new("");
     for (i, step) in STEPS.iter().enumerate() {
         let words: Vec<String> = step.words.iter().map(|w| fill(w, &a.out)).collect();
-        println!("\n{} of {}: {}\n$ touchdown {}", i + 1, STEPS.len(), step.title, words.join(" "));
+        print::beside(&format!("\n{} of {}: {}\n$ touchdown {}\n", i + 1, STEPS.len(), step.title, words.join(" ")));
         let code = super::dispatch(words.iter().map(String::as_str))?;
         if interrupted() {
             return Ok(ExitCode::from(INTERRUPTED_CODE));
@@ -148,6 +154,6 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         .then(page);
     let index = a.out.join("index.html");
     output::write(&index, page.html().as_bytes()).with_context(|| format!("{}: cannot be written", index.display()))?;
-    println!("\npictures: {}", index.display());
+    print::beside(&format!("\npictures: {}\n", index.display()));
     Ok(ExitCode::SUCCESS)
 }

@@ -1,22 +1,35 @@
 //! `touchdown diagnose`.
 
+use super::form::Form;
+use crate::campaign::of_campaign;
+use crate::print;
+use crate::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
 use anyhow::{anyhow, Context, Result};
-use diagnose::run::{self as diagnosis, Failure, Settings};
+use diagnose::run::{self as diagnosis, Failure, Outcome, Settings};
+use diagnose::verdict::Verdict;
 use record::Campaign;
 use report::diagnosis as answer;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use touchdown::campaign::{of_campaign, tell};
-use touchdown::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
+use std::sync::mpsc::{channel, RecvTimeoutError};
+use std::sync::Arc;
+use std::time::Duration;
+
+const EXAMPLES: &str = "Examples:
+  touchdown diagnose my_drops --out answer               # then open answer/my_drops/report.html
+  touchdown diagnose drops_a drops_b --out answers --jobs 2
+  touchdown diagnose my_drops --out answer --bootstrap 99  # the false-alarm probability by 99 simulated campaigns";
 
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Campaign folders of format recordings/1
     #[arg(required = true)]
     campaigns: Vec<PathBuf>,
     /// Folder the answers go to, one subfolder a campaign
     #[arg(long)]
-    out: PathBuf,
+    pub out: PathBuf,
     /// Threads (default: one a processor)
     #[arg(long)]
     jobs: Option<usize>,
@@ -24,11 +37,18 @@ pub struct Arguments {
     /// (default: nulls made of the residual)
     #[arg(long, value_name = "N", default_value_t = 0)]
     bootstrap: usize,
+    #[command(flatten)]
+    form: Form,
 }
+
+/// Time between looks at whether the user has ended the command.
+const LOOK: Duration = Duration::from_millis(50);
+/// Time that a diagnosis has to end by itself, then.
+const GRACE: Duration = Duration::from_millis(500);
 
 /// The campaign in `dir`, to be answered below `out` beside the answers of `others`.
 fn taken_in(dir: &Path, out: &Path, others: &[Campaign]) -> Result<Campaign> {
-    let c = touchdown::campaign::load(dir)?;
+    let c = crate::campaign::load(dir)?;
     if let Some(other) = others.iter().find(|o| o.folder == c.folder) {
         return Err(anyhow!(
             "{}: {} is called {} as well, and their answers would overwrite each other; rename one folder",
@@ -57,7 +77,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
             Ok(c) => campaigns.push(c),
             Err(e) => {
                 failed = true;
-                tell(&format!("{e:#}"));
+                print::error(&format!("{e:#}"));
             }
         }
     }
@@ -66,53 +86,112 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     }
     for c in &campaigns {
         for w in &c.warnings {
-            eprintln!("touchdown: {}: {w}", c.dir.display());
+            print::warning(&format!("{}: {w}", c.dir.display()));
         }
     }
     catch_interrupts();
     let count = campaigns.len();
-    let progress = Progress::new("diagnose", count as u64);
-    let mut written = 0;
-    for c in &campaigns {
-        let stage = |text: &str| progress.stage(&format!("{}: {text}", c.folder));
-        let settings = Settings {
-            bootstrap: a.bootstrap,
-            element: true,
-            others: &campaigns,
-            stage: &stage,
-            stopped: &interrupted,
-        };
-        match diagnosis::diagnose_with(c, &settings) {
+    let campaigns = Arc::new(campaigns);
+    let progress = Arc::new(Progress::new("diagnose", count as u64));
+    let mut answers: Vec<Answer> = Vec::new();
+    for (i, c) in campaigns.iter().enumerate() {
+        match alone(&campaigns, i, a.bootstrap, &progress) {
             Ok(o) => {
                 let dir = a.out.join(&c.folder);
                 answer::write(c, &o, &dir).with_context(|| format!("{}: cannot be written", dir.display()))?;
-                written += 1;
-                progress.aside(|| print!("{}", answer::summary(&o)));
+                // what is to be one JSON text is printed at the end
+                if !a.form.json {
+                    progress.aside(|| print::beside(&print::with_lead(&answer::summary(&o))));
+                }
+                answers.push(Answer { campaign: c.dir.clone(), answer: dir, verdict: o.verdict });
             }
             Err(Failure::Stopped) => {
-                drop(progress);
-                eprintln!(
-                    "touchdown: stopped; the answers of {written} of {count} campaigns are whole in {}",
-                    a.out.display()
-                );
+                let left: Vec<&str> = campaigns[i..].iter().map(|c| c.folder.as_str()).collect();
+                progress.end();
+                print::error(&unfinished(&left, answers.len(), &a.out));
+                finish(a, &answers)?;
                 return Ok(ExitCode::from(INTERRUPTED_CODE));
             }
             Err(e) => {
                 failed = true;
-                progress.aside(|| tell(&of_campaign(&c.dir, &e)));
+                progress.aside(|| print::error(&of_campaign(&c.dir, &e)));
             }
         }
         progress.add(1);
     }
-    drop(progress);
-    if written > 0 {
-        match answer::write_index(&a.out) {
-            Ok(()) => println!("answers: {}", a.out.join("index.html").display()),
-            Err(e) => {
-                eprintln!("touchdown: {}: {e}", a.out.join("index.html").display());
-                println!("answers, each with a report.html: {}", a.out.display());
-            }
+    progress.end();
+    finish(a, &answers)?;
+    Ok(if failed { ExitCode::from(2) } else { ExitCode::SUCCESS })
+}
+
+/// Diagnoses campaign `i` on a thread of its own and waits for it. Where the user ends the command the thread is given
+/// [`GRACE`] to come to the end of its stage, which puts its temporary files away, and is left alone then: what it works out is
+/// written by nobody, and it ends with the process.
+fn alone(
+    campaigns: &Arc<Vec<Campaign>>,
+    i: usize,
+    bootstrap: usize,
+    progress: &Arc<Progress>,
+) -> Result<Outcome, Failure> {
+    let (campaigns, progress) = (campaigns.clone(), progress.clone());
+    let (done, outcome) = channel();
+    let thread = std::thread::spawn(move || {
+        let c = &campaigns[i];
+        let stage = |text: &str| progress.stage(&format!("{}: {text}", c.folder));
+        let others = &campaigns[..];
+        let settings = Settings { bootstrap, element: true, others, stage: &stage, stopped: &interrupted };
+        // nobody listens any more where the user has ended the command
+        drop(done.send(diagnosis::diagnose_with(c, &settings)));
+    });
+    let mut left = GRACE;
+    loop {
+        match outcome.recv_timeout(LOOK) {
+            // what was finished while the user ended the command is finished
+            Ok(o) => return o,
+            Err(RecvTimeoutError::Timeout) if interrupted() && left.is_zero() => return Err(Failure::Stopped),
+            Err(RecvTimeoutError::Timeout) if interrupted() => left = left.saturating_sub(LOOK),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => match thread.join() {
+                Err(panic) => std::panic::resume_unwind(panic),
+                Ok(()) => unreachable!("a diagnosis sends its outcome before it ends"),
+            },
         }
     }
-    Ok(if failed { ExitCode::from(2) } else { ExitCode::SUCCESS })
+}
+
+/// A campaign answered.
+#[derive(Serialize)]
+struct Answer {
+    campaign: PathBuf,
+    /// Folder of the answer.
+    answer: PathBuf,
+    verdict: Verdict,
+}
+
+/// What a command that was ended leaves.
+fn unfinished(left: &[&str], written: usize, out: &Path) -> String {
+    let first = format!("interrupted: {} is not finished, nothing of it is written", left[0]);
+    let others = if left.len() > 1 { format!("\nnot begun: {}", left[1..].join(", ")) } else { String::new() };
+    let there = match written {
+        0 => String::new(),
+        1 => format!("\nfinished and whole in {}: 1 campaign", out.display()),
+        n => format!("\nfinished and whole in {}: {n} campaigns", out.display()),
+    };
+    first + &others + &there
+}
+
+/// Writes the page that lists the answers, and says where it is, or what all of them are.
+fn finish(a: &Arguments, answers: &[Answer]) -> Result<()> {
+    let page = a.out.join("index.html");
+    let listed = if answers.is_empty() { Ok(()) } else { answer::write_index(&a.out) };
+    if let Err(e) = &listed {
+        print::warning(&format!("{}: {e}", page.display()));
+    }
+    let words = |all: &&[Answer]| match &listed {
+        _ if all.is_empty() => String::new(),
+        Ok(()) => format!("answers: {}\n", page.display()),
+        Err(_) => format!("answers, each with a report.html: {}\n", a.out.display()),
+    };
+    print::beside(&a.form.of(&answers, words)?);
+    Ok(())
 }

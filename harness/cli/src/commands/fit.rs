@@ -1,5 +1,8 @@
 //! `touchdown fit`.
 
+use super::form::Form;
+use crate::print;
+use crate::progress::{catch_interrupts, interrupted, interruption, Progress, INTERRUPTED_CODE};
 use anyhow::{anyhow, Context, Result};
 use estimate::case::{Case, Method};
 use estimate::course::estimate;
@@ -7,10 +10,10 @@ use estimate::levels::{levels, readings};
 use estimate::prepare::Prepared;
 use estimate::Watch;
 use report::fit::Answer;
-use std::path::PathBuf;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
-use touchdown::progress::{catch_interrupts, interrupted, interruption, Progress, INTERRUPTED_CODE};
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Way {
@@ -20,31 +23,44 @@ enum Way {
     Lm,
 }
 
+const EXAMPLES: &str = "Examples:
+  touchdown fit my_drops --out fit                       # then open fit/report.html
+  touchdown fit my_drops --out fit --method simplex --seconds 60";
+
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Campaign folder of format recordings/1
     campaign: PathBuf,
     /// Folder for fit.json, certificate.json and report.html
     #[arg(long)]
-    out: PathBuf,
+    pub out: PathBuf,
     /// How to minimise
     #[arg(long, value_enum, default_value = "lm")]
     method: Way,
     /// Seconds after which the best so far is written
     #[arg(long, default_value_t = 600.0)]
     seconds: f64,
+    #[command(flatten)]
+    form: Form,
+}
+
+/// What is printed of a fit: what its files hold, and where its page is.
+#[derive(Serialize)]
+struct Told<'a> {
+    campaign: &'a str,
+    fit: serde_json::Value,
+    certificate: serde_json::Value,
+    pictures: &'a Path,
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
     if !(a.seconds > 0.0 && a.seconds < 1e9) {
         return Err(anyhow!("--seconds {} is no time to work in; give more than 0", a.seconds));
     }
-    let campaign = touchdown::campaign::load(&a.campaign)?;
-    if a.out.exists() && !a.out.is_dir() {
-        return Err(anyhow!("{}: a file is in the way; give another --out", a.out.display()));
-    }
+    let campaign = crate::campaign::load(&a.campaign)?;
     for w in &campaign.warnings {
-        eprintln!("touchdown: {}: {w}", campaign.dir.display());
+        print::warning(&format!("{}: {w}", campaign.dir.display()));
     }
     catch_interrupts();
     let progress = Progress::new(&format!("fit {}", campaign.folder), 0);
@@ -64,8 +80,12 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let answer = Answer { campaign: &campaign, case: &case, estimate: &e, initial, last, levels };
     answer.write(&a.out).with_context(|| format!("{}: cannot be written", a.out.display()))?;
     drop(progress);
-    println!("{}: {}", campaign.folder, answer.sentence());
-    print!("{}", answer.by_level());
-    println!("pictures: {}", a.out.join("report.html").display());
+    let pictures = a.out.join("report.html");
+    let told =
+        Told { campaign: &campaign.folder, fit: answer.json(), certificate: answer.certificate(), pictures: &pictures };
+    let words = |t: &Told<'_>| {
+        format!("{}: {}\n{}pictures: {}\n", t.campaign, answer.sentence(), answer.by_level(), t.pictures.display())
+    };
+    print::beside(&a.form.of(&told, words)?);
     Ok(if interrupted() { ExitCode::from(INTERRUPTED_CODE) } else { ExitCode::SUCCESS })
 }

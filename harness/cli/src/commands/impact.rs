@@ -1,11 +1,20 @@
 //! `touchdown impact`.
 
+use super::form::Form;
+use crate::print;
 use anyhow::{anyhow, Result};
 use law::impact::impact;
 use law::restitution::{hysteresis_damping, Formula};
+use serde::Serialize;
 use std::process::ExitCode;
 
+const EXAMPLES: &str = "Examples:
+  touchdown impact --mass 0.5 --speed 0.8 --stiffness 2e7 --restitution 0.7
+  touchdown impact --mass 1 --speed 1 --stiffness 1.85e8 --exponent 1.96 --damping 8.77e7
+  touchdown impact --mass 0.5 --speed 0.8 --stiffness 2e7 --json";
+
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Mass, kg
     #[arg(long)]
@@ -25,6 +34,33 @@ pub struct Arguments {
     /// Wanted restitution instead of a damping, inverted exactly
     #[arg(long)]
     restitution: Option<f64>,
+    #[command(flatten)]
+    form: Form,
+}
+
+/// What is printed of an impact, SI.
+#[derive(Serialize)]
+struct Figures {
+    hysteresis_damping: f64,
+    deepest: f64,
+    restitution: f64,
+    peak_force: f64,
+    duration: f64,
+    energy_lost: f64,
+    impulse: f64,
+}
+
+fn words(f: &Figures) -> String {
+    format!(
+        "hysteresis damping  {:.15e} N s/m^(p+1)\n\
+         deepest penetration {:.15e} m\n\
+         restitution         {:.15}\n\
+         peak force          {:.15e} N\n\
+         duration            {:.15e} s\n\
+         energy lost         {:.15e} J\n\
+         impulse             {:.15e} N s\n",
+        f.hysteresis_damping, f.deepest, f.restitution, f.peak_force, f.duration, f.energy_lost, f.impulse
+    )
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
@@ -35,12 +71,15 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     };
     let i = impact(a.mass, a.speed, a.stiffness, a.exponent, mu)
         .ok_or_else(|| anyhow!("mass, speed, stiffness and exponent have to be positive, the damping not negative"))?;
-    println!("hysteresis damping  {mu:.15e} N s/m^(p+1)");
-    println!("deepest penetration {:.15e} m", i.deepest);
-    println!("restitution         {:.15}", i.restitution);
-    println!("peak force          {:.15e} N", i.peak_force);
-    println!("duration            {:.15e} s", i.duration);
-    println!("energy lost         {:.15e} J", i.energy_lost);
-    println!("impulse             {:.15e} N s", i.impulse);
+    let figures = Figures {
+        hysteresis_damping: mu,
+        deepest: i.deepest,
+        restitution: i.restitution,
+        peak_force: i.peak_force,
+        duration: i.duration,
+        energy_lost: i.energy_lost,
+        impulse: i.impulse,
+    };
+    print::answer(&a.form.of(&figures, words)?)?;
     Ok(ExitCode::SUCCESS)
 }

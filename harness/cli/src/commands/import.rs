@@ -1,13 +1,15 @@
 //! `touchdown import`.
 
-use anyhow::{anyhow, bail, ensure, Context, Result};
+use super::form::Form;
+use crate::print;
+use crate::progress::Progress;
+use anyhow::{anyhow, bail, ensure, Result};
 use import::{amount, look_at, parse_map, plan, Facts, File, Missing, Options, Outcome, Pattern, Plan, Table};
 use record::Kind;
-use std::io::{BufRead, IsTerminal, Write};
-use std::path::PathBuf;
+use serde::Serialize;
+use std::io::{BufRead, IsTerminal};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use touchdown::campaign::tell;
-use touchdown::progress::Progress;
 
 /// Examples, below the flags.
 const EXAMPLES: &str = "\
@@ -99,6 +101,15 @@ pub struct Arguments {
     /// Leave out files that hold no recording, instead of refusing them all
     #[arg(long)]
     skip_bad: bool,
+    #[command(flatten)]
+    form: Form,
+}
+
+impl Arguments {
+    /// The folder that the campaign goes to; None where nothing is written.
+    pub fn writes(&self) -> Option<&Path> {
+        self.out.as_deref().filter(|_| !self.list)
+    }
 }
 
 /// A flag's amount.
@@ -159,15 +170,14 @@ fn options(a: &Arguments) -> Result<Options> {
 /// Asks for one amount until it is one; None at the end of the input.
 fn ask(question: &str, read: &mut dyn FnMut(&str) -> Result<(), String>) -> Result<bool> {
     loop {
-        eprint!("{question}: ");
-        std::io::stderr().flush()?;
+        print::question(&format!("{question}: "));
         let mut line = String::new();
         if std::io::stdin().lock().read_line(&mut line)? == 0 {
             return Ok(false);
         }
         match read(line.trim()) {
             Ok(()) => return Ok(true),
-            Err(e) => eprintln!("  {e}"),
+            Err(e) => print::line(&format!("  {e}")),
         }
     }
 }
@@ -227,56 +237,118 @@ fn told(m: &Missing) -> String {
     format!("{what}{of} is missing: no file tells it; give {}", m.cure)
 }
 
-/// What was taken and left out, for the terminal.
-fn report(files: &[File], p: &Plan, out: &Outcome) {
-    let mut before: Option<(&Vec<String>, &Vec<String>)> = None;
-    for f in files {
-        let this = (&f.taken, &f.left);
-        if before == Some(this) {
-            println!("{}: the same", f.name());
-            continue;
-        }
-        println!("{}", f.name());
-        f.taken.iter().for_each(|t| println!("  {t}"));
-        f.left.iter().for_each(|l| println!("  left out: {l}"));
-        before = Some(this);
-    }
-    println!("{}: {}", p.kind.name(), p.kind_from);
-    for w in &out.recordings {
-        let r = &p.recordings[w.recording];
-        let label = if r.label.is_empty() { String::new() } else { format!(", {}", r.label) };
-        let touch = w.touch.map_or(String::new(), |(at, length)| {
-            format!(", touch at {} for {}", diagnose::figure::figure(at, "s"), diagnose::figure::figure(length, "s"))
-        });
-        println!("  {} of {}{label}: {} samples{touch}", r.name, files[r.file].name(), w.samples);
-        w.notes.iter().for_each(|n| println!("    {n}"));
-    }
-    p.notes.iter().chain(&out.notes).for_each(|n| println!("  note: {n}"));
+/// What was taken and left out.
+#[derive(Serialize)]
+struct Taken<'a> {
+    campaign: &'a Path,
+    kind: &'a str,
+    kind_from: &'a str,
+    files: Vec<TakenFile<'a>>,
+    recordings: Vec<TakenRecording<'a>>,
+    notes: Vec<&'a String>,
+    left_out: Vec<&'a String>,
+    pictures: PathBuf,
 }
 
-fn list(a: &Arguments, o: &Options) -> ExitCode {
+#[derive(Serialize)]
+struct TakenFile<'a> {
+    file: String,
+    taken: &'a [String],
+    left_out: &'a [String],
+}
+
+#[derive(Serialize)]
+struct TakenRecording<'a> {
+    recording: &'a str,
+    file: String,
+    /// What tells it from others of its file; empty where it is the only one.
+    label: &'a str,
+    samples: usize,
+    /// When it touches and for how long, s.
+    touch: Option<(f64, f64)>,
+    notes: &'a [String],
+}
+
+fn taken<'a>(campaign: &'a Path, files: &'a [File], p: &'a Plan, out: &'a Outcome, faults: &'a [String]) -> Taken<'a> {
+    let of_file = |f: &'a File| TakenFile { file: f.name(), taken: &f.taken, left_out: &f.left };
+    let of = |w: &'a import::Written| {
+        let r = &p.recordings[w.recording];
+        let file = files[r.file].name();
+        TakenRecording {
+            recording: &r.name,
+            file,
+            label: &r.label,
+            samples: w.samples,
+            touch: w.touch,
+            notes: &w.notes,
+        }
+    };
+    Taken {
+        campaign,
+        kind: p.kind.name(),
+        kind_from: &p.kind_from,
+        files: files.iter().map(of_file).collect(),
+        recordings: out.recordings.iter().map(of).collect(),
+        notes: p.notes.iter().chain(&out.notes).collect(),
+        left_out: faults.iter().chain(&out.faults).collect(),
+        pictures: campaign.join(import::PAGE),
+    }
+}
+
+/// The same for a terminal.
+fn words(t: &Taken<'_>) -> String {
+    let mut lines = Vec::new();
+    let mut before: Option<&TakenFile<'_>> = None;
+    for f in &t.files {
+        if before.is_some_and(|b| (b.taken, b.left_out) == (f.taken, f.left_out)) {
+            lines.push(format!("{}: the same", f.file));
+            continue;
+        }
+        lines.push(f.file.clone());
+        lines.extend(f.taken.iter().map(|t| format!("  {t}")));
+        lines.extend(f.left_out.iter().map(|l| format!("  left out: {l}")));
+        before = Some(f);
+    }
+    lines.push(format!("{}: {}", t.kind, t.kind_from));
+    for r in &t.recordings {
+        let label = if r.label.is_empty() { String::new() } else { format!(", {}", r.label) };
+        let touch = r.touch.map_or(String::new(), |(at, length)| {
+            format!(", touch at {} for {}", diagnose::figure::figure(at, "s"), diagnose::figure::figure(length, "s"))
+        });
+        lines.push(format!("  {} of {}{label}: {} samples{touch}", r.recording, r.file, r.samples));
+        lines.extend(r.notes.iter().map(|n| format!("    {n}")));
+    }
+    lines.extend(t.notes.iter().map(|n| format!("  note: {n}")));
+    lines.push(format!(
+        "{}: {} recordings; look at {}, then run `touchdown check {}`\n",
+        t.campaign.display(),
+        t.recordings.len(),
+        t.pictures.display(),
+        t.campaign.display()
+    ));
+    lines.join("\n")
+}
+
+fn list(a: &Arguments, o: &Options) -> Result<ExitCode> {
+    let mut listed = Vec::new();
     let mut bad = false;
     for f in &a.files {
         match import::list(f, o, &instruments::open) {
-            Ok(text) => print!("{text}"),
+            Ok(l) => listed.push(l),
             Err(e) => {
                 bad = true;
-                tell(&e);
+                print::error(&e);
             }
         }
     }
-    if bad {
-        ExitCode::from(2)
-    } else {
-        ExitCode::SUCCESS
-    }
+    print::answer(&a.form.of(&listed, |all| all.iter().map(ToString::to_string).collect())?)?;
+    Ok(if bad { ExitCode::from(2) } else { ExitCode::SUCCESS })
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
     let mut o = options(a)?;
-    let Some(out) = a.out.as_deref().filter(|_| !a.list) else { return Ok(list(a, &o)) };
+    let Some(out) = a.writes() else { return list(a, &o) };
     ensure!(!out.exists(), "{}: is there already; give another --out, or move it away", out.display());
-    output::probe(out).with_context(|| format!("{}: cannot be made there; give another --out", out.display()))?;
     let progress = Progress::new("import: looking at files", a.files.len() as u64);
     let mut files = Vec::new();
     let mut faults = Vec::new();
@@ -299,9 +371,9 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     }
     if !missing.is_empty() || planned.recordings.is_empty() || (!faults.is_empty() && !o.skip_bad) {
         let skip = !faults.is_empty() && !o.skip_bad && !planned.recordings.is_empty();
-        tell(&faults.iter().chain(&missing).cloned().collect::<Vec<_>>().join("\n"));
+        print::error(&faults.iter().chain(&missing).cloned().collect::<Vec<_>>().join("\n"));
         if skip {
-            tell("nothing was written; --skip-bad leaves out the files that hold no recording");
+            print::error("nothing was written; --skip-bad leaves out the files that hold no recording");
         }
         return Ok(ExitCode::from(2));
     }
@@ -313,19 +385,13 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     drop(progress);
     match outcome {
         Ok(outcome) => {
-            report(&files, &planned, &outcome);
-            faults.iter().chain(&outcome.faults).for_each(|f| tell(&format!("left out: {f}")));
-            println!(
-                "{}: {} recordings; look at {}, then run `touchdown check {}`",
-                out.display(),
-                outcome.recordings.len(),
-                out.join(import::PAGE).display(),
-                out.display()
-            );
+            let taken = taken(out, &files, &planned, &outcome, &faults);
+            taken.left_out.iter().for_each(|f| print::warning(&format!("left out: {f}")));
+            print::beside(&a.form.of(&taken, words)?);
             Ok(ExitCode::SUCCESS)
         }
         Err(faults) => {
-            tell(&faults.join("\n"));
+            print::error(&faults.join("\n"));
             Ok(ExitCode::from(2))
         }
     }

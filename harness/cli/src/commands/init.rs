@@ -1,12 +1,18 @@
 //! `touchdown init`.
 
+use crate::print;
 use anyhow::{bail, ensure, Context, Result};
 use record::Kind;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+const EXAMPLES: &str = "Examples:
+  touchdown init my_drops --kind drop-test               # then fill in my_drops/campaign.toml
+  touchdown init openings --kind contactor-opening";
+
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Folder with the recordings, a CSV file each; campaign.toml is written into it
     folder: PathBuf,
@@ -96,11 +102,11 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let name = folder.file_name().map_or("campaign".into(), |n| n.to_string_lossy());
     output::write(&path, template(kind, &name, &files).as_bytes())
         .with_context(|| format!("{}: cannot be written", path.display()))?;
-    println!(
-        "{}: {} recordings listed; fill in what is left open, then run `touchdown check {}`",
+    print::beside(&format!(
+        "{}: {} recordings listed; fill in what is left open, then run `touchdown check {}`\n",
         path.display(),
         files.len(),
         a.folder.display()
-    );
+    ));
     Ok(ExitCode::SUCCESS)
 }

@@ -1,10 +1,13 @@
 //! `touchdown mechanisms`.
 
+use super::form::Form;
+use crate::print;
 use anyhow::{bail, Result};
-use mechanisms::catalogue::{catalogue, Entry};
+use mechanisms::catalogue::{catalogue, Entry, Quantity};
+use serde::Serialize;
 use std::process::ExitCode;
 
-#[derive(Clone, Copy, clap::ValueEnum)]
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
 enum Format {
     /// For a terminal
     Text,
@@ -14,12 +17,21 @@ enum Format {
     Json,
 }
 
+const EXAMPLES: &str = "Examples:
+  touchdown mechanisms                                   # all of them
+  touchdown mechanisms guide_friction attached_mass
+  touchdown mechanisms --json > mechanisms.json";
+
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Mechanisms to print (default: all)
     names: Vec<String>,
-    #[arg(long, value_enum, default_value = "text")]
+    /// How they are printed
+    #[arg(long, value_enum, default_value = "text", conflicts_with = "json")]
     format: Format,
+    #[command(flatten)]
+    form: Form,
 }
 
 fn quantities(e: &Entry) -> String {
@@ -67,21 +79,33 @@ fn markdown(table: &[Entry]) -> String {
     s
 }
 
-fn json(table: &[Entry]) -> Result<String> {
-    let all: Vec<serde_json::Value> = table
-        .iter()
-        .map(|e| {
-            let m = e.mechanism;
-            serde_json::json!({
-                "name": m.name, "origin": m.origin.name(), "sentence": m.sentence, "equation": m.equation,
-                "source": m.source, "forms": e.forms, "kinds": e.kinds.iter().map(|k| k.name()).collect::<Vec<_>>(),
-                "scenario_keys": e.keys.iter().map(|k| k.name).collect::<Vec<_>>(),
-                "quantities": e.quantities.iter().map(|q| serde_json::json!({"name": q.name, "unit": q.unit}))
-                    .collect::<Vec<_>>(),
-            })
-        })
-        .collect();
-    Ok(serde_json::to_string_pretty(&all)? + "\n")
+/// A mechanism for programs.
+#[derive(Serialize)]
+struct Told<'a> {
+    name: &'a str,
+    origin: &'a str,
+    sentence: &'a str,
+    equation: &'a str,
+    source: &'a str,
+    forms: &'a [&'static str],
+    kinds: Vec<&'a str>,
+    scenario_keys: Vec<&'a str>,
+    quantities: &'a [Quantity],
+}
+
+fn told(e: &Entry) -> Told<'_> {
+    let m = e.mechanism;
+    Told {
+        name: m.name,
+        origin: m.origin.name(),
+        sentence: m.sentence,
+        equation: m.equation,
+        source: m.source,
+        forms: &e.forms,
+        kinds: e.kinds.iter().map(|k| k.name()).collect(),
+        scenario_keys: e.keys.iter().map(|k| k.name).collect(),
+        quantities: &e.quantities,
+    }
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
@@ -89,14 +113,16 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     for name in &a.names {
         if table.iter().all(|e| e.mechanism.name != name) {
             let all: Vec<&str> = table.iter().map(|e| e.mechanism.name).collect();
-            bail!("{name} is no mechanism; give one of {}", all.join(", "));
+            bail!("{name} is no mechanism; {}", record::words::instead(name, &all));
         }
     }
     table.retain(|e| a.names.is_empty() || a.names.iter().any(|n| n == e.mechanism.name));
-    match a.format {
-        Format::Text => print!("{}", table.iter().map(text).collect::<Vec<_>>().join("\n")),
-        Format::Markdown => print!("{}", markdown(&table)),
-        Format::Json => print!("{}", json(&table)?),
-    }
+    let form = if a.format == Format::Json { Form { json: true } } else { a.form };
+    let all: Vec<Told<'_>> = table.iter().map(told).collect();
+    let words = |_: &Vec<Told<'_>>| match a.format {
+        Format::Markdown => markdown(&table),
+        _ => table.iter().map(text).collect::<Vec<_>>().join("\n"),
+    };
+    print::answer(&form.of(&all, words)?)?;
     Ok(ExitCode::SUCCESS)
 }

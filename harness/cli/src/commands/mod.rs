@@ -3,12 +3,15 @@
 mod bench;
 mod check;
 mod compare;
+mod completions;
 mod demo;
 mod diagnose;
 mod fit;
+mod form;
 mod impact;
 mod import;
 mod init;
+mod man;
 mod mechanisms;
 mod pack;
 mod paper;
@@ -16,19 +19,48 @@ mod run;
 mod study;
 mod system;
 
+use crate::place::Place;
+use crate::print::{self, Unprinted, CLOSED_CODE};
 use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 
+const CODES: &str = "\
+Exit codes:
+  0    done
+  2    bad input, or something cannot be read or written; what and where is on standard error, with the cure
+  130  ended by Ctrl-C, SIGTERM or SIGHUP; what is written is whole
+  141  nobody reads the answer any more, as behind `| head`
+
+`touchdown COMMAND --help` has examples.";
+
+/// The command line.
 #[derive(Parser)]
 #[command(
     name = "touchdown",
     version,
-    about = "Contact elements for impacting machines: exact impacts and diagnosis of missing physics"
+    about = "Contact elements for impacting machines: exact impacts and diagnosis of missing physics",
+    after_help = CODES,
+    styles = print::STYLES
 )]
-struct Cli {
+pub struct Cli {
+    #[command(flatten)]
+    common: Common,
     #[command(subcommand)]
     command: Command,
+}
+
+/// Options of every command.
+#[derive(clap::Args)]
+struct Common {
+    /// Print the answer and errors alone: no progress, no warnings
+    #[arg(long, short, global = true, display_order = 901)]
+    quiet: bool,
+}
+
+/// The command line as clap has it: for completions, manual pages and tests.
+pub fn command_line() -> clap::Command {
+    Cli::command()
 }
 
 #[derive(Subcommand)]
@@ -39,6 +71,8 @@ enum Command {
     Check(check::Arguments),
     /// Compare a recording with a simulation of it: class filters, pulses, ISO/TS 18571, shock spectra, bounces
     Compare(compare::Arguments),
+    /// Print the completions for a shell
+    Completions(completions::Arguments),
     /// Do the main job on data of the repository: pack, run, fit, diagnose, run again, with pictures
     Demo(demo::Arguments),
     /// Say what physics the simulation of a campaign leaves out, and how much better it fits with it
@@ -51,6 +85,8 @@ enum Command {
     Import(Box<import::Arguments>),
     /// Write a campaign.toml for the recordings in a folder, with what has to be filled in
     Init(init::Arguments),
+    /// Print the manual page of the program, or write those of every command
+    Man(man::Arguments),
     /// Print the vocabulary of the diagnosis: every mechanism with its equation, quantities, units and source
     Mechanisms(mechanisms::Arguments),
     /// Write the element as an FMU, with start values of your own where you give them
@@ -65,10 +101,33 @@ enum Command {
     Study(study::Arguments),
 }
 
+impl Command {
+    /// Where `--out` says that the command writes.
+    fn out(&self) -> Option<Place<'_>> {
+        match self {
+            Command::Demo(a) => Some(Place::Folder(&a.out)),
+            Command::Diagnose(a) => Some(Place::Folder(&a.out)),
+            Command::Fit(a) => Some(Place::Folder(&a.out)),
+            Command::Import(a) => a.writes().map(Place::Folder),
+            Command::Man(a) => a.out.as_deref().map(Place::Folder),
+            Command::Pack(a) => Some(Place::File(&a.out)),
+            Command::Paper(a) => Some(Place::Folder(&a.out)),
+            Command::Run(a) => Some(Place::Folder(&a.out)),
+            Command::ExportSsp(a) => Some(Place::File(&a.out)),
+            Command::Study(a) => Some(Place::Folder(a.out())),
+            Command::Bench(_) | Command::Check(_) | Command::Compare(_) | Command::Impact(_) => None,
+            Command::Completions(_) | Command::Init(_) | Command::Mechanisms(_) => None,
+        }
+    }
+}
+
 /// Runs the command line; exit code 2 for bad input.
 pub fn main() -> ExitCode {
     command(Cli::parse()).unwrap_or_else(|e| {
-        eprintln!("touchdown: {e:#}");
+        if e.downcast_ref::<Unprinted>().is_some_and(Unprinted::is_closed) {
+            return ExitCode::from(CLOSED_CODE);
+        }
+        print::error(&format!("{e:#}"));
         ExitCode::from(2)
     })
 }
@@ -79,16 +138,24 @@ fn dispatch<'a>(words: impl Iterator<Item = &'a str>) -> Result<ExitCode> {
 }
 
 fn command(c: Cli) -> Result<ExitCode> {
+    if let Some(place) = c.command.out() {
+        place.check()?;
+    }
+    if c.common.quiet {
+        print::be_quiet();
+    }
     match c.command {
         Command::Bench(a) => bench::run(&a),
         Command::Check(a) => check::run(&a),
         Command::Compare(a) => compare::run(&a),
+        Command::Completions(a) => completions::run(&a),
         Command::Demo(a) => demo::run(&a),
         Command::Diagnose(a) => diagnose::run(&a),
         Command::Fit(a) => fit::run(&a),
         Command::Impact(a) => impact::run(&a),
         Command::Import(a) => import::run(&a),
         Command::Init(a) => init::run(&a),
+        Command::Man(a) => man::run(&a),
         Command::Mechanisms(a) => mechanisms::run(&a),
         Command::Pack(a) => pack::run(&a),
         Command::Paper(a) => paper::run(&a),

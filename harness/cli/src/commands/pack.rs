@@ -1,17 +1,27 @@
 //! `touchdown pack`.
 
+use super::form::Form;
+use crate::print;
 use anyhow::{Context, Result};
-use std::path::PathBuf;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+const EXAMPLES: &str = "Examples:
+  touchdown pack --out HysteresisContact.fmu
+  touchdown pack --out Soft.fmu --set stiffness=2e6 --set exponent=1
+  touchdown pack --out Contact.fmu --all-platforms       # for old Linux and Windows, too";
+
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// What to pack: contact (the element) or moving-bar (a bar with spring and magnet, the element's partner)
     #[arg(long, default_value = "contact")]
     model: String,
     /// The FMU to write
     #[arg(long)]
-    out: PathBuf,
+    pub out: PathBuf,
     /// Start value of a parameter, NAME=VALUE; may be given again
     #[arg(long = "set", value_name = "NAME=VALUE")]
     starts: Vec<String>,
@@ -21,6 +31,17 @@ pub struct Arguments {
     /// Build and pack the library for old Linux (glibc 2.17) and Windows too; says what to install for it
     #[arg(long, conflicts_with = "binaries")]
     all_platforms: bool,
+    #[command(flatten)]
+    form: Form,
+}
+
+/// What was packed.
+#[derive(Serialize)]
+struct Packed<'a> {
+    fmu: &'a Path,
+    platforms: Vec<&'a str>,
+    /// Start values given, SI.
+    starts: BTreeMap<String, f64>,
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
@@ -42,7 +63,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         a.binaries.iter().map(|b| pack::library(b)).collect::<Result<Vec<_>>>()?
     };
     model.pack(&a.out, &starts, &binaries)?;
-    let platforms: Vec<&str> = binaries.iter().map(|b| b.platform.as_str()).collect();
-    println!("{}: {}", a.out.display(), platforms.join(", "));
+    let platforms = binaries.iter().map(|b| b.platform.as_str()).collect();
+    let packed = Packed { fmu: &a.out, platforms, starts: starts.into_iter().collect() };
+    print::beside(&a.form.of(&packed, |p| format!("{}: {}\n", p.fmu.display(), p.platforms.join(", ")))?);
     Ok(ExitCode::SUCCESS)
 }

@@ -1,16 +1,22 @@
 //! `touchdown paper`.
 
+use crate::print;
 use anyhow::{anyhow, Context, Result};
 use chart::{Chart, Page, Style};
 use estimate::paper::{contactor_table, drop, repeat, AGREED, MASS, SPEED};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+const EXAMPLES: &str = "Examples:
+  touchdown paper --out paper                            # then open paper/report.html
+  touchdown paper --out paper > tables.md                # the tables as markdown";
+
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Folder for report.html
     #[arg(long)]
-    out: PathBuf,
+    pub out: PathBuf,
 }
 
 /// Cells of a markdown table: head and rows.
@@ -65,7 +71,6 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         .table(&h.iter().map(String::as_str).collect::<Vec<_>>(), &rows);
     let path = a.out.join("report.html");
     output::write(&path, page.html().as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))?;
-    println!("{estimation}\n{contactor}");
-    println!("pictures: {}", path.display());
+    print::beside(&format!("{estimation}\n{contactor}\npictures: {}\n", path.display()));
     Ok(ExitCode::SUCCESS)
 }

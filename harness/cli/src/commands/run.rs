@@ -1,20 +1,28 @@
 //! `touchdown run`.
 
+use super::form::Form;
+use crate::print;
+use crate::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
 use anyhow::{Context, Result};
 use report::run::{page, Done};
 use scenario::{simulate, table, Case, Outcome, Scenario, Source, Through};
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
-use touchdown::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
+
+const EXAMPLES: &str = "Examples:
+  touchdown run harness/examples/drop_test.toml --out drop      # then open drop/report.html
+  touchdown run harness/examples/drop_test.toml --direct --out drop --parquet
+  touchdown run drop_test.toml --fmu Other.fmu --out drop       # through somebody else's FMU
+  touchdown run machine.ssp --out machine                       # a system of FMUs";
 
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Scenario file (TOML), system of FMUs (TOML) or SSP 1.0 archive
     scenario: PathBuf,
     /// Folder for results.csv, summary.json and report.html
     #[arg(long)]
-    out: PathBuf,
+    pub out: PathBuf,
     /// FMU to run instead of our own, which is packed on the fly
     #[arg(long, conflicts_with = "direct")]
     fmu: Option<PathBuf>,
@@ -24,6 +32,8 @@ pub struct Arguments {
     /// Write results.parquet too
     #[arg(long)]
     parquet: bool,
+    #[command(flatten)]
+    form: Form,
 }
 
 impl Arguments {
@@ -37,24 +47,11 @@ impl Arguments {
     }
 }
 
-/// Sees that files can be written in a folder, or in the one it will be made in, before anything is computed.
-fn writable(out: &Path) -> Result<()> {
-    let mut at = out;
-    while !at.as_os_str().is_empty() && !at.exists() {
-        at = at.parent().unwrap_or(Path::new(""));
-    }
-    let there = if at.as_os_str().is_empty() { Path::new(".") } else { at };
-    tempfile::tempfile_in(there)
-        .map(drop)
-        .with_context(|| format!("{}: cannot be written; give --out a folder that can", at.display()))
-}
-
 pub fn run(a: &Arguments) -> Result<ExitCode> {
     if host::master::System::is_one(&a.scenario) {
-        return super::system::run(&a.scenario, &a.out, a.parquet);
+        return super::system::run(&a.scenario, &a.out, a.parquet, a.form);
     }
     let scenario = Scenario::load(&a.scenario)?;
-    writable(&a.out)?;
     let mut cases = scenario.cases();
     let mut source = Source::new();
     catch_interrupts();
@@ -98,13 +95,14 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         let path = a.out.join(name);
         output::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))?;
     }
-    let mut lines = report::run::lines(&done, &summary);
-    lines.push(format!("pictures: {}", a.out.join("report.html").display()));
-    if cut {
-        lines.push(format!("interrupted: {} of {} runs, the last one as far as it came", done.len(), cases.len()));
-    }
-    lines.push(String::new());
-    // who stops listening, as `| head` does, has heard enough
-    let _ = std::io::stdout().write_all(lines.join("\n").as_bytes());
+    let words = |summary: &report::run::Summary| {
+        let mut lines = report::run::lines(&done, summary);
+        lines.push(format!("pictures: {}", a.out.join("report.html").display()));
+        if cut {
+            lines.push(format!("interrupted: {} of {} runs, the last one as far as it came", done.len(), cases.len()));
+        }
+        lines.join("\n") + "\n"
+    };
+    print::beside(&a.form.of(&summary, words)?);
     Ok(if cut { ExitCode::from(INTERRUPTED_CODE) } else { ExitCode::SUCCESS })
 }

@@ -1,12 +1,18 @@
 //! `touchdown study`.
 
+use crate::print;
+use crate::progress::Progress;
+use crate::study::coupling;
 use anyhow::{Context, Result};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use touchdown::progress::Progress;
-use touchdown::study::coupling;
+
+const EXAMPLES: &str = "Examples:
+  touchdown study coupling --out coupling                # tables, a picture, and the figures as CSV and JSON
+  touchdown study coupling --out coupling > coupling.md";
 
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(subcommand)]
     study: Which,
@@ -15,6 +21,7 @@ pub struct Arguments {
 #[derive(clap::Subcommand)]
 enum Which {
     /// Error of an impact against macro-steps a contact, for every master and lookahead
+    #[command(after_help = EXAMPLES)]
     Coupling {
         /// Folder for coupling.md, coupling.csv, coupling.json and coupling.svg
         #[arg(long)]
@@ -22,8 +29,16 @@ enum Which {
     },
 }
 
+impl Arguments {
+    /// Where the study's files go.
+    pub fn out(&self) -> &Path {
+        let Which::Coupling { out } = &self.study;
+        out
+    }
+}
+
 pub fn run(a: &Arguments) -> Result<ExitCode> {
-    let Which::Coupling { out } = &a.study;
+    let out = a.out();
     let progress = Progress::new("study", coupling::setups().len() as u64);
     let study = coupling::study(&|| progress.add(1))?;
     drop(progress);
@@ -38,6 +53,6 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         let path = out.join(name);
         output::write(&path, text.as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))?;
     }
-    print!("{table}");
+    print::beside(&table);
     Ok(ExitCode::SUCCESS)
 }

@@ -1,17 +1,19 @@
 //! `touchdown run` on a system of FMUs, and `touchdown export-ssp`.
 
+use super::form::Form;
+use crate::print;
+use crate::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
 use anyhow::{Context, Result};
 use host::master::{build, export_ssp, run as step, Sink, System};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use touchdown::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
 
 /// Runs a system file or an SSP archive: results.csv (or .parquet) while it runs, log.txt, summary.json.
-pub fn run(path: &Path, out: &Path, parquet: bool) -> Result<ExitCode> {
+pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCode> {
     let s = System::load(path)?;
     let mut b = build(&s)?;
     for n in &b.notes {
-        eprintln!("touchdown: {n}");
+        print::warning(n);
     }
     catch_interrupts();
     let name = if parquet || b.parquet { "results.parquet" } else { "results.csv" };
@@ -72,40 +74,48 @@ pub fn run(path: &Path, out: &Path, parquet: bool) -> Result<ExitCode> {
     let file = out.join("summary.json");
     let text = serde_json::to_string_pretty(&summary)? + "\n";
     output::write(&file, text.as_bytes()).with_context(|| format!("{}: cannot be written", file.display()))?;
-    println!(
-        "{}: to {} s in {} macro-steps ({} taken back), {} calls of fmi2DoStep, order {}",
-        s.title(),
-        done.time,
-        done.steps,
-        done.rejected,
-        done.slave_steps,
-        b.network.stepping_order().join(", ")
-    );
-    if !done.touches.is_empty() {
-        println!("touches located: {}", done.touches.len());
-    }
-    for (bond, e) in s.bond.iter().zip(&done.created) {
-        println!("energy created by the coupling at {}: {e:.6e} J", bond.force.get_ref());
-    }
-    println!("results: {}", out.join(name).display());
-    if done.interrupted {
-        println!("interrupted at {} s", done.time);
-        return Ok(ExitCode::from(INTERRUPTED_CODE));
-    }
-    Ok(ExitCode::SUCCESS)
+    let words = |_: &serde_json::Value| {
+        let mut said = format!(
+            "{}: to {} s in {} macro-steps ({} taken back), {} calls of fmi2DoStep, order {}\n",
+            s.title(),
+            done.time,
+            done.steps,
+            done.rejected,
+            done.slave_steps,
+            b.network.stepping_order().join(", ")
+        );
+        if !done.touches.is_empty() {
+            said += &format!("touches located: {}\n", done.touches.len());
+        }
+        for (bond, e) in s.bond.iter().zip(&done.created) {
+            said += &format!("energy created by the coupling at {}: {e:.6e} J\n", bond.force.get_ref());
+        }
+        said += &format!("results: {}\n", out.join(name).display());
+        if done.interrupted {
+            said += &format!("interrupted at {} s\n", done.time);
+        }
+        said
+    };
+    print::beside(&form.of(&summary, words)?);
+    Ok(if done.interrupted { ExitCode::from(INTERRUPTED_CODE) } else { ExitCode::SUCCESS })
 }
 
+const EXAMPLES: &str = "Examples:
+  touchdown export-ssp harness/examples/contactor_system.toml --out contactor.ssp
+  touchdown export-ssp machine.toml --out machine.ssp    # then: touchdown run machine.ssp --out machine";
+
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct ExportArguments {
     /// System file (TOML) or SSP archive
     system: PathBuf,
     /// The archive to write
     #[arg(long)]
-    out: PathBuf,
+    pub out: PathBuf,
 }
 
 pub fn export(a: &ExportArguments) -> Result<ExitCode> {
     export_ssp(&System::load(&a.system)?, &a.out)?;
-    println!("{}", a.out.display());
+    print::beside(&format!("{}\n", a.out.display()));
     Ok(ExitCode::SUCCESS)
 }

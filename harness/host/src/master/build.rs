@@ -7,6 +7,7 @@ use super::system::{AdaptBy, Component, System, Value};
 use crate::{Causality, Description, Fmu, Instance, Kind, Variability, Variable};
 use anyhow::{anyhow, Context, Result};
 use pack::Model;
+use record::words::meant;
 use std::path::PathBuf;
 use toml::Spanned;
 
@@ -172,7 +173,7 @@ pub fn build(s: &System) -> Result<Built> {
         let mut order = Vec::new();
         for n in &s.master.order {
             let k = opened.iter().position(|o| &o.name == n);
-            order.push(k.with_context(|| format!("{}: [master] order: no FMU is named {n}", s.path.display()))?);
+            order.push(k.with_context(|| format!("{}: [master] order: {}", s.path.display(), no_fmu(n, &opened)))?);
         }
         network.set_order(order).with_context(|| format!("{}: [master] order", s.path.display()))?;
     }
@@ -199,6 +200,12 @@ fn place(list: &mut Vec<Variable>, v: Variable) -> usize {
     })
 }
 
+/// That no FMU has this name, and which names there are.
+fn no_fmu(name: &str, opened: &[Opened]) -> String {
+    let names: Vec<&str> = opened.iter().map(|o| o.name.as_str()).collect();
+    format!("no FMU is named {name}; give one of {}{}", names.join(", "), meant(name, &names))
+}
+
 /// FMU and variable of `fmu.variable`.
 fn find<'a>(s: &System, opened: &'a [Opened], text: &Spanned<String>) -> Result<(usize, &'a Variable)> {
     let t = text.get_ref();
@@ -206,15 +213,18 @@ fn find<'a>(s: &System, opened: &'a [Opened], text: &Spanned<String>) -> Result<
         return Err(s.at(text.span(), &format!("{t}: give fmu.variable")));
     };
     let Some(k) = opened.iter().position(|o| o.name == fmu) else {
-        let names: Vec<&str> = opened.iter().map(|o| o.name.as_str()).collect();
-        return Err(s.at(text.span(), &format!("no FMU is named {fmu}; give one of {}", names.join(", "))));
+        return Err(s.at(text.span(), &no_fmu(fmu, opened)));
     };
     let Some(v) = opened[k].fmu.description().variable(variable) else {
         let d = opened[k].fmu.description();
         let names = [d.names(Causality::Input), d.names(Causality::Output)].concat();
         return Err(s.at(
             text.span(),
-            &format!("{fmu} has no variable {variable}; its inputs and outputs are {}", names.join(", ")),
+            &format!(
+                "{fmu} has no variable {variable}; its inputs and outputs are {}{}",
+                names.join(", "),
+                meant(variable, &names)
+            ),
         ));
     };
     Ok((k, v))
@@ -363,7 +373,7 @@ fn columns(s: &System, opened: &[Opened]) -> Result<Vec<Column>> {
         match r.get_ref().strip_suffix(".*") {
             Some(fmu) => {
                 let Some(k) = opened.iter().position(|o| o.name == fmu) else {
-                    return Err(s.at(r.span(), &format!("no FMU is named {fmu}")));
+                    return Err(s.at(r.span(), &no_fmu(fmu, opened)));
                 };
                 columns.extend(outputs(k).map(|v| column(k, v)));
             }
@@ -385,15 +395,19 @@ fn initialize(s: &System, c: &Component, o: &Opened, options: &Options) -> Resul
     if !c.log.is_empty() {
         let known = &o.description().log_categories;
         if let Some(n) = c.log.iter().find(|n| !known.contains(n)) {
-            return Err(refuse(anyhow!("log: {n} is no category of {}; give some of {}", o.name, known.join(", "))));
+            let (all, meant) = (known.join(", "), meant(n, known));
+            return Err(refuse(anyhow!("log: {n} is no category of {}; give some of {all}{meant}", o.name)));
         }
         let names: Vec<&str> = c.log.iter().map(String::as_str).collect();
         i.set_debug_logging(true, &names).map_err(|e| refuse(e.into()))?;
     }
     for (name, value) in &c.set {
         let Some(v) = o.description().variable(name) else {
-            let names = o.description().names(Causality::Parameter).join(", ");
-            return Err(s.at(value.span(), &format!("{} has no variable {name}; its parameters are {names}", o.name)));
+            let names = o.description().names(Causality::Parameter);
+            let (all, meant) = (names.join(", "), meant(name, &names));
+            return Err(
+                s.at(value.span(), &format!("{} has no variable {name}; its parameters are {all}{meant}", o.name))
+            );
         };
         if matches!(v.causality, Causality::Output | Causality::CalculatedParameter | Causality::Independent) {
             return Err(s.at(value.span(), &format!("{name} of {} is an {:?} and cannot be set", o.name, v.causality)));

@@ -231,7 +231,7 @@ impl System {
             .with_context(|| format!("{name}: cannot be read; give the path of a system file"))?;
         let mut s: System = toml::from_str(&text).map_err(|e| {
             let line = e.span().map_or(String::new(), |s| format!("{}:", line_of(&text, s.start)));
-            anyhow!("{name}:{line} {}; correct it or leave it out", e.message().trim())
+            anyhow!("{name}:{line} {}; correct it or leave it out", record::words::with_meant(e.message()))
         })?;
         s.folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
         s.path = path.to_path_buf();

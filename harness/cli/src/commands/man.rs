@@ -1,0 +1,59 @@
+//! `touchdown man`.
+
+use crate::print;
+use anyhow::{Context, Result};
+use clap_mangen::Man;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+const EXAMPLES: &str = "Examples:
+  touchdown man --out ~/.local/share/man/man1            # then: man touchdown-diagnose
+  touchdown man > touchdown.1                            # the program's page alone";
+
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Folder for the pages of the program and of every command
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+}
+
+/// The program with all below it knowing their whole names.
+fn built() -> clap::Command {
+    let mut program = super::command_line().disable_help_subcommand(true);
+    program.build();
+    program
+}
+
+/// The page of `command`, and the name of its file.
+fn page(command: &clap::Command) -> std::io::Result<(String, Vec<u8>)> {
+    let source = format!("touchdown {}", env!("CARGO_PKG_VERSION"));
+    let man = Man::new(command.clone()).source(source).manual("touchdown");
+    let mut roff = Vec::new();
+    man.render(&mut roff)?;
+    Ok((man.get_filename(), roff))
+}
+
+/// Writes the page of `command` and of all below it; their files' names.
+fn write(command: &clap::Command, folder: &Path) -> Result<Vec<String>> {
+    let (file, roff) = page(command)?;
+    let path = folder.join(&file);
+    output::write(&path, &roff).with_context(|| format!("{}: cannot be written", path.display()))?;
+    let mut files = vec![file];
+    for below in command.get_subcommands() {
+        files.extend(write(below, folder)?);
+    }
+    Ok(files)
+}
+
+pub fn run(a: &Arguments) -> Result<ExitCode> {
+    let program = built();
+    match &a.out {
+        Some(folder) => {
+            let files = write(&program, folder)?;
+            print::beside(&format!("{}: {}\n", folder.display(), files.join(", ")));
+        }
+        None => print::answer(&String::from_utf8(page(&program)?.1)?)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}

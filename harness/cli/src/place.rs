@@ -1,0 +1,80 @@
+//! Where a command is to write, checked before it computes anything.
+
+use std::io::ErrorKind;
+use std::path::Path;
+
+/// What `--out` names.
+#[derive(Clone, Copy, Debug)]
+pub enum Place<'a> {
+    /// One file.
+    File(&'a Path),
+    /// A folder for several; it need not be there yet.
+    Folder(&'a Path),
+}
+
+/// Why nothing can be written there, and what to do.
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum Unwritable {
+    #[error("--out is empty; give a name")]
+    Empty,
+    #[error("{0}: a file is in the way; give another --out")]
+    FileInTheWay(String),
+    #[error("{0}: a folder is in the way; give --out the name of a file")]
+    FolderInTheWay(String),
+    #[error("{place}: cannot be written, {above} is no folder; give another --out")]
+    NoFolder { place: String, above: String },
+    #[error("{place}: cannot be written ({why}); give --out a place that can")]
+    Refused { place: String, why: String },
+}
+
+impl Place<'_> {
+    /// Sees that it can be written, by trying; nothing is left behind.
+    ///
+    /// # Errors
+    /// Why it cannot, and the cure.
+    pub fn check(&self) -> Result<(), Unwritable> {
+        let (Place::File(path) | Place::Folder(path)) = *self;
+        if path.as_os_str().is_empty() {
+            return Err(Unwritable::Empty);
+        }
+        let place = path.display().to_string();
+        let folder = match self {
+            Place::File(_) if path.is_dir() => return Err(Unwritable::FolderInTheWay(place)),
+            Place::Folder(_) if path.exists() && !path.is_dir() => return Err(Unwritable::FileInTheWay(place)),
+            Place::File(_) => path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")),
+            Place::Folder(_) => path,
+        };
+        if let Some(above) = folder.ancestors().find(|a| a.exists()).filter(|a| !a.is_dir()) {
+            return Err(Unwritable::NoFolder { place, above: above.display().to_string() });
+        }
+        let why = |kind: ErrorKind| match kind {
+            ErrorKind::PermissionDenied => "no permission to write there".to_string(),
+            ErrorKind::NotFound => "nothing can be made there".to_string(),
+            other => other.to_string(),
+        };
+        output::probe(folder).map_err(|e| Unwritable::Refused { place, why: why(e.kind()) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_in_the_way_is_named() {
+        let t = tempfile::tempdir().unwrap();
+        let file = t.path().join("f");
+        std::fs::write(&file, "").unwrap();
+        let below = file.join("a/b");
+        for ok in [Place::Folder(t.path()), Place::Folder(&t.path().join("x/y")), Place::File(&file)] {
+            assert_eq!(ok.check(), Ok(()), "{ok:?}");
+        }
+        let name = |p: &Path| p.display().to_string();
+        assert_eq!(Place::Folder(&file).check(), Err(Unwritable::FileInTheWay(name(&file))));
+        assert_eq!(Place::File(t.path()).check(), Err(Unwritable::FolderInTheWay(name(t.path()))));
+        let no_folder = Unwritable::NoFolder { place: name(&below), above: name(&file) };
+        assert_eq!(Place::Folder(&below).check(), Err(no_folder));
+        assert_eq!(Place::File(Path::new("")).check(), Err(Unwritable::Empty));
+        assert_eq!(std::fs::read_dir(t.path()).unwrap().count(), 1, "something was left behind");
+    }
+}

@@ -1,0 +1,105 @@
+//! All that the commands print: answers on standard output, notes and errors on standard error.
+//!
+//! Colours are for terminals: files, pipes and users who set NO_COLOR get plain text. Nothing here panics where the reader
+//! has gone, as `| head` does once it has its lines.
+
+use clap::builder::styling::{AnsiColor, Style, Styles};
+use std::io::{ErrorKind, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Of the words before what is wrong and what is to be known, as clap has them.
+const ERROR: Style = AnsiColor::Red.on_default().bold();
+const WARNING: Style = AnsiColor::Yellow.on_default().bold();
+/// Of the line that sums an answer up.
+const LEAD: Style = Style::new().bold();
+
+/// Colours of the help.
+pub const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default())
+    .error(ERROR)
+    .valid(AnsiColor::Cyan.on_default().bold())
+    .invalid(WARNING);
+
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// From here on neither warnings nor progress are printed.
+pub fn be_quiet() {
+    QUIET.store(true, Ordering::Relaxed);
+}
+
+/// Whether [`be_quiet`] was asked for.
+pub fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
+/// Exit code of a command that only prints, once its reader has gone: 128 and the number of SIGPIPE.
+pub const CLOSED_CODE: u8 = 141;
+
+/// An answer that could not be printed.
+#[derive(Debug, thiserror::Error)]
+#[error("standard output: {0}")]
+pub struct Unprinted(#[from] std::io::Error);
+
+impl Unprinted {
+    /// Whether the reader has gone: nobody is left to tell.
+    pub fn is_closed(&self) -> bool {
+        self.0.kind() == ErrorKind::BrokenPipe
+    }
+}
+
+/// Prints an answer that is all a command makes.
+///
+/// # Errors
+/// Where it cannot be printed: nothing is left to do then.
+pub fn answer(text: &str) -> Result<(), Unprinted> {
+    let mut out = anstream::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    Ok(out.flush()?)
+}
+
+/// Prints what a command says beside the files it writes. It goes on where nobody reads; why else nothing could be printed
+/// is told.
+pub fn beside(text: &str) {
+    if let Err(e) = answer(text) {
+        if !e.is_closed() {
+            error(&e.to_string());
+        }
+    }
+}
+
+/// A text whose first line sums it up, that line set off for a terminal.
+pub fn with_lead(text: &str) -> String {
+    match text.split_once('\n') {
+        Some((lead, rest)) => format!("{LEAD}{lead}{LEAD:#}\n{rest}"),
+        None => format!("{LEAD}{text}{LEAD:#}"),
+    }
+}
+
+/// Prints a line on standard error, where somebody reads it.
+pub fn line(text: &str) {
+    // nobody is left to tell that nobody reads
+    drop(writeln!(anstream::stderr().lock(), "{text}"));
+}
+
+/// Asks on standard error; the answer is typed on the same line.
+pub fn question(text: &str) {
+    let mut out = anstream::stderr().lock();
+    // who cannot read the question answers with the end of the input
+    drop(write!(out, "{text}").and_then(|()| out.flush()));
+}
+
+/// Tells what is wrong, each line with `error:` before it.
+pub fn error(text: &str) {
+    text.lines().for_each(|l| line(&format!("{ERROR}error:{ERROR:#} {l}")));
+}
+
+/// Tells what is to be known beside the answer, each line with `warning:` before it; nothing where quiet was asked for.
+pub fn warning(text: &str) {
+    if is_quiet() {
+        return;
+    }
+    text.lines().for_each(|l| line(&format!("{WARNING}warning:{WARNING:#} {l}")));
+}

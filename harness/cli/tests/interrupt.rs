@@ -1,0 +1,98 @@
+//! Ctrl-C, SIGTERM and SIGHUP end a diagnosis within about a second: finished campaigns are there, the one under way is told.
+#![cfg(unix)]
+
+use plant::recipe::{write_campaign, Recipe};
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Longest time from a signal to the end of the process; a busy machine takes its share.
+const SOON: Duration = Duration::from_secs(3);
+
+fn started(folder: &Path, arguments: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_touchdown"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+fn signal(name: &str, child: &Child) {
+    assert!(Command::new("kill").arg(format!("-{name}")).arg(child.id().to_string()).status().unwrap().success());
+}
+
+/// Reads lines until one holds `part`.
+fn wait_for(part: &str, lines: &mut impl BufRead) {
+    let mut all = String::new();
+    while lines.read_line(&mut all).unwrap() > 0 {
+        if all.contains(part) {
+            return;
+        }
+    }
+    panic!("{part:?} was not said in {all}");
+}
+
+#[test]
+fn what_is_under_way_is_named_and_leaves_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    write_campaign(&dir.path().join("first"), &Recipe::default()).unwrap();
+    write_campaign(&dir.path().join("second"), &Recipe::default()).unwrap();
+    // the last as `timeout` does, which signals a process and then its group
+    for names in [&["INT"][..], &["TERM"], &["HUP"], &["INT", "INT"]] {
+        let name = names.join(" and ");
+        // the nulls alone take hours
+        let mut child = started(dir.path(), &["diagnose", "first", "second", "--out", "out", "--bootstrap", "9999"]);
+        let mut err = BufReader::new(child.stderr.take().unwrap());
+        wait_for(", first: ", &mut err);
+        let asked = Instant::now();
+        names.iter().for_each(|n| signal(n, &child));
+        let code = child.wait().unwrap().code();
+        assert!(asked.elapsed() < SOON, "{name}: {:?}", asked.elapsed());
+        let mut said = String::new();
+        err.read_to_string(&mut said).unwrap();
+        assert_eq!(code, Some(130), "{name}: {said}");
+        assert!(said.contains("first is not finished") && said.contains("not begun: second"), "{said}");
+        assert!(!dir.path().join("out").exists());
+    }
+}
+
+#[test]
+fn what_was_finished_is_there() {
+    let dir = tempfile::tempdir().unwrap();
+    for name in ["first", "second"] {
+        write_campaign(&dir.path().join(name), &Recipe { samples: 250, interval: 2.8e-5, ..Recipe::default() })
+            .unwrap();
+    }
+    let mut child = started(dir.path(), &["diagnose", "first", "second", "--out", "out"]);
+    let mut out = BufReader::new(child.stdout.take().unwrap());
+    wait_for(":", &mut out);
+    signal("INT", &child);
+    let said = child.wait_with_output().unwrap();
+    let err = String::from_utf8_lossy(&said.stderr).into_owned();
+    assert_eq!(said.status.code(), Some(130), "{err}");
+    assert!(err.contains("second is not finished") && err.contains("1 campaign"), "{err}");
+    let out = dir.path().join("out");
+    assert!(out.join("first/verdict.json").exists() && out.join("index.html").exists());
+    assert!(!out.join("second").exists());
+}
+
+#[test]
+fn a_process_started_by_nohup_outlives_its_terminal() {
+    let dir = tempfile::tempdir().unwrap();
+    write_campaign(&dir.path().join("c"), &Recipe::default()).unwrap();
+    let mut child = Command::new("sh")
+        .args(["-c", "trap '' HUP; exec \"$0\" diagnose c --out out --bootstrap 9999", env!("CARGO_BIN_EXE_touchdown")])
+        .current_dir(dir.path())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    wait_for(", c: ", &mut BufReader::new(child.stderr.take().unwrap()));
+    signal("HUP", &child);
+    std::thread::sleep(Duration::from_secs(2));
+    assert!(child.try_wait().unwrap().is_none(), "SIGHUP ended it");
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
