@@ -17,6 +17,10 @@ pub struct Arguments {
     /// Folder the answers go to, one subfolder a campaign
     #[arg(long)]
     out: PathBuf,
+    /// Folder of the element's libraries for other platforms, DIR/PLATFORM/LIBRARY as in an FMU's binaries/ (default:
+    /// lib/platforms beside the command, or those that pack --all-platforms has left)
+    #[arg(long, value_name = "DIR")]
+    platforms: Option<PathBuf>,
     /// Threads (default: one a processor)
     #[arg(long)]
     jobs: Option<usize>,
@@ -78,6 +82,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         let settings = Settings {
             bootstrap: a.bootstrap,
             element: true,
+            platforms: a.platforms.as_deref(),
             others: &campaigns,
             stage: &stage,
             stopped: &interrupted,
