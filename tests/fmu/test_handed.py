@@ -157,6 +157,9 @@ def test_its_documentation_shows_what_was_calibrated_and_needs_no_script(handed)
         other = z.read("documentation/cosimulation.html").decode()
     assert "bench" in page and verdict["missing"][0]["sentence"][1:] in page and "95 % interval" in page
     assert page.count('<svg class="chart"') == 1 and "m/s: restitution 0." in page
+    # what was found stands first, then the list of sections, the loop, and what holds of every element
+    at = [page.index(x) for x in ('class="lead"', 'class="contents"', "Start values</h2>", '<svg class="chart"', "HysteresisContact</h2>", "Equations</h2>")]
+    assert at == sorted(at)
     starts = verdict["element"]["starts"]
     for name in ("stiffness", "yield_penetration"):
         row = re.search(rf"<td><code>{name}</code></td><td>parameter</td><td>[^<]*</td><td>([^<]+)</td>", page)

@@ -200,10 +200,14 @@ impl Page {
         self.add(&format!("<details><summary>{}</summary>\n{}</details>\n", escape(title), part.body))
     }
 
-    /// What `rest` holds, after what is here.
+    /// What `rest` holds, after what is here; the list of sections stands where `rest` has it, but in a page that had some.
     pub fn then(mut self, rest: Page) -> Page {
         let rest = rest.add("");
-        self = self.list_below().add(&rest.body);
+        self = self.add("").list_below();
+        if self.sections.is_empty() {
+            self.list_at += rest.list_at;
+        }
+        self = self.add(&rest.body);
         self.sections.extend(rest.sections);
         self
     }

@@ -40,7 +40,8 @@ pub(super) fn contact(text: &str, law: &Parameters, mass: f64, label: &Label) ->
     page(&text, label.page.clone(), Some((&chart, &caption)))
 }
 
-/// `text` under its heading as a page: `first` after what it begins with, `picture` where it has a place for one.
+/// `text` under its heading as a page: before it `first`, with `picture`; without, the picture stands where the text has
+/// a place for it.
 fn page(text: &str, first: Option<Page>, picture: Option<(&Chart, &str)>) -> Result<String> {
     let inside = |from: &str, to: &str| text.split_once(from).and_then(|(_, rest)| rest.split_once(to));
     let (title, rest) = inside("<h1>", "</h1>").context("a page of the model has no heading")?;
@@ -48,18 +49,20 @@ fn page(text: &str, first: Option<Page>, picture: Option<(&Chart, &str)>) -> Res
     let scroll = "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Table\"><table>";
     let rest = rest.replace("<table>", scroll).replace("</table>", "</table></div>");
     let mut chapters = rest.split("</body>").next().unwrap_or_default().split("<h2>");
-    let mut page = Page::new(title).still().passage(chapters.next().unwrap_or_default());
+    let drawn = |page: Page| picture.iter().fold(page, |p, (chart, caption)| p.chart(chart, caption));
+    let is_first = first.is_some();
+    let mut page = Page::new(title).still();
     if let Some(first) = first {
-        page = page.then(first);
+        page = page.then(drawn(first)).section(title);
     }
+    page = page.passage(chapters.next().unwrap_or_default());
     for chapter in chapters {
         let (heading, rest) = chapter.split_once("</h2>").context("a heading of a page of the model has no end")?;
         page = page.section(heading);
-        page = match (rest.split_once(LOOP), picture) {
-            (Some((before, after)), Some((chart, caption))) => {
-                page.passage(before).chart(chart, caption).passage(after)
-            }
-            _ => page.passage(rest),
+        page = match rest.split_once(LOOP) {
+            Some((before, after)) if is_first => page.passage(before).passage(after),
+            Some((before, after)) => drawn(page.passage(before)).passage(after),
+            None => page.passage(rest),
         };
     }
     Ok(page.html())

@@ -1,5 +1,6 @@
 //! What the FMU handed back tells of itself: its campaign, what was found, and the values it holds.
 
+use super::card::capital;
 use super::page::mechanism;
 use super::words::{plain, through};
 use chart::{interval, quantity, Page};
@@ -13,7 +14,7 @@ use std::time::UNIX_EPOCH;
 /// The label of the FMU of a campaign.
 pub fn label(c: &Campaign, o: &Outcome, p: &Packed) -> Label {
     let description = description(c, o);
-    let mut page = Page::new("").sentence(&description).paragraph(&format!("{}.", through(o, p)));
+    let mut page = Page::new("").sentence(&description).paragraph(&format!("{}.", capital(&through(o, p))));
     for m in held(o) {
         page = mechanism(page, m);
     }
