@@ -199,3 +199,23 @@ def test_libraries_beside_the_command_are_found(touchdown, libraries, tmp_path):
     for age, platforms in [(-100, "linux64, win64"), (100, "linux64")]:
         os.utime(own, (now := os.stat(tmp_path / "platforms/win64/HysteresisContact.dll").st_mtime + age, now))
         assert pack(program, tmp_path / "x.fmu").stdout.strip().endswith(f": {platforms}"), age
+
+
+def test_a_choice_by_name_goes_through_an_ssp_archive(touchdown, fmu, tmp_path):
+    """Of an FMU that is not packed on the fly: its parameters stand in the archive's description."""
+    text = SYSTEM.read_text().replace("stiffness =", 'adhesion_force = 5.0\nadhesion_form = "reach"\nstiffness =')
+    (tmp_path / "system.toml").write_text(text.replace('"touchdown:contact"', json.dumps(fmu)))
+    archive = tmp_path / "system.ssp"
+    subprocess.run([touchdown, "export-ssp", str(tmp_path / "system.toml"), "--out", str(archive)], check=True)
+    with zipfile.ZipFile(archive) as z:
+        assert '<ssv:Enumeration value="reach"/>' in z.read("SystemStructure.ssd").decode()
+    o = subprocess.run([touchdown, "run", str(archive), "--out", str(tmp_path / "out")], capture_output=True, text=True)
+    assert o.returncode == 0 and list(tmp_path.glob("out/*.csv")), o.stderr
+    with zipfile.ZipFile(archive) as z:
+        z.extractall(tmp_path / "wrong")
+    ssd = tmp_path / "wrong/SystemStructure.ssd"
+    ssd.write_text(ssd.read_text().replace('value="reach"', 'value="reech"'))
+    shutil.make_archive(str(tmp_path / "wrong"), "zip", tmp_path / "wrong")
+    (tmp_path / "wrong.zip").rename(tmp_path / "wrong.ssp")
+    o = subprocess.run([touchdown, "run", str(tmp_path / "wrong.ssp"), "--out", str(tmp_path / "no")], capture_output=True, text=True)
+    assert o.returncode == 2 and 'did you mean "reach"?' in o.stderr, o.stderr
