@@ -16,13 +16,16 @@ pub struct Bias {
     pub sigmas: f64,
 }
 
+/// How a quantity follows from the parameters fitted.
+type Value = Box<dyn Fn(&[f64]) -> f64>;
+
 /// A quantity of the simulation's own parameters.
 struct Quantity {
     /// Name in a report, and in the element; the latter empty where the element has no such parameter.
     name: &'static str,
     parameter: &'static str,
     unit: &'static str,
-    value: Box<dyn Fn(&[f64]) -> f64>,
+    value: Value,
 }
 
 /// Force at the reference depth, in which stiffness and exponent do not trade off, these two, and the damping.
@@ -31,7 +34,7 @@ fn quantities(f: &Fitted) -> Vec<Quantity> {
     let stiffness = move |t: &[f64]| (t[0] - t[1] * s.x_ref.ln()).exp();
     let quantity = |name, parameter, unit, value| Quantity { name, parameter, unit, value };
     let mut all = vec![
-        quantity("force at reference depth", "", "N", Box::new(|t: &[f64]| t[0].exp()) as Box<dyn Fn(&[f64]) -> f64>),
+        quantity("force at reference depth", "", "N", Box::new(|t: &[f64]| t[0].exp()) as Value),
         quantity("k", "stiffness", "N/m^p", Box::new(stiffness)),
         quantity("p", "exponent", "1", Box::new(|t| t[1])),
     ];
