@@ -57,7 +57,7 @@ class Element:
         return ctypes.CDLL(f"{self.folder}/binaries/linux64/HysteresisContact.so")
 
     def set(self, name, value):
-        if self.kind[name] == "Integer":
+        if self.kind[name] == "Enumeration":
             self.fmu.setInteger([self.vr[name]], [value])
         else:
             self.fmu.setReal([self.vr[name]], [value])

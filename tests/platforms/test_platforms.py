@@ -203,6 +203,16 @@ def test_the_fmu_is_valid_and_lists_its_platforms(release):
         assert "win32" in platforms
 
 
+def test_what_was_built_is_packed_from_then_on(release, touchdown, tmp_path):
+    """Without a word of it, by the command beside the release's libraries and by that of the checkout that built them."""
+    beside = shutil.copy(touchdown, tmp_path / "touchdown")
+    shutil.copytree(release / "lib", tmp_path / "lib")
+    wanted = set(fmpy.supported_platforms(str(release / "HysteresisContact.fmu")))
+    for program in (beside, touchdown):
+        subprocess.run([program, "pack", "--out", tmp_path / "x.fmu"], check=True)
+        assert set(fmpy.supported_platforms(str(tmp_path / "x.fmu"))) == wanted
+
+
 def test_no_path_of_this_machine_is_inside(opened):
     for library in opened.glob("binaries/*/*"):
         assert str(ROOT).encode() not in library.read_bytes(), library
@@ -236,7 +246,9 @@ def test_two_checkouts_at_different_paths_give_one_sum(release, touchdown, tmp_p
 
 def test_the_release_carries_its_sums_and_a_valid_bill_of_materials(release):
     sums = dict(reversed(line.split("  ")) for line in (release / "SHA256SUMS").read_text().splitlines())
-    assert set(sums) == {"HysteresisContact.fmu", "HysteresisContact.cdx.json"}
+    libraries = {str(f.relative_to(release)) for f in release.glob("lib/platforms/*/*")}
+    assert {f"lib/platforms/{p}/{m}.{e}" for p, e in [("linux64", "so"), ("win64", "dll")] for m in ["HysteresisContact", "MovingBar"]} <= libraries
+    assert set(sums) == {"HysteresisContact.fmu", "HysteresisContact.cdx.json"} | libraries
     for name, sum_ in sums.items():
         assert hashlib.sha256((release / name).read_bytes()).hexdigest() == sum_
     text = (release / "HysteresisContact.cdx.json").read_text()

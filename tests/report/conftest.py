@@ -5,6 +5,7 @@ import os
 import pathlib
 import shutil
 import subprocess
+import zipfile
 
 import pytest
 from selenium import webdriver
@@ -13,6 +14,8 @@ from selenium.webdriver.chrome.service import Service
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = ["index.html", "drop_test/report.html", "contactor/report.html", "fit/report.html", "diagnosis/index.html", "diagnosis/bench_drop/report.html", "same_drops/report.html"]
+# the pages inside the FMU handed back
+INSIDE = ["documentation/index.html", "documentation/cosimulation.html"]
 FINDING = "diagnosis/bench_drop/report.html"
 
 
@@ -24,6 +27,16 @@ def demo(tmp_path_factory):
     out = tmp_path_factory.mktemp("pages") / "demo"
     program = os.environ.get("TOUCHDOWN", str(ROOT / "target/release/touchdown"))
     subprocess.run([program, "demo", "--out", str(out)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return out
+
+
+@pytest.fixture(scope="session")
+def inside(demo, tmp_path_factory):
+    """Folder of the FMU that the demo's diagnosis hands back, unpacked."""
+    out = tmp_path_factory.mktemp("fmu")
+    with zipfile.ZipFile(demo / "diagnosis/bench_drop/HysteresisContact.fmu") as z:
+        for page in INSIDE:
+            z.extract(page, out)
     return out
 
 

@@ -7,16 +7,16 @@ import pytest
 from selenium.webdriver import ActionChains, Keys
 from selenium.webdriver.common.by import By
 
-from .conftest import FINDING, PAGES
+from .conftest import FINDING, INSIDE, PAGES
 
 LOOKS = [(w, d) for w in (390, 1400) for d in (False, True)]
 
 
-@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize("page", PAGES + INSIDE)
 @pytest.mark.parametrize("width,dark", LOOKS)
-def test_a_page_fits_its_width_says_nothing_on_the_console_and_asks_for_nothing(browser, demo, page, width, dark):
+def test_a_page_fits_its_width_says_nothing_on_the_console_and_asks_for_nothing(browser, demo, inside, page, width, dark):
     browser.requests(), browser.errors()
-    browser.open(demo / page, width, dark)
+    browser.open((inside if page in INSIDE else demo) / page, width, dark)
     browser.shot(f"{page.replace('/', '-').removesuffix('.html')}-{width}-{'dark' if dark else 'light'}")
     assert browser.errors() == []
     asked = [json.loads(m)["message"]["params"]["request"]["url"] for m in browser.requests()]

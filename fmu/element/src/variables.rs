@@ -57,8 +57,10 @@ pub struct Variable {
 pub struct Parameter {
     /// Name.
     pub name: &'static str,
-    /// Type.
+    /// Type in calls; one with [`Parameter::items`] is an Enumeration in the description.
     pub kind: Kind,
+    /// The items to choose from, numbered from 0 on; none for a number.
+    pub items: &'static [part::Item],
     /// Unit.
     pub unit: &'static str,
     /// Whether it may change between steps.
@@ -139,7 +141,7 @@ impl Default for Settings {
 }
 
 const fn own(name: &'static str, unit: &'static str, access: Access) -> Parameter {
-    Parameter { name, kind: Kind::Real, unit, tunable: true, access }
+    Parameter { name, kind: Kind::Real, items: &[], unit, tunable: true, access }
 }
 
 /// Parameters that are not the law's, with their value references, ascending.
@@ -169,9 +171,10 @@ const fn table() -> [Parameter; PARAMETERS] {
             assert!(p.reference == reference, "a value reference is left out or given twice");
             let kind = match p.kind {
                 part::Kind::Real => Kind::Real,
-                part::Kind::Integer => Kind::Integer,
+                part::Kind::Enumeration(_) => Kind::Integer,
             };
-            all[i] = Parameter { name: p.name, kind, unit: p.unit, tunable: false, access: Access::Law(p) };
+            let (tunable, items) = (false, p.kind.items());
+            all[i] = Parameter { name: p.name, kind, items, unit: p.unit, tunable, access: Access::Law(p) };
             law += 1;
         }
         i += 1;

@@ -8,7 +8,7 @@ use crate::start::GUID_LENGTH;
 pub enum Kind {
     /// fmi2Real.
     Real,
-    /// fmi2Integer.
+    /// fmi2Integer; of an Enumeration too.
     Integer,
     /// fmi2Boolean.
     Boolean,

@@ -8,8 +8,27 @@ use crate::{Memory, ParameterError, Parameters};
 pub enum Kind {
     /// A real number.
     Real,
-    /// A whole number, kept as `i32`.
-    Integer,
+    /// One of a list, kept as `i32`: the place in the list.
+    Enumeration(&'static [Item]),
+}
+
+/// One of the items to choose from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Item {
+    /// Name, a word that stands in files and in a simulator's list.
+    pub name: &'static str,
+    /// What it does, in one line.
+    pub text: &'static str,
+}
+
+impl Kind {
+    /// The items to choose from, numbered from 0 on; none for a number.
+    pub const fn items(self) -> &'static [Item] {
+        match self {
+            Kind::Real => &[],
+            Kind::Enumeration(items) => items,
+        }
+    }
 }
 
 /// What a parameter may be.
@@ -52,7 +71,7 @@ pub struct Parameter {
     pub reference: u32,
     /// Type.
     pub kind: Kind,
-    /// Unit; empty for whole numbers.
+    /// Unit; empty for a choice.
     pub unit: &'static str,
     /// Unit a host should show it in; empty: `unit`.
     pub display: &'static str,
@@ -64,7 +83,7 @@ pub struct Parameter {
     pub text: &'static str,
     /// Reads it.
     pub get: fn(&Parameters) -> f64,
-    /// Sets it, unchecked; whole numbers lose their fraction.
+    /// Sets it, unchecked; the number of a choice loses its fraction.
     pub set: fn(&mut Parameters, f64),
 }
 
@@ -361,12 +380,12 @@ pub trait Part: Copy + PartialEq + Default {
 }
 
 /// A part's struct, its neutral default and the declaration of its parameters, from one list: field, type, neutral
-/// value, name, value reference, unit, unit to show, range, text.
+/// value, name, value reference, unit, unit to show, range, text, and the items where it is a choice.
 macro_rules! parameters {
     ($(#[$meta:meta])* $part:ident: $Part:ident {$(
         $(#[$doc:meta])*
         $field:ident: $type:ident = $neutral:literal, $name:literal, $reference:literal, $unit:literal, $display:literal,
-        $range:expr, $text:literal;
+        $range:expr, $text:literal $(, $items:expr)?;
     )*}) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq)]
@@ -384,7 +403,7 @@ macro_rules! parameters {
         const PARAMETERS: &[crate::part::Parameter] = &[$(crate::part::Parameter {
             name: $name,
             reference: $reference,
-            kind: crate::part::parameters!(kind $type),
+            kind: crate::part::parameters!(kind $type $($items)?),
             unit: $unit,
             display: $display,
             neutral: $neutral as f64,
@@ -395,6 +414,6 @@ macro_rules! parameters {
         }),*];
     };
     (kind f64) => { crate::part::Kind::Real };
-    (kind i32) => { crate::part::Kind::Integer };
+    (kind i32 $items:expr) => { crate::part::Kind::Enumeration($items) };
 }
 pub(crate) use parameters;

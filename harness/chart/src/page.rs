@@ -14,6 +14,7 @@ const FIGURES: &str = "<div class=\"figures\">\n";
 const LISTED: usize = 4;
 
 /// A page built top to bottom.
+#[derive(Clone)]
 pub struct Page {
     title: String,
     body: String,
@@ -24,6 +25,8 @@ pub struct Page {
     /// Where the list of sections goes, in the body.
     list_at: usize,
     up: Option<(String, String)>,
+    /// Whether it comes without a script.
+    still: bool,
 }
 
 /// Text safe inside HTML and SVG.
@@ -45,7 +48,19 @@ pub(super) fn tight(html: &str) -> String {
 impl Page {
     /// An empty page.
     pub fn new(title: &str) -> Page {
-        Page { title: title.into(), body: String::new(), sections: Vec::new(), row: false, list_at: 0, up: None }
+        let (title, body) = (title.into(), String::new());
+        Page { title, body, sections: Vec::new(), row: false, list_at: 0, up: None, still: false }
+    }
+
+    /// The page without a script, for places that run none: its charts are shown, and nothing on it moves.
+    pub fn still(mut self) -> Page {
+        self.still = true;
+        self
+    }
+
+    /// HTML that the program brings along, as it stands; never a user's.
+    pub fn passage(self, html: &str) -> Page {
+        self.add(html).list_below()
     }
 
     /// Links to the page above this one, its index.
@@ -185,10 +200,14 @@ impl Page {
         self.add(&format!("<details><summary>{}</summary>\n{}</details>\n", escape(title), part.body))
     }
 
-    /// What `rest` holds, after what is here.
+    /// What `rest` holds, after what is here; the list of sections stands where `rest` has it, but in a page that had some.
     pub fn then(mut self, rest: Page) -> Page {
         let rest = rest.add("");
-        self = self.list_below().add(&rest.body);
+        self = self.add("").list_below();
+        if self.sections.is_empty() {
+            self.list_at += rest.list_at;
+        }
+        self = self.add(&rest.body);
         self.sections.extend(rest.sections);
         self
     }
@@ -214,10 +233,10 @@ impl Page {
              <meta name=\"color-scheme\" content=\"light dark\">\n<link rel=\"icon\" href=\"data:,\">\n\
              <style>\n{css}</style></head>\n<body><a class=\"skip\" href=\"#main\">To the content</a>\n\
              <header>{PAGES}{up}</nav><h1>{t}</h1></header>\n\
-             <main id=\"main\">\n{top}{contents}{rest}{end}</main>\n<script>\n{js}</script></body></html>\n",
+             <main id=\"main\">\n{top}{contents}{rest}{end}</main>\n{js}</body></html>\n",
             t = escape(&self.title),
             css = STYLE.to_owned() + include_str!("style.css"),
-            js = include_str!("script.js"),
+            js = if self.still { String::new() } else { format!("<script>\n{}</script>", include_str!("script.js")) },
             contents = self.contents(),
         )
     }
@@ -300,6 +319,16 @@ mod tests {
         assert_eq!(h.matches("<div").count(), h.matches("</div>").count());
         let other = linked(&h, "../../index.html", "the demo");
         assert!(other.contains("../../index.html") && !other.contains("\"../index.html\""));
+    }
+
+    #[test]
+    fn a_still_page_has_its_charts_and_no_script() {
+        let page = Page::new("t").chart(&chart("a"), "").passage("<em>own</em>");
+        let (moving, still) = (page.clone().html(), page.still().html());
+        assert!(moving.contains("<script>") && !still.contains("<script"));
+        assert!(
+            still.contains("<svg class=\"chart\"") && still.contains("<em>own</em>") && still.contains("@media print")
+        );
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! How far the simulation's own parameters had been biased by what it leaves out.
 
+use super::intervals::Interval;
 use estimate::fitted::Fitted;
 
 /// One parameter of the base, as calibrated without and with the mechanisms found.
@@ -15,45 +16,83 @@ pub struct Bias {
     pub sigmas: f64,
 }
 
+/// How a quantity follows from the parameters fitted.
+type Value = Box<dyn Fn(&[f64]) -> f64>;
+
+/// A quantity of the simulation's own parameters.
+struct Quantity {
+    /// Name in a report, and in the element; the latter empty where the element has no such parameter.
+    name: &'static str,
+    parameter: &'static str,
+    unit: &'static str,
+    value: Value,
+}
+
+/// Force at the reference depth, in which stiffness and exponent do not trade off, these two, and the damping.
+fn quantities(f: &Fitted) -> Vec<Quantity> {
+    let s = f.data.scales;
+    let stiffness = move |t: &[f64]| (t[0] - t[1] * s.x_ref.ln()).exp();
+    let quantity = |name, parameter, unit, value| Quantity { name, parameter, unit, value };
+    let mut all = vec![
+        quantity("force at reference depth", "", "N", Box::new(|t: &[f64]| t[0].exp()) as Value),
+        quantity("k", "stiffness", "N/m^p", Box::new(stiffness)),
+        quantity("p", "exponent", "1", Box::new(|t| t[1])),
+    ];
+    if f.structure.base().hysteresis {
+        let damping = move |t: &[f64]| t[2] * stiffness(t) / s.v_ref;
+        all.push(quantity("mu_d", "hysteresis_damping", "N s/m^(p+1)", Box::new(damping)));
+    }
+    all
+}
+
+/// Standard deviation of every quantity at the parameters of `f`, carried through differences; `overdispersion` inflates
+/// the noise's variance.
+fn deviations(f: &Fitted, of: &[Quantity], overdispersion: f64) -> Vec<f64> {
+    let covariance = f.problem().covariance(&f.fit.point);
+    let (theta, n) = (&f.fit.point.theta, if f.structure.base().hysteresis { 3 } else { 2 });
+    let deviation = |q: &Quantity| {
+        let Some(c) = &covariance else { return f64::NAN };
+        let g: Vec<f64> = (0..n)
+            .map(|j| {
+                let mut v = theta.clone();
+                v[j] += 1e-5;
+                ((q.value)(&v) - (q.value)(theta)) / 1e-5
+            })
+            .collect();
+        let var: f64 = (0..n).map(|i| (0..n).map(|j| g[i] * c[(i, j)] * g[j]).sum::<f64>()).sum();
+        (var.max(0.0) * overdispersion.max(1.0)).sqrt()
+    };
+    of.iter().map(deviation).collect()
+}
+
 /// Stiffness, exponent and damping before and after, with the force at the reference depth, in which the first two
 /// do not trade off. `overdispersion` inflates the noise's variance.
 pub fn biases(base: &Fitted, chosen: &Fitted, overdispersion: f64) -> Vec<Bias> {
-    let covariance = chosen.problem().covariance(&chosen.fit.point);
-    let hysteresis = base.structure.base().hysteresis;
     let (b, a) = (&base.fit.point.theta, &chosen.fit.point.theta);
-    let s = base.data.scales;
-    // value of a quantity at the parameters, and its deviation carried through differences
-    let quantity = |name: &'static str, unit: String, of: &dyn Fn(&[f64]) -> f64| {
-        let (before, after) = (of(b), of(a));
-        let n = if hysteresis { 3 } else { 2 };
-        let sd = covariance.as_ref().map_or(f64::NAN, |c| {
-            let g: Vec<f64> = (0..n)
-                .map(|j| {
-                    let mut v = a.clone();
-                    v[j] += 1e-5;
-                    (of(&v) - after) / 1e-5
-                })
-                .collect();
-            let var: f64 = (0..n).map(|i| (0..n).map(|j| g[i] * c[(i, j)] * g[j]).sum::<f64>()).sum();
-            (var.max(0.0) * overdispersion.max(1.0)).sqrt()
-        });
+    let all = quantities(base);
+    let sds = deviations(chosen, &all, overdispersion);
+    let bias = |(q, sd): (&Quantity, f64)| {
+        let (before, after) = ((q.value)(b), (q.value)(a));
         Bias {
-            name,
-            unit,
+            name: q.name,
+            unit: q.unit.into(),
             before,
             after,
             percent: if after == 0.0 { f64::NAN } else { 100.0 * (before - after) / after },
             sigmas: (before - after) / sd,
         }
     };
-    let stiffness = move |t: &[f64]| (t[0] - t[1] * s.x_ref.ln()).exp();
-    let mut out = vec![
-        quantity("force at reference depth", "N".into(), &|t| t[0].exp()),
-        quantity("k", "N/m^p".into(), &stiffness),
-        quantity("p", "1".into(), &|t| t[1]),
-    ];
-    if hysteresis {
-        out.push(quantity("mu_d", "N s/m^(p+1)".into(), &move |t| t[2] * stiffness(t) / s.v_ref));
-    }
-    out
+    all.iter().zip(sds).map(bias).collect()
+}
+
+/// The simulation's own parameters as `f` has them, by the element's names, with 95 % intervals from the covariance.
+pub fn of_element(f: &Fitted, overdispersion: f64) -> Vec<Interval> {
+    let all = quantities(f);
+    let sds = deviations(f, &all, overdispersion);
+    let interval = |(q, sd): (&Quantity, f64)| {
+        let value = (q.value)(&f.fit.point.theta);
+        Interval { name: q.parameter, value, unit: q.unit, low: value - 1.96 * sd, high: value + 1.96 * sd }
+    };
+    let held = |i: &Interval| !i.name.is_empty() && i.low.is_finite();
+    all.iter().zip(sds).map(interval).filter(held).collect()
 }

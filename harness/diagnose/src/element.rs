@@ -1,25 +1,50 @@
 //! Back into the simulator: the element packed with what was found as its start values, and the recordings run
-//! through that very FMU.
+//! through that very FMU: its libraries and start values; what it tells of itself is put in when the answer is written.
 
 use super::heldout::HeldOut;
 use super::predictions::Predictions;
+use crate::bias::of_element;
+use crate::intervals::Interval;
 use anyhow::{ensure, Context, Result};
 use estimate::fitted::Fitted;
 use estimate::problem::{Data, Problem};
 use host::{Fmu, FmuElement, Names};
 use hysteresis_contact::variables::{Settings, PARAMETER_TABLE};
 use law::Parameters;
+use pack::{Binary, Label, Model};
 use plant::element::Element;
 use record::range;
 
 /// The packed element and what it does.
 pub struct Packed {
-    /// The bytes of HysteresisContact.fmu.
-    pub fmu: Vec<u8>,
+    /// Value of every parameter of the element.
+    values: Vec<(String, f64)>,
+    /// Libraries, one for each platform.
+    binaries: Vec<Binary>,
+    /// Typical sizes of the element's inputs and outputs, SI.
+    nominals: Vec<(&'static str, f64)>,
+    /// The simulation's own parameters as calibrated, by the element's names.
+    pub calibrated: Vec<Interval>,
     /// Start values that differ from the element's defaults: name, value, unit.
     pub starts: Vec<(&'static str, f64, &'static str)>,
     /// The recordings predicted through it.
     pub through: Option<Through>,
+}
+
+impl Packed {
+    /// The bytes of HysteresisContact.fmu, which tells what `label` says.
+    ///
+    /// # Errors
+    /// As [`Model::labelled`].
+    pub fn fmu(&self, label: Label) -> Result<Vec<u8>> {
+        let label = Label { nominals: self.nominals.clone(), ..label };
+        Model::contact().labelled(&self.values, &self.binaries, &label)
+    }
+
+    /// The platforms it runs on, as FMI 2.0 names them.
+    pub fn platforms(&self) -> Vec<&str> {
+        self.binaries.iter().map(|b| b.platform.as_str()).collect()
+    }
 }
 
 /// Recordings predicted with the FMU as the contact.
@@ -43,15 +68,39 @@ fn starts(law: &Parameters, mass: f64) -> Vec<(String, f64)> {
     PARAMETER_TABLE.iter().enumerate().map(|(i, p)| (p.name.to_string(), s.get(i))).collect()
 }
 
-/// Packs the element with `law`; with `after`, predicts its recordings through the FMU.
+/// Typical sizes of the element's inputs and outputs in these recordings, SI.
+fn nominals(data: &Data, law: &Parameters, mass: f64) -> Vec<(&'static str, f64)> {
+    let s = &data.scales;
+    let energy = 0.5 * mass * s.speed * s.speed;
+    vec![
+        ("penetration", s.depth),
+        ("velocity", s.speed),
+        ("force", s.force),
+        ("force_at_inputs", s.force),
+        ("stored_energy", energy),
+        ("dissipated_energy", energy),
+        ("deepest_penetration", s.depth),
+        ("permanent_set", s.depth),
+        ("recommended_step", law.recommended_step(mass, s.speed, 0.0)),
+    ]
+}
+
+/// Packs the element with `law`, which `calibrated` has, and the libraries given; with `after`, predicts its recordings
+/// through the FMU. `overdispersion` inflates the noise's variance.
 ///
 /// # Errors
-/// Where the element's library is not beside the program, the law cannot be a start value (says which parameter),
-/// the FMU refuses, or the FMU and the diagnosis' own simulation part.
-pub fn packed(data: &Data, law: &Parameters, after: Option<(&Fitted, &HeldOut)>) -> Result<Packed> {
+/// Where the law cannot be a start value (says which parameter), a library is not the element's, the FMU refuses, or the
+/// FMU and the diagnosis' own simulation part.
+pub fn packed(
+    binaries: Vec<Binary>,
+    calibrated: &Fitted,
+    overdispersion: f64,
+    law: &Parameters,
+    after: Option<(&Fitted, &HeldOut)>,
+) -> Result<Packed> {
+    let data = &*calibrated.data;
     let mass = if data.mass > 0.0 { data.mass } else { 1.0 };
     let all = starts(law, mass);
-    let fmu = pack::archive(&all, &[pack::built_library()?])?;
     let plain = starts(&Parameters::default(), 1.0);
     let changed = PARAMETER_TABLE
         .iter()
@@ -60,10 +109,11 @@ pub fn packed(data: &Data, law: &Parameters, after: Option<(&Fitted, &HeldOut)>)
         .map(|(p, (a, _))| (p.name, a.1, p.unit))
         .collect();
     let through = match after {
-        Some((c, h)) => Some(through(c, h, &fmu)?),
+        Some((c, h)) => Some(through(c, h, &Model::contact().archive(&all, &binaries)?)?),
         None => None,
     };
-    Ok(Packed { fmu, starts: changed, through })
+    let (nominals, calibrated) = (nominals(data, law, mass), of_element(calibrated, overdispersion));
+    Ok(Packed { values: all, binaries, nominals, calibrated, starts: changed, through })
 }
 
 /// Every recording through the FMU, with the parameters it was predicted with.

@@ -16,6 +16,7 @@ use estimate::fitted::Fitted;
 use estimate::prepare::Prepared;
 use estimate::problem::{Data, Options};
 use record::{Campaign, Kind};
+use std::path::Path;
 use std::sync::Arc;
 
 /// The outcome for one campaign. Where nothing can be judged the verdict says why, and there may be no predictions.
@@ -39,6 +40,8 @@ pub struct Settings<'a> {
     pub bootstrap: usize,
     /// Whether to pack the element and predict the recordings through it.
     pub element: bool,
+    /// Folder of the element's libraries for other platforms; None: where [`pack::Model::libraries`] looks.
+    pub platforms: Option<&'a Path>,
     /// Campaigns of the same run: where one read the same impacts, the two sensors are held against each other.
     pub others: &'a [Campaign],
     /// Called with the name of every stage as it begins.
@@ -49,7 +52,7 @@ pub struct Settings<'a> {
 
 impl Default for Settings<'_> {
     fn default() -> Self {
-        Settings { bootstrap: 0, element: true, others: &[], stage: &|_| {}, stopped: &|| false }
+        Settings { bootstrap: 0, element: true, platforms: None, others: &[], stage: &|_| {}, stopped: &|| false }
     }
 }
 
@@ -168,7 +171,11 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     let element = if settings.element {
         stage("running the recordings through the element")?;
         let through = decision.after.as_ref().filter(|_| relied_on).map(|a| (&decision.chosen, a));
-        packed(&prepared.data, &law, through).map_err(|e| format!("{e:#}"))
+        let calibrated = if holds { &decision.chosen } else { &decision.base };
+        let binaries = pack::Model::contact().libraries(settings.platforms);
+        let overdispersion = decision.overdispersion.1.max(1.0);
+        let packing = |binaries| packed(binaries, calibrated, overdispersion, &law, through);
+        binaries.and_then(packing).map_err(|e| format!("{e:#}"))
     } else {
         Err("not asked for".into())
     };

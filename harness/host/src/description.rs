@@ -4,7 +4,9 @@
 //! not know, which vendors' files have, and it cannot tell an output without a list of dependencies (FMI 2.0: depends
 //! on everything) from one with an empty list (depends on nothing).
 
+use crate::master::Value;
 use quick_xml::events::{BytesStart, Event};
+use record::words;
 use std::collections::HashMap;
 use std::str::FromStr;
 
@@ -105,8 +107,24 @@ pub struct Variable {
     pub start: Option<Start>,
     /// Name of the unit, its own or its type's.
     pub unit: Option<String>,
+    /// The items of an Enumeration: name, number.
+    pub items: Vec<(String, i32)>,
     /// The exporter's words.
     pub description: String,
+}
+
+impl Variable {
+    /// Number of an item by its name.
+    ///
+    /// # Errors
+    /// The variable has no items; none of that name: names the nearest, and those there are.
+    pub fn item(&self, name: &str) -> Result<i32, String> {
+        if self.items.is_empty() {
+            return Err(format!("{} is of type {:?} and cannot be {name:?}", self.name, self.kind));
+        }
+        let names: Vec<&str> = self.items.iter().map(|i| i.0.as_str()).collect();
+        Ok(self.items[words::place(&self.name, name, &names)?].1)
+    }
 }
 
 /// A unit by its SI base units: SI value = factor * value + offset.
@@ -256,6 +274,7 @@ struct Reading {
     unit: Option<String>,
     simple_type: Option<String>,
     type_units: HashMap<String, String>,
+    type_items: HashMap<String, Vec<(String, i32)>>,
     pending: Option<Variable>,
     dependencies: Vec<(i64, Option<String>)>,
 }
@@ -296,6 +315,12 @@ impl Reading {
                 }
             }
             [_, "TypeDefinitions", "SimpleType"] => self.simple_type = Some(a.need("name")?),
+            [_, "TypeDefinitions", "SimpleType", "Enumeration", "Item"] => {
+                let (item, value) = (a.need("name")?, a.get("value")?.ok_or("attribute value is missing")?);
+                if let Some(name) = &self.simple_type {
+                    self.type_items.entry(name.clone()).or_default().push((item, value));
+                }
+            }
             [_, "TypeDefinitions", "SimpleType", "Real"] => {
                 if let (Some(name), Some(unit)) = (self.simple_type.take(), a.get::<String>("unit")?) {
                     self.type_units.insert(name, unit);
@@ -310,6 +335,7 @@ impl Reading {
                     kind: Kind::Real,
                     start: None,
                     unit: None,
+                    items: Vec::new(),
                     description: a.text("description"),
                 });
             }
@@ -324,8 +350,9 @@ impl Reading {
                     Kind::String => a.0.remove("start").map(Start::String),
                 };
                 v.unit = a.0.remove("unit");
-                if v.unit.is_none() {
-                    v.unit = a.0.get("declaredType").and_then(|t| self.type_units.get(t)).cloned();
+                if let Some(declared) = a.0.get("declaredType") {
+                    v.unit = v.unit.or_else(|| self.type_units.get(declared).cloned());
+                    v.items = self.type_items.get(declared).cloned().unwrap_or_default();
                 }
                 if self.d.by_name.insert(v.name.clone(), self.d.variables.len()).is_some() {
                     return Err(format!("two variables are named {}", v.name));
@@ -425,6 +452,24 @@ impl Description {
     /// The variable of that name.
     pub fn variable(&self, name: &str) -> Option<&Variable> {
         self.by_name.get(name).map(|&i| &self.variables[i])
+    }
+
+    /// A value of the variable of that name, as a file gives it, in a number: a Boolean is 0 or 1, of an Enumeration
+    /// the item's name may stand.
+    ///
+    /// # Errors
+    /// A text for a variable that is not there or has no such item; names those there are.
+    pub fn number(&self, name: &str, value: &Value) -> Result<f64, String> {
+        match value {
+            Value::Boolean(b) => Ok(f64::from(u8::from(*b))),
+            Value::Integer(n) => Ok(*n as f64),
+            Value::Real(x) => Ok(*x),
+            Value::Text(t) => {
+                let v = self.variable(name);
+                let v = v.ok_or_else(|| words::not_known("parameter", name, &self.names(Causality::Parameter)))?;
+                v.item(t).map(f64::from)
+            }
+        }
     }
 
     /// Names of the variables of one causality, in the order of the file.

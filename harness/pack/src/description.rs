@@ -1,31 +1,42 @@
 //! The description: read against the variable table, written with start values.
 
-use super::Model;
+use super::{Label, Model};
 use anyhow::{bail, ensure, Context, Result};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, Writer, XmlVersion};
 
 impl Model {
-    /// The description with its GUID and start values.
-    pub(super) fn described(&self, guid: &str, values: &[f64]) -> Result<String> {
+    /// The description with its GUID and start values, and what `label` tells. A start value other than 0 is a
+    /// parameter's nominal value too.
+    pub(super) fn described(&self, guid: &str, values: &[f64], label: &Label) -> Result<String> {
+        let head = label.attributes(self.name, guid);
         let mut reader = Reader::from_str(self.description);
         let mut writer = Writer::new(Vec::new());
-        let mut parameter = None;
+        let (mut parameter, mut nominal) = (None, None);
         loop {
             let event = reader.read_event()?;
             let written = match &event {
                 Event::Eof => break,
                 Event::Start(t) if t.name().as_ref() == "fmiModelDescription" => {
-                    Event::Start(with_attribute(t, "guid", guid)?)
+                    Event::Start(with_attributes(t, &head)?)
                 }
                 Event::Start(t) if t.name().as_ref() == "ScalarVariable" => {
-                    parameter = attribute(t, "name")?.and_then(|n| self.place(&n));
+                    let name = attribute(t, "name")?.unwrap_or_default();
+                    parameter = self.place(&name);
+                    let known = label.nominals.iter().find(|(n, _)| *n == name).map(|n| n.1);
+                    nominal = known.or(parameter.map(|i| values[i].abs())).filter(|v| v.is_finite() && *v > 0.0);
                     event
                 }
-                Event::Empty(t) if matches!(t.name().as_ref(), "Real" | "Integer") => match parameter {
-                    Some(i) => Event::Empty(with_attribute(t, "start", &format!("{}", Number(values[i])))?),
-                    None => event,
-                },
+                Event::Empty(t) if matches!(t.name().as_ref(), "Real" | "Enumeration") => {
+                    let mut changed = Vec::new();
+                    if let Some(i) = parameter {
+                        changed.push(("start", Number(values[i]).to_string()));
+                    }
+                    if let Some(v) = nominal.filter(|_| t.name().as_ref() == "Real") {
+                        changed.push(("nominal", Number(v).to_string()));
+                    }
+                    Event::Empty(with_attributes(t, &changed)?)
+                }
                 _ => event,
             };
             writer.write_event(written)?;
@@ -66,6 +77,8 @@ impl Model {
                         ensure!(e.kind == kind, "{name} is {} in the table", e.kind);
                         let unit = attribute(&t, "unit")?.unwrap_or_default();
                         ensure!(unit == e.unit, "{name} has unit {unit:?}, in the table {:?}", e.unit);
+                        let nominal = attribute(&t, "nominal")?.map_or(Ok(0.0), |n| n.parse::<f64>())?;
+                        ensure!((nominal > 0.0) == (kind == "Real"), "{name} has nominal value {nominal}");
                         if let Some((i, may)) = e.parameter {
                             ensure!(*tunable == may, "{name}: variability and table are at odds");
                             let start: f64 = attribute(&t, "start")?.unwrap_or_default().parse().context(e.name)?;
@@ -90,17 +103,20 @@ impl Model {
     }
 }
 
-/// A tag with one attribute's value changed, the rest in place.
-fn with_attribute(tag: &BytesStart<'_>, name: &str, value: &str) -> Result<BytesStart<'static>> {
+/// A tag with some attributes' values changed, the rest in place; those it has not stand after them.
+fn with_attributes(tag: &BytesStart<'_>, changed: &[(&str, String)]) -> Result<BytesStart<'static>> {
     let mut o = BytesStart::new(tag.name().as_ref().to_string());
+    let mut left: Vec<&(&str, String)> = changed.iter().collect();
     for a in tag.attributes() {
         let a = a?;
         let key = a.key.as_ref().to_string();
-        if key == name {
-            o.push_attribute((name, value));
-        } else {
-            o.push_attribute((key.as_str(), &*a.normalized_value(XmlVersion::Implicit1_0)?));
+        match left.iter().position(|c| c.0 == key) {
+            Some(i) => o.push_attribute((key.as_str(), left.remove(i).1.as_str())),
+            None => o.push_attribute((key.as_str(), &*a.normalized_value(XmlVersion::Implicit1_0)?)),
         }
+    }
+    for (name, value) in left {
+        o.push_attribute((*name, value.as_str()));
     }
     Ok(o)
 }
@@ -128,6 +144,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn groups_hold_parameters_and_none_twice() {
+        for model in [Model::contact(), Model::moving_bar()] {
+            let groups = model.description.split(" variables=\"").skip(1);
+            let names: Vec<&str> = groups.flat_map(|g| g.split('"').next().unwrap().split(' ')).collect();
+            assert!(names.len() > 8, "{}", model.name);
+            for (i, name) in names.iter().enumerate() {
+                assert!(model.place(name).is_some() && !names[..i].contains(name), "{name}");
+            }
+        }
+    }
+
+    #[test]
     fn the_description_agrees_with_the_table_and_disagreement_is_named() {
         let element = Model::contact();
         element.check(DESCRIPTION).unwrap();
@@ -136,11 +164,12 @@ mod tests {
         let e = bar.check(&bar.description.replacen("unit=\"kg\"", "unit=\"g\"", 1)).unwrap_err().to_string();
         assert!(e.contains("mass"), "{e}");
         for (from, to, named) in [
-            ("\"hysteresis_damping\"", "\"hysteresis_dampinG\"", "hysteresis_dampinG"),
+            ("\"hysteresis_damping\" value", "\"hysteresis_dampinG\" value", "hysteresis_dampinG"),
             ("unit=\"J\"", "unit=\"N\"", "stored_energy"),
             ("start=\"1e8\"", "start=\"1e9\"", "stiffness"),
             ("valueReference=\"122\"", "valueReference=\"121\"", "effective_mass"),
             ("logContact", "logFoo", "logFoo"),
+            (" nominal=\"1e3\"", "", "force has nominal value 0"),
         ] {
             let e = element.check(&DESCRIPTION.replacen(from, to, 1)).unwrap_err().to_string();
             assert!(e.contains(named), "{e}");

@@ -5,6 +5,10 @@ use anyhow::{bail, ensure, Context, Result};
 use face::start::{COUNT_OFFSET, GUID_LENGTH, GUID_OFFSET, MARKER, VALUES_OFFSET};
 use std::ffi::{c_char, CStr};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+/// The platforms that FMI 2.0 names.
+const PLATFORMS: [&str; 5] = ["linux64", "win64", "win32", "darwin64", "linux32"];
 
 /// A platform's shared library.
 #[derive(Clone, Debug)]
@@ -39,11 +43,18 @@ impl Model {
     /// # Errors
     /// Where it is not there: says where it was looked for.
     pub fn built_library(&self) -> Result<Binary> {
+        let path = self.built_path()?;
+        let bytes = std::fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+        Ok(Binary { platform: "linux64".into(), bytes })
+    }
+
+    /// Where that library is.
+    fn built_path(&self) -> Result<PathBuf> {
         ensure!(platform() == Some("linux64"), "FMI 2.0 has no folder for this machine: pass --binary PLATFORM=FILE");
         let program =
             std::env::current_exe().context("the program's own path is not known: pass --binary linux64=FILE")?;
         let mut looked = Vec::new();
-        let mut newest: Option<(std::time::SystemTime, PathBuf)> = None;
+        let mut newest: Option<(SystemTime, PathBuf)> = None;
         let file = format!("lib{}.so", self.stem);
         for folder in program.ancestors().skip(1).take(2) {
             for path in [folder.join(&file), folder.join("deps").join(&file)] {
@@ -55,14 +66,70 @@ impl Model {
             }
         }
         if let Some((_, path)) = newest {
-            let bytes = std::fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
-            return Ok(Binary { platform: "linux64".into(), bytes });
+            return Ok(path);
         }
         bail!(
             "the library of {} is at none of {}: run `cargo build --release --workspace`",
             self.name,
             looked.join(", ")
         )
+    }
+
+    /// The libraries to hand out: those that lie ready for other platforms, and this machine's. They lie in `given`, or
+    /// else beside the program, in lib/platforms or, in a checkout, where `pack --all-platforms` leaves them; a folder
+    /// for each platform as FMI 2.0 names it, as in an unpacked FMU's binaries/.
+    ///
+    /// # Errors
+    /// `given` has none; a library that cannot be read; none at all.
+    pub fn libraries(&self, given: Option<&Path>) -> Result<Vec<Binary>> {
+        let mut found = match given {
+            Some(folder) => {
+                let found = self.ready(folder, None)?;
+                let wanted = "give a folder with linux64, win64 and the like, as in an unpacked FMU's binaries/";
+                ensure!(!found.is_empty(), "{}: holds no library of {}; {wanted}", folder.display(), self.name);
+                found
+            }
+            None => self.beside_the_program()?,
+        };
+        if !found.iter().any(|b| Some(b.platform.as_str()) == platform()) {
+            match self.built_library() {
+                Ok(own) => found.insert(0, own),
+                Err(e) if found.is_empty() => return Err(e),
+                Err(_) => {}
+            }
+        }
+        Ok(found)
+    }
+
+    /// The libraries that lie ready where the program is.
+    fn beside_the_program(&self) -> Result<Vec<Binary>> {
+        let own = self.built_path().ok();
+        let made = own.and_then(|p| std::fs::metadata(p).ok()?.modified().ok());
+        let program = std::env::current_exe().ok();
+        for folder in program.iter().flat_map(|p| p.ancestors().skip(1).take(2)) {
+            // what was built from an older source than this program is left alone
+            for (folder, since) in [(folder.join("lib/platforms"), None), (folder.join("platforms"), made)] {
+                let found = self.ready(&folder, since)?;
+                if !found.is_empty() {
+                    return Ok(found);
+                }
+            }
+        }
+        Ok(Vec::new())
+    }
+
+    /// The libraries below `folder` that are not older than `since`.
+    fn ready(&self, folder: &Path, since: Option<SystemTime>) -> Result<Vec<Binary>> {
+        let mut found = Vec::new();
+        for platform in PLATFORMS {
+            let path = folder.join(platform).join(self.library_name(platform)?);
+            let Ok(made) = std::fs::metadata(&path).and_then(|m| m.modified()) else { continue };
+            if since.is_none_or(|s| made >= s) {
+                let bytes = std::fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+                found.push(Binary { platform: platform.into(), bytes });
+            }
+        }
+        Ok(found)
     }
 
     /// The libraries for every platform that can be built here: runs fmu/platforms/build of the checkout the running
@@ -192,6 +259,23 @@ pub(super) fn patch(library: &[u8], guid: &str, values: &[f64]) -> Result<Vec<u8
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn libraries_that_lie_ready_are_taken_by_platform_and_older_ones_left_alone() {
+        let dir = tempfile::tempdir().unwrap();
+        let m = Model::moving_bar();
+        let e = format!("{:#}", m.libraries(Some(dir.path())).unwrap_err());
+        assert!(e.contains(&dir.path().display().to_string()) && e.contains("unpacked FMU"), "{e}");
+        for (platform, file) in [("linux64", "MovingBar.so"), ("win64", "MovingBar.dll"), ("win64", "Other.dll")] {
+            std::fs::create_dir_all(dir.path().join(platform)).unwrap();
+            std::fs::write(dir.path().join(platform).join(file), platform).unwrap();
+        }
+        let found = m.libraries(Some(dir.path())).unwrap();
+        let found: Vec<(&str, &[u8])> = found.iter().map(|b| (b.platform.as_str(), &b.bytes[..])).collect();
+        assert_eq!(found, [("linux64", &b"linux64"[..]), ("win64", b"win64")]);
+        let later = SystemTime::now() + std::time::Duration::from_secs(60);
+        assert!(m.ready(dir.path(), Some(later)).unwrap().is_empty());
+    }
 
     #[test]
     fn what_is_no_fmi_binary_is_refused_by_name() {

@@ -58,6 +58,20 @@ pub fn with_meant(message: &str) -> String {
     }
 }
 
+/// Place of `word` among `known`.
+///
+/// # Errors
+/// Not among them: names `what` it was given for, the nearest of `known`, and all of them.
+pub fn place(what: &str, word: &str, known: &[&str]) -> Result<usize, String> {
+    let found = known.iter().position(|k| *k == word);
+    found.ok_or_else(|| not_known(what, word, known))
+}
+
+/// Says that `word`, given for `what`, is none of `known`: the nearest, and all of them.
+pub fn not_known(what: &str, word: &str, known: &[&str]) -> String {
+    format!("{what} {word:?} is not known; {}", instead(word, known))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

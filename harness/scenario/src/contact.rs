@@ -1,8 +1,10 @@
 //! The contact of a scenario: every parameter of the law by its name, or stiffness from two faces.
 
+use host::master::Value;
 use law::part::{Kind, Parameter};
 use law::stiffness::{half_space, rectangular_faces};
 use law::{parts, Parameters};
+use record::words;
 use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -65,8 +67,8 @@ pub struct Contact {
     pub fmu: Option<PathBuf>,
     /// Names of that FMU's variables.
     pub variables: Variables,
-    /// Further parameters of that FMU by its own names.
-    pub parameters: BTreeMap<String, f64>,
+    /// Further parameters of that FMU by its own names; of an Enumeration the item's name or number.
+    pub parameters: BTreeMap<String, Value>,
     /// Hold that FMU's force over macro-steps of this length, s, > 0; absent: it answers at once, or its
     /// steps are tried out and taken back.
     pub macro_step: Option<f64>,
@@ -84,6 +86,30 @@ const KEYS: [&str; 6] = ["name", "fmu", "variables", "parameters", "macro_step",
 enum Key {
     Own(&'static str),
     Law(&'static Parameter),
+}
+
+/// An item of a choice, by its number or its name.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "give the name of an item, or its number")]
+enum Choice {
+    Number(i32),
+    Name(String),
+}
+
+impl Choice {
+    /// Its number.
+    ///
+    /// # Errors
+    /// Names the nearest item of `p`, and those there are.
+    fn number(self, p: &Parameter) -> Result<f64, String> {
+        match self {
+            Choice::Number(n) => Ok(f64::from(n)),
+            Choice::Name(name) => {
+                let names: Vec<&str> = p.kind.items().iter().map(|i| i.name).collect();
+                words::place(p.name, &name, &names).map(|n| n as f64)
+            }
+        }
+    }
 }
 
 /// Every key, for the error about one that is none.
@@ -118,7 +144,10 @@ impl<'de> Visitor<'de> for Table {
         let mut c = Contact::default();
         while let Some(key) = map.next_key()? {
             match key {
-                Key::Law(p) if p.kind == Kind::Integer => c.law.push((p, f64::from(map.next_value::<i32>()?))),
+                Key::Law(p) if p.kind != Kind::Real => {
+                    let value = map.next_value::<Choice>()?.number(p).map_err(A::Error::custom)?;
+                    c.law.push((p, value));
+                }
                 Key::Law(p) => c.law.push((p, map.next_value()?)),
                 Key::Own("name") => c.name = Some(map.next_value()?),
                 Key::Own("fmu") => c.fmu = Some(map.next_value()?),
@@ -194,7 +223,7 @@ mod tests {
     #[test]
     fn every_parameter_of_the_law_can_be_given_and_no_other_key() {
         for p in parts::parameters() {
-            let value = if p.kind == Kind::Integer { 1.0 } else { 1.25 };
+            let value = if p.kind != Kind::Real { 1.0 } else { 1.25 };
             let c: Contact = toml::from_str(&format!("{} = {value}", p.name)).unwrap();
             assert_eq!(c.given(), [(p.name.to_string(), value)]);
         }
@@ -205,6 +234,10 @@ mod tests {
         );
         assert_eq!(e.span(), Some(13..28));
         assert!(toml::from_str::<Contact>("plastic_form = 0.5").is_err());
+        let named: Contact = toml::from_str("adhesion_form = \"growing\"").unwrap();
+        assert_eq!(named.given(), [("adhesion_form".to_string(), 4.0)]);
+        let e = toml::from_str::<Contact>("plastic_form = \"walton\"").unwrap_err().to_string();
+        assert!(e.contains("plastic_form \"walton\" is not known; did you mean \"walton_braun\"?"), "{e}");
     }
 
     #[test]

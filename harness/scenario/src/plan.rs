@@ -4,6 +4,7 @@ use super::contact::{Contact, Variables};
 use super::file::{Compare, Kind, Model, PhotoInterrupters, Scenario, Tip};
 use super::rig::{Bodies, Link, Rig, Spring};
 use super::GRAVITY;
+use host::master::Value;
 use law::Parameters;
 use mechanisms::physics::Physics;
 use mechanisms::residual_magnetism::ResidualMagnetism;
@@ -42,7 +43,7 @@ pub struct Case {
     /// Names of that FMU's variables.
     pub variables: Variables,
     /// Further parameters of that FMU by its own names.
-    pub parameters: Vec<(String, f64)>,
+    pub parameters: Vec<(String, Value)>,
     /// Macro-step over which that FMU's force is held, s.
     pub macro_step: Option<f64>,
     /// Impacts at most.

@@ -87,14 +87,16 @@ fn other(fmu: &Fmu, path: &Path, case: &mut Case) -> Result<(Box<dyn Element>, S
             passed.push((name.clone(), *value));
         }
     }
-    passed.extend(case.parameters.iter().cloned());
+    for (name, value) in &case.parameters {
+        passed.push((name.clone(), d.number(name, value).map_err(anyhow::Error::msg)?));
+    }
     let start = |name: &str| match d.variable(name).filter(|v| v.kind == Kind::Real).and_then(|v| v.start.clone()) {
         Some(Start::Real(x)) if x.is_finite() && x > 0.0 => Some(x),
         _ => None,
     };
     for (name, place) in [("stiffness", &mut case.law.elastic.stiffness), ("exponent", &mut case.law.elastic.exponent)]
     {
-        let set = case.parameters.iter().find(|(n, _)| n == name).map(|p| p.1);
+        let set = passed.iter().find(|(n, _)| n == name).map(|p| p.1);
         if case.given.iter().all(|(n, _)| n != name) {
             *place = set.or(start(name)).unwrap_or(*place);
         }

@@ -2,8 +2,8 @@
 
 use crate::elementary::{exp, pow};
 use crate::part::{
-    parameters, searched, Experiment, Form, Mechanism, Origin, Part, Quantity, Range, Scales, Searched, StartsFrom,
-    Step, Strength, EVERY_EXPERIMENT, HELD,
+    parameters, searched, Experiment, Form, Item, Mechanism, Origin, Part, Quantity, Range, Scales, Searched,
+    StartsFrom, Step, Strength, EVERY_EXPERIMENT, HELD,
 };
 use crate::{Memory, Parameters};
 
@@ -13,9 +13,17 @@ const LEAVING_BUILD_UP: f64 = 0.05;
 const FORM: Range = Range {
     least: Some(0.0),
     most: Some(4.0),
-    words: "0, 1, 2, 3 or 4",
+    words: "contact (0), neck (1), reach (2), leaving (3) or growing (4)",
     holds: |v| AdhesionForm::from_i32(v as i32).is_some(),
 };
+/// The numbers of [`AdhesionForm`], in words.
+const FORMS: &[Item] = &[
+    Item { name: "contact", text: "In contact, both ways (after Derjaguin, Muller and Toporov 1975)" },
+    Item { name: "neck", text: "A neck while leaving (after Johnson, Kendall and Roberts 1971)" },
+    Item { name: "reach", text: "Reaching out, both ways (after Derjaguin, Muller and Toporov 1975)" },
+    Item { name: "leaving", text: "A neck, full at once while leaving" },
+    Item { name: "growing", text: "Growing with the contact, and a neck (after Johnson, Kendall and Roberts 1971)" },
+];
 
 parameters! {
     /// Pull between the faces.
@@ -26,10 +34,10 @@ parameters! {
         range: f64 = 1e-5, "adhesion_range", 112, "m", "um", Range::POSITIVE, "Range of the adhesive pull, above 0";
         /// Number of an [`AdhesionForm`].
         form: i32 = 0, "adhesion_form", 113, "", "", FORM,
-            "0 in contact, 1 a neck while leaving, 2 reaching out both ways, 3 full at once while leaving, 4 growing with the contact (Johnson, Kendall and Roberts 1971)";
+            "How the faces pull on each other", FORMS;
         /// Depth below the surface over which the pull of `Neck` and `Leaving` fades, m, >= 0; 0: it does not.
         depth: f64 = 0.0, "adhesion_depth", 125, "m", "um", Range::FROM_ZERO,
-            "Depth below the surface over which the pull of forms 1 and 3 fades; 0: it does not";
+            "Depth below the surface over which the pull of adhesion_form neck and leaving fades; 0: it does not";
     }
 }
 

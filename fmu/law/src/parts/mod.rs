@@ -243,6 +243,7 @@ impl core::fmt::Display for ParameterError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::part::Kind;
 
     #[test]
     fn every_parameter_is_neutral_by_default_and_reads_what_was_set() {
@@ -273,6 +274,23 @@ mod tests {
                 assert!(p.check(most + 1e-6 + if name.ends_with("form") { 1.0 } else { 0.0 }).is_err(), "{name}");
             }
             assert!(p.check(f64::NAN).is_err() && p.check(f64::INFINITY).is_err(), "{name}");
+        }
+    }
+
+    #[test]
+    fn every_choice_names_the_numbers_of_its_range_and_no_other() {
+        let choices: Vec<&Parameter> = parameters().filter(|p| p.kind != Kind::Real).collect();
+        assert_eq!(choices.len(), 3);
+        for p in choices {
+            let items = p.kind.items();
+            for (n, item) in items.iter().enumerate() {
+                assert!(p.check(n as f64).is_ok(), "{} {}", p.name, item.name);
+                assert!(p.range.words.contains(&format!("{} ({n})", item.name)), "{} {}", p.name, item.name);
+                let word = |c: char| c.is_ascii_lowercase() || c == '_';
+                assert!(item.name.chars().all(word) && !item.text.is_empty(), "{}", item.name);
+                assert!(items[..n].iter().all(|i| i.name != item.name), "{} is there twice", item.name);
+            }
+            assert!(p.check(items.len() as f64).is_err() && p.check(0.5).is_err(), "{}", p.name);
         }
     }
 

@@ -3,8 +3,8 @@
 use super::Elastic;
 use crate::elementary::pow;
 use crate::part::{
-    parameters, searched, Experiment, Form, Mechanism, Origin, Part, Quantity, Range, Searched, StartsFrom, Strength,
-    EVERY_EXPERIMENT, HELD,
+    parameters, searched, Experiment, Form, Item, Mechanism, Origin, Part, Quantity, Range, Searched, StartsFrom,
+    Strength, EVERY_EXPERIMENT, HELD,
 };
 use crate::{ParameterError, Parameters};
 
@@ -13,11 +13,25 @@ const RATIO: Range =
 const FORM: Range = Range {
     least: Some(0.0),
     most: Some(2.0),
-    words: "0, 1 or 2",
+    words: "permanent_set (0), walton_braun (1) or thornton (2)",
     holds: |v| PlasticForm::from_i32(v as i32).is_some(),
 };
+/// The numbers of [`PlasticForm`], in words.
+const FORMS: &[Item] = &[
+    Item {
+        name: "permanent_set",
+        text: "To a permanent set by a power of the depth (Lankarani and Nikravesh 1994; Oliver and Pharr 1992)",
+    },
+    Item { name: "walton_braun", text: "Straight to a permanent set (Walton and Braun 1986)" },
+    Item { name: "thornton", text: "Stiffer by the radius that has grown (Thornton 1997)" },
+];
 const DAMPING_FORM: Range =
-    Range { least: Some(0.0), most: Some(1.0), words: "0 or 1", holds: |v| v == 0.0 || v == 1.0 };
+    Range { least: Some(0.0), most: Some(1.0), words: "depth (0) or branch (1)", holds: |v| v == 0.0 || v == 1.0 };
+/// What the hysteresis damping multiplies while the contact unloads plastically.
+const DAMPING_FORMS: &[Item] = &[
+    Item { name: "depth", text: "x^p, as while loading" },
+    Item { name: "branch", text: "The force of the unloading branch" },
+];
 
 parameters! {
     /// Plasticity of the faces.
@@ -31,15 +45,15 @@ parameters! {
             "Permanent set per metre beyond yield, below 1; 0 turns plasticity off";
         /// Number of a [`PlasticForm`].
         form: i32 = 0, "plastic_form", 108, "", "", FORM,
-            "Unloading: 0 to a permanent set (Lankarani and Nikravesh 1994), 1 straight (Walton and Braun 1986), 2 stiffer by the radius grown (Thornton 1997)";
+            "How a contact that has yielded unloads", FORMS;
         /// Power n of the unloading curve of [`PlasticForm::PermanentSet`], 0.5 to 5; 0: the exponent p
         /// (Oliver and Pharr 1992 found 1.2 to 1.6).
         unloading_exponent: f64 = 0.0, "plastic_unloading_exponent", 109, "1", "", Range::POWER_OR_ZERO,
-            "Power of the unloading curve of plastic_form 0; 0: the exponent";
+            "Power of the unloading curve of plastic_form permanent_set; 0: the exponent";
         /// 0: the hysteresis damping keeps its power of x while the plastic branch is followed;
         /// 1: it multiplies that branch, F = F_branch (1 + mu_d/k x^o v). The same where nothing yielded.
         damping_form: i32 = 0, "plastic_damping_form", 110, "", "", DAMPING_FORM,
-            "0: damping on x^p while unloading plastically, 1: on the unloading branch";
+            "What the hysteresis damping multiplies while the contact unloads plastically", DAMPING_FORMS;
     }
 }
 
@@ -152,11 +166,15 @@ impl Part for PlasticIndentation {
         if self.form == PlasticForm::Thornton as i32 && self.ratio > 0.0 {
             let (y, p) = (self.yield_penetration, law.elastic.exponent);
             if y <= 0.0 {
-                let expected = "a finite number above 0 with plastic_form 2";
+                let expected = "a finite number above 0 with plastic_form thornton";
                 return Err(ParameterError { name: "yield_penetration", value: y, expected });
             }
             if p < 1.0 {
-                return Err(ParameterError { name: "exponent", value: p, expected: "1 to 5 with plastic_form 2" });
+                return Err(ParameterError {
+                    name: "exponent",
+                    value: p,
+                    expected: "1 to 5 with plastic_form thornton",
+                });
             }
         }
         Ok(())

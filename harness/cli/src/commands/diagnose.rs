@@ -30,6 +30,10 @@ pub struct Arguments {
     /// Folder the answers go to, one subfolder a campaign
     #[arg(long)]
     pub out: PathBuf,
+    /// Folder of the element's libraries for other platforms, DIR/PLATFORM/LIBRARY as in an FMU's binaries/ (default:
+    /// lib/platforms beside the command, or those that pack --all-platforms has left)
+    #[arg(long, value_name = "DIR")]
+    platforms: Option<PathBuf>,
     /// Threads (default: one a processor)
     #[arg(long)]
     jobs: Option<usize>,
@@ -95,7 +99,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let progress = Arc::new(Progress::new("diagnose", count as u64));
     let mut answers: Vec<Answer> = Vec::new();
     for (i, c) in campaigns.iter().enumerate() {
-        match alone(&campaigns, i, a.bootstrap, &progress) {
+        match alone(&campaigns, i, a, &progress) {
             Ok(o) => {
                 let dir = a.out.join(&c.folder);
                 answer::write(c, &o, &dir).with_context(|| format!("{}: cannot be written", dir.display()))?;
@@ -130,16 +134,18 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
 fn alone(
     campaigns: &Arc<Vec<Campaign>>,
     i: usize,
-    bootstrap: usize,
+    a: &Arguments,
     progress: &Arc<Progress>,
 ) -> Result<Outcome, Failure> {
     let (campaigns, progress) = (campaigns.clone(), progress.clone());
+    let (bootstrap, platforms) = (a.bootstrap, a.platforms.clone());
     let (done, outcome) = channel();
     let thread = std::thread::spawn(move || {
         let c = &campaigns[i];
         let stage = |text: &str| progress.stage(&format!("{}: {text}", c.folder));
         let others = &campaigns[..];
-        let settings = Settings { bootstrap, element: true, others, stage: &stage, stopped: &interrupted };
+        let platforms = platforms.as_deref();
+        let settings = Settings { bootstrap, element: true, platforms, others, stage: &stage, stopped: &interrupted };
         // nobody listens any more where the user has ended the command
         drop(done.send(diagnosis::diagnose_with(c, &settings)));
     });

@@ -22,15 +22,19 @@ pub struct Arguments {
     /// The FMU to write
     #[arg(long)]
     pub out: PathBuf,
-    /// Start value of a parameter, NAME=VALUE; may be given again
+    /// Start value of a parameter, NAME=VALUE, a number or the name of a choice; may be given again
     #[arg(long = "set", value_name = "NAME=VALUE")]
     starts: Vec<String>,
-    /// Library to pack, PLATFORM=FILE, instead of this machine's; may be given again
+    /// Library to pack, PLATFORM=FILE, instead of those that lie ready and this machine's; may be given again
     #[arg(long = "binary", value_name = "PLATFORM=FILE")]
     binaries: Vec<String>,
     /// Build and pack the library for old Linux (glibc 2.17) and Windows too; says what to install for it
     #[arg(long, conflicts_with = "binaries")]
     all_platforms: bool,
+    /// Folder of libraries that lie ready, DIR/PLATFORM/LIBRARY as in an FMU's binaries/ (default: lib/platforms beside
+    /// the command, or those that --all-platforms has left)
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["binaries", "all_platforms"])]
+    platforms: Option<PathBuf>,
     #[command(flatten)]
     form: Form,
 }
@@ -51,14 +55,15 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         .iter()
         .map(|s| {
             let (name, value) = s.split_once('=').with_context(|| format!("--set {s}: give NAME=VALUE"))?;
-            let value = value.trim().parse().with_context(|| format!("--set {s}: give a number after ="))?;
-            Ok((name.trim().to_string(), value))
+            let name = name.trim();
+            let value = model.number(name, value.trim()).with_context(|| format!("--set {s}"))?;
+            Ok((name.to_string(), value))
         })
         .collect::<Result<Vec<(String, f64)>>>()?;
     let binaries = if a.all_platforms {
         model.libraries_everywhere()?
     } else if a.binaries.is_empty() {
-        vec![model.built_library()?]
+        model.libraries(a.platforms.as_deref())?
     } else {
         a.binaries.iter().map(|b| pack::library(b)).collect::<Result<Vec<_>>>()?
     };

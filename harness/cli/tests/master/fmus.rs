@@ -134,6 +134,7 @@ fn what_is_wrong_in_a_system_file_is_named_with_its_line() {
         ("to = \"bar.force\"", "to = \"beam.force\"", "no FMU is named beam; give one of bar, contact"),
         ("mass = 0.509 ", "mas = 0.509 ", "bar has no variable mas; its parameters are mass, travel"),
         ("mass = 0.509 ", "mass = true ", "mass is of type Real and cannot be"),
+        ("exponent = 1.0", "adhesion_form = \"leavin\"", "is not known; did you mean \"leaving\"?"),
         ("\"touchdown:contact\"", "\"nowhere.fmu\"", "nowhere.fmu"),
         ("\"gauss-seidel\"", "\"runge\"", "give gauss-seidel, jacobi, implicit or iterated"),
         ("[\"logContact\"]", "[\"logFoo\"]", "logFoo is no category of contact"),

@@ -244,6 +244,7 @@ fn element(d: &Decision, f: &Findings, packed: Option<&Packed>) -> Element {
         right,
         text,
         fmu: packed.map(|_| "HysteresisContact.fmu"),
+        platforms: packed.map_or(Vec::new(), |p| p.platforms().into_iter().map(String::from).collect()),
         starts: packed
             .map(|p| p.starts.iter().map(|(n, value, unit)| (*n, StartValue { value: *value, unit })).collect()),
         predictions_run_through_it: packed.map(|_| through.is_some()),

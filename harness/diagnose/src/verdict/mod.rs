@@ -378,6 +378,9 @@ pub struct Element {
     pub text: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fmu: Option<&'static str>,
+    /// Platforms that the FMU runs on, as FMI 2.0 names them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub platforms: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub starts: Option<BTreeMap<&'static str, StartValue>>,
     #[serde(skip_serializing_if = "Option::is_none")]

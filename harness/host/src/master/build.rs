@@ -432,6 +432,7 @@ fn set(i: &mut Instance, v: &Variable, value: &Value) -> Result<()> {
         (Kind::Integer | Kind::Enumeration, Value::Real(x)) if x.fract() == 0.0 && x.abs() < 2e9 => {
             i.set_integer(&r, &[*x as i32])?;
         }
+        (Kind::Enumeration, Value::Text(name)) => i.set_integer(&r, &[v.item(name).map_err(|e| anyhow!(e))?])?,
         (Kind::Boolean, Value::Boolean(b)) => i.set_boolean(&r, &[*b])?,
         (Kind::String, Value::Text(t)) => i.set_string(&r, &[t])?,
         (kind, value) => return Err(anyhow!("{} is of type {kind:?} and cannot be {value:?}", v.name)),

@@ -5,6 +5,8 @@
 
 use super::build::{build, file_of};
 use super::system::{System, Value};
+use crate::description::{Description, Kind, Variable};
+use crate::Fmu;
 use anyhow::{bail, Context, Result};
 use pack::Model;
 use quick_xml::escape::escape;
@@ -12,12 +14,13 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::Path;
 
-/// What a value is as an SSP parameter: type and text.
-fn parameter(v: &Value) -> (&'static str, String) {
+/// What a value of a variable is as an SSP parameter: type and text.
+fn parameter(variable: Option<&Variable>, v: &Value) -> (&'static str, String) {
     match v {
         Value::Boolean(b) => ("Boolean", b.to_string()),
         Value::Integer(n) => ("Real", n.to_string()),
         Value::Real(x) => ("Real", format!("{x:e}")),
+        Value::Text(t) if variable.is_some_and(|v| v.kind == Kind::Enumeration) => ("Enumeration", t.clone()),
         Value::Text(t) => ("String", t.clone()),
     }
 }
@@ -41,6 +44,7 @@ pub fn export_ssp(s: &System, out: &Path) -> Result<()> {
         let Some(c) = s.fmu.iter().find(|c| c.name.get_ref() == name) else { bail!("{name}: no such FMU") };
         let source = format!("resources/{name}.fmu");
         let own = c.file.get_ref().strip_prefix("touchdown:");
+        let mut foreign = None;
         let bytes = match own {
             Some(model) => {
                 let m = Model::named(model)?;
@@ -49,19 +53,24 @@ pub fn export_ssp(s: &System, out: &Path) -> Result<()> {
                     match v.get_ref() {
                         Value::Real(x) => starts.push((n.clone(), *x)),
                         Value::Integer(i) => starts.push((n.clone(), *i as f64)),
-                        _ => return Err(s.at(v.span(), &format!("{n} of {name}: give a number"))),
+                        Value::Text(t) => {
+                            let number = m.number(n, t).map_err(|e| s.at(v.span(), &format!("{name}: {e:#}")))?;
+                            starts.push((n.clone(), number));
+                        }
+                        Value::Boolean(_) => return Err(s.at(v.span(), &format!("{n} of {name}: give a number"))),
                     }
                 }
-                m.archive(&starts, &[m.built_library()?]).with_context(|| name.clone())?
+                m.archive(&starts, &m.libraries(None)?).with_context(|| name.clone())?
             }
             None => {
                 let path = file_of(s, c, folder.path())?;
+                foreign = Some((Fmu::open(&path)?, &c.set));
                 std::fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?
             }
         };
         zip.start_file(source.as_str(), options)?;
         zip.write_all(&bytes)?;
-        elements += &element(s, name, &source, own.is_none().then_some(&c.set))?;
+        elements += &element(s, name, &source, foreign.as_ref().map(|(f, set)| (f.description(), *set)))?;
     }
     let mut connections = String::new();
     for c in &s.connect {
@@ -109,12 +118,12 @@ fn split(port: &str) -> (String, String) {
     (escape(a).into_owned(), escape(b).into_owned())
 }
 
-/// A component with its connected ports, and the parameters given.
+/// A component with its connected ports and, of somebody else's FMU, the parameters given.
 fn element(
     s: &System,
     name: &str,
     source: &str,
-    set: Option<&BTreeMap<String, toml::Spanned<Value>>>,
+    foreign: Option<(&Description, &BTreeMap<String, toml::Spanned<Value>>)>,
 ) -> Result<String> {
     let mut ports: Vec<(String, &str)> = Vec::new();
     for c in &s.connect {
@@ -134,11 +143,11 @@ fn element(
         o += &format!("          <ssd:Connector name=\"{variable}\" kind=\"{kind}\"><ssc:Real/></ssd:Connector>\n");
     }
     o += "        </ssd:Connectors>\n";
-    if let Some(set) = set.filter(|s| !s.is_empty()) {
+    if let Some((d, set)) = foreign.filter(|f| !f.1.is_empty()) {
         o += "        <ssd:ParameterBindings>\n          <ssd:ParameterBinding>\n            <ssd:ParameterValues>\n";
         o += "              <ssv:ParameterSet version=\"1.0\" name=\"start\">\n                <ssv:Parameters>\n";
         for (n, v) in set {
-            let (kind, text) = parameter(v.get_ref());
+            let (kind, text) = parameter(d.variable(n), v.get_ref());
             o += &format!(
                 "                  <ssv:Parameter name=\"{}\"><ssv:{kind} value=\"{}\"/></ssv:Parameter>\n",
                 escape(n.as_str()),

@@ -16,7 +16,7 @@ pub enum Value {
     Integer(i64),
     /// Of a Real.
     Real(f64),
-    /// Of a String.
+    /// Of a String, or the item's name of an Enumeration.
     Text(String),
 }
 

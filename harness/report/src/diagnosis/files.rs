@@ -1,6 +1,6 @@
 //! What a diagnosis leaves on disk: verdict.json, predictions, report.html and what goes with them.
 
-use super::page;
+use super::{handed, page};
 use diagnose::heldout::HeldOut;
 use diagnose::run::Outcome;
 use record::{Campaign, Channel, Recording};
@@ -99,7 +99,8 @@ pub fn write(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
         latent(o, &dir.join("latent_force"))?;
         unclipped(c, o, &dir.join("without_clipping"))?;
         if let Ok(e) = &o.element {
-            output::write(&dir.join("HysteresisContact.fmu"), &e.fmu)?;
+            let fmu = e.fmu(handed::label(c, o, e)).map_err(|e| std::io::Error::other(format!("{e:#}")))?;
+            output::write(&dir.join("HysteresisContact.fmu"), &fmu)?;
         }
         output::write(&dir.join("report.html"), page::html(c, o).as_bytes())?;
         let verdict = o.verdict.json().map_err(std::io::Error::other)?;

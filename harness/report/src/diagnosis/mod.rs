@@ -2,6 +2,7 @@
 
 mod card;
 mod files;
+mod handed;
 mod index;
 mod page;
 mod pictures;

@@ -1,6 +1,7 @@
 //! report.html: what a test engineer reads in a minute, the sentence on top.
 
 use super::card::{capital, card};
+use super::handed;
 use super::pictures;
 use super::words::{bias, cause, plain, probability, sensors, share, sigmas, through};
 use chart::{interval, quantity, Chart, Heat, Page, Style};
@@ -135,7 +136,8 @@ fn short(c: Channel) -> &'static str {
     }
 }
 
-fn mechanism(page: Page, m: &Missing) -> Page {
+/// A mechanism named, its equation, and its parameters with their intervals.
+pub(super) fn mechanism(page: Page, m: &Missing) -> Page {
     let row = |(n, p): (&String, &Parameter)| {
         vec![plain(n), quantity(p.value, p.unit), interval(p.ci95[0], p.ci95[1], p.unit)]
     };
@@ -281,10 +283,10 @@ fn bias_table(page: Page, o: &Outcome) -> Page {
 
 fn element(page: Page, o: &Outcome) -> Page {
     let Ok(p) = &o.element else { return page };
-    let rows: Vec<Vec<String>> = p.starts.iter().map(|(n, v, u)| vec![n.to_string(), quantity(*v, u)]).collect();
-    page.section("Back in the simulator: HysteresisContact.fmu")
-        .paragraph(&format!("{}.", capital(&through(o, p))))
-        .table(&["parameter", "start value"], &rows)
+    let page = page
+        .section("Back in the simulator: HysteresisContact.fmu")
+        .paragraph(&format!("{}.", capital(&through(o, p))));
+    handed::starts(page, o, p)
 }
 
 fn candidates(page: Page, o: &Outcome) -> Page {

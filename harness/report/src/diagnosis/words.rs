@@ -158,13 +158,21 @@ pub fn cause(mechanisms: &[&str]) -> String {
 /// What the packed element holds, and how it did.
 pub fn through(o: &Outcome, p: &Packed) -> String {
     let what = o.verdict.element.as_ref().map_or("", |e| e.text);
-    match &p.through {
-        Some(t) => format!(
-            "{what}; the recordings run through it give the predictions after (within {:.0e} of range of the \
-             diagnosis' own simulation)",
+    let run = p.through.as_ref().map_or(String::new(), |t| {
+        format!(
+            "; the recordings run through it give the predictions after (within {:.0e} of range of the diagnosis' own \
+             simulation)",
             t.difference.max(1e-9)
-        ),
-        None => what.into(),
+        )
+    });
+    format!("{what}{run}; {}", platforms(&p.platforms()))
+}
+
+/// Where the FMU runs, and how it comes to run elsewhere.
+fn platforms(all: &[&str]) -> String {
+    match all {
+        [one] => format!("it runs on {one} alone, with other platforms after touchdown pack --all-platforms"),
+        _ => format!("it runs on {}", all.join(", ")),
     }
 }
 
