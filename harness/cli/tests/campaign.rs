@@ -47,6 +47,29 @@ fn check_tells_every_contradiction_at_once() {
     }
 }
 
+#[test]
+fn every_error_links_to_a_section_of_the_documentation_that_is_there() {
+    let page =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/formats/recordings.md"));
+    let page = page.unwrap();
+    for s in record::Section::ALL {
+        assert!(page.contains(&format!("\n## {}\n", s.heading())), "{}", s.heading());
+    }
+    let dir = campaign();
+    let head = dir.path().join("campaign.toml");
+    let text = std::fs::read_to_string(&head).unwrap().replace("moving_mass", "moving_mas");
+    std::fs::write(&head, text.replace("[simulation]", "[simulation]\nq = 1")).unwrap();
+    std::fs::write(dir.path().join("r03.csv"), "time [s],force [kg]\n0,1\n1,x\n").unwrap();
+    let (code, _, err) = touchdown(&["check"], dir.path());
+    assert_eq!(code, Some(2), "{err}");
+    let links: Vec<&str> =
+        err.lines().filter_map(|l| l.split_once("; see docs/src/formats/recordings.md#")).map(|l| l.1).collect();
+    assert_eq!(links.len(), err.lines().count(), "{err}");
+    for anchor in ["rig", "simulation", "units", "missing-values", "number-of-samples"] {
+        assert!(links.contains(&anchor), "{anchor}: {err}");
+    }
+}
+
 /// Multiplies one column of a recording by `factor`.
 fn scale(dir: &Path, file: &str, column: usize, factor: f64) {
     let path = dir.join(file);

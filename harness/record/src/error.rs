@@ -2,6 +2,80 @@
 
 use std::path::Path;
 
+/// The page of the documentation that describes campaigns, from the project's root.
+pub const PAGE: &str = "docs/src/formats/recordings.md";
+
+/// A section of [`PAGE`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Section {
+    FormatKey,
+    Campaign,
+    Rig,
+    Simulation,
+    Recording,
+    SpeedsAndHeights,
+    CsvHeader,
+    Units,
+    Time,
+    NumberOfSamples,
+    MissingValues,
+    NoImpact,
+    WhatContradicts,
+}
+
+impl Section {
+    pub const ALL: [Section; 13] = [
+        Section::FormatKey,
+        Section::Campaign,
+        Section::Rig,
+        Section::Simulation,
+        Section::Recording,
+        Section::SpeedsAndHeights,
+        Section::CsvHeader,
+        Section::Units,
+        Section::Time,
+        Section::NumberOfSamples,
+        Section::MissingValues,
+        Section::NoImpact,
+        Section::WhatContradicts,
+    ];
+
+    /// The section that describes a table of campaign.toml.
+    pub(crate) fn of_table(name: &str) -> Section {
+        match name {
+            "campaign" => Section::Campaign,
+            "rig" => Section::Rig,
+            "simulation" => Section::Simulation,
+            "recording" => Section::Recording,
+            _ => Section::FormatKey,
+        }
+    }
+
+    /// Its heading.
+    pub fn heading(self) -> &'static str {
+        match self {
+            Section::FormatKey => "Format key",
+            Section::Campaign => "Campaign",
+            Section::Rig => "Rig",
+            Section::Simulation => "Simulation",
+            Section::Recording => "Recording",
+            Section::SpeedsAndHeights => "Speeds and heights",
+            Section::CsvHeader => "CSV header",
+            Section::Units => "Units",
+            Section::Time => "Time",
+            Section::NumberOfSamples => "Number of samples",
+            Section::MissingValues => "Missing values",
+            Section::NoImpact => "No impact",
+            Section::WhatContradicts => "What contradicts",
+        }
+    }
+
+    /// A link to it, from the project's root.
+    pub fn link(self) -> String {
+        format!("{PAGE}#{}", self.heading().to_lowercase().replace(' ', "-"))
+    }
+}
+
 /// One fault of a campaign: where, what, and the cure.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}{}: {what}; {cure}", if *.line > 0 { format!(":{}", .line) } else { String::new() })]
@@ -12,11 +86,19 @@ pub struct RecordError {
     pub line: usize,
     pub what: String,
     pub cure: String,
+    /// Where the documentation says what is right.
+    pub section: Section,
 }
 
 impl RecordError {
-    pub(crate) fn new(file: &Path, line: usize, what: impl Into<String>, cure: impl Into<String>) -> RecordError {
-        RecordError { file: file.display().to_string(), line, what: what.into(), cure: cure.into() }
+    pub(crate) fn new(
+        section: Section,
+        file: &Path,
+        line: usize,
+        what: impl Into<String>,
+        cure: impl Into<String>,
+    ) -> RecordError {
+        RecordError { file: file.display().to_string(), line, what: what.into(), cure: cure.into(), section }
     }
 }
 

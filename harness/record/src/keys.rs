@@ -1,5 +1,6 @@
 //! The keys of campaign.toml: which there are, what their values have to be, and where they stand.
 
+use crate::error::Section;
 use crate::{words, RecordError};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,7 +9,7 @@ use toml::Spanned;
 
 /// What a value has to be.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Rule {
+pub(crate) enum Rule {
     /// A number above zero.
     Above,
     /// A number from zero on.
@@ -23,7 +24,7 @@ enum Rule {
 }
 
 /// A key, what its value has to be, and its unit.
-struct Key(&'static str, Rule, &'static str);
+pub(crate) struct Key(pub &'static str, pub Rule, pub &'static str);
 
 const CAMPAIGN: &[Key] = &[Key("name", Rule::Text, ""), Key("kind", Rule::Text, ""), Key("material", Rule::Text, "")];
 
@@ -55,7 +56,7 @@ const RECORDING: &[Key] = &[
 const FORMAT: &[Key] = &[Key("format", Rule::Text, "")];
 
 /// The tables: name, where their keys stand, and the keys. What stands above all tables comes first.
-const TABLES: [(&str, &str, &[Key]); 5] = [
+pub(crate) const TABLES: [(&str, &str, &[Key]); 5] = [
     ("", "at the top of the file", FORMAT),
     ("campaign", "under [campaign]", CAMPAIGN),
     ("rig", "under [rig]", RIG),
@@ -134,7 +135,7 @@ pub fn read(path: &Path, text: &str) -> Result<(Document, Vec<RecordError>), Vec
     if !faults.is_empty() {
         for e in faults {
             let line = e.span().map_or(0, |s| r.line(s.start));
-            r.error(line, e.message().trim(), "correct this line, so that the file is TOML");
+            r.error("", line, e.message().trim(), "correct this line, so that the file is TOML");
         }
         return Err(r.errors);
     }
@@ -146,7 +147,7 @@ pub fn read(path: &Path, text: &str) -> Result<(Document, Vec<RecordError>), Vec
             ("rig", DeValue::Table(t)) => d.rig = r.entries("rig", t, head),
             ("simulation", DeValue::Table(t)) => d.simulation = r.entries("simulation", t, head),
             (name @ ("campaign" | "rig" | "simulation"), _) => {
-                r.error(head, format!("{name} is no table"), format!("write it as a table [{name}]"));
+                r.error(name, head, format!("{name} is no table"), format!("write it as a table [{name}]"));
             }
             ("recording", DeValue::Array(list)) if list.iter().all(|v| v.get_ref().is_table()) => {
                 for v in list {
@@ -158,7 +159,12 @@ pub fn read(path: &Path, text: &str) -> Result<(Document, Vec<RecordError>), Vec
                 }
             }
             ("recording", _) => {
-                r.error(head, "recording is no list of tables", "write [[recording]] above every recording");
+                r.error(
+                    "recording",
+                    head,
+                    "recording is no list of tables",
+                    "write [[recording]] above every recording",
+                );
             }
             _ => {}
         }
@@ -177,8 +183,9 @@ impl Reader<'_> {
         self.text.as_bytes()[..at.min(self.text.len())].iter().filter(|b| **b == b'\n').count() + 1
     }
 
-    fn error(&mut self, line: usize, what: impl Into<String>, cure: impl Into<String>) {
-        self.errors.push(RecordError::new(self.path, line, what, cure));
+    /// What is wrong with a table; "": with what stands above all of them.
+    fn error(&mut self, table: &str, line: usize, what: impl Into<String>, cure: impl Into<String>) {
+        self.errors.push(RecordError::new(Section::of_table(table), self.path, line, what, cure));
     }
 
     /// The known entries of the table `name`, whose head is at `line`; the others are errors.
@@ -189,7 +196,7 @@ impl Reader<'_> {
             let (word, at) = (key.get_ref().as_ref(), self.line(key.span().start));
             match keys.iter().find(|k| k.0 == word) {
                 Some(k) => {
-                    let value = self.value(k, value);
+                    let value = self.value(name, k, value);
                     entries.values.insert(k.0, (at, value));
                 }
                 None if name.is_empty() && TABLES.iter().any(|t| t.0 == word) => {}
@@ -209,11 +216,11 @@ impl Reader<'_> {
                 words::instead(word, &own.2.iter().map(|k| k.0).chain(tables).collect::<Vec<_>>())
             }
         };
-        self.error(line, format!("key {word:?} is not known {}", own.1), cure);
+        self.error(table, line, format!("key {word:?} is not known {}", own.1), cure);
     }
 
-    /// The value of `key`, or None and an error.
-    fn value(&mut self, key: &Key, value: &Spanned<DeValue<'_>>) -> Option<Value> {
+    /// The value of `key` of a table, or None and an error.
+    fn value(&mut self, table: &str, key: &Key, value: &Spanned<DeValue<'_>>) -> Option<Value> {
         let Key(name, rule, unit) = *key;
         let line = self.line(value.span().start);
         let inside = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
@@ -238,7 +245,7 @@ impl Reader<'_> {
                     let at = self.line(v.span().start);
                     match v.get_ref().as_str() {
                         Some(s) => texts.push((s.to_string(), at)),
-                        None => self.error(at, format!("{name} holds what is no text"), cure.clone()),
+                        None => self.error(table, at, format!("{name} holds what is no text"), cure.clone()),
                     }
                 }
                 return Some(Value::Texts(texts));
@@ -253,12 +260,12 @@ impl Reader<'_> {
                 if right && x.is_finite() {
                     return Some(Value::Number(x));
                 }
-                self.error(line, format!("{name} = {x} is out of range"), cure);
+                self.error(table, line, format!("{name} = {x} is out of range"), cure);
                 return None;
             }
             _ => {}
         }
-        self.error(line, format!("{name} is of the wrong type"), cure);
+        self.error(table, line, format!("{name} is of the wrong type"), cure);
         None
     }
 }

@@ -4,12 +4,14 @@ mod error;
 mod keys;
 mod load;
 mod samples;
+mod schema;
 pub mod units;
 pub mod words;
 
-pub use error::{RecordError, RecordErrors};
+pub use error::{RecordError, RecordErrors, Section};
 pub use load::load;
 pub use samples::{read_file, Signals};
+pub use schema::schema;
 use std::path::PathBuf;
 
 /// Gravity, m/s^2, as the format has it; that of every simulation.

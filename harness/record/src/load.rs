@@ -1,5 +1,6 @@
 //! Reads a campaign folder.
 
+use crate::error::Section;
 use crate::keys::{self, Document, Entries, Value};
 use crate::samples::{self, short};
 use crate::{words, Campaign, Kind, RecordError, RecordErrors, Recording, Simulation, GRAVITY};
@@ -19,7 +20,7 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
     let path = dir.join("campaign.toml");
     let text = std::fs::read_to_string(&path).map_err(|e| {
         let cure = "name a folder that holds a campaign.toml of format recordings/1";
-        RecordErrors(vec![RecordError::new(&path, 0, format!("cannot be read ({e})"), cure)])
+        RecordErrors(vec![RecordError::new(Section::FormatKey, &path, 0, format!("cannot be read ({e})"), cure)])
     })?;
     let (document, errors) = keys::read(&path, &text).map_err(RecordErrors)?;
     let mut c = Check { path: &path, errors };
@@ -28,11 +29,11 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
     c.rig(rig, kind);
     for (term, line) in sim.texts("terms").unwrap_or_default() {
         if !terms.contains(&term.as_str()) {
-            c.error(*line, format!("term {term:?} is not known"), words::instead(term, terms));
+            c.error(Section::Simulation, *line, format!("term {term:?} is not known"), words::instead(term, terms));
         }
     }
     if document.recordings.is_empty() {
-        c.error(0, "no [[recording]] is listed", "list each CSV file under [[recording]]");
+        c.error(Section::Recording, 0, "no [[recording]] is listed", "list each CSV file under [[recording]]");
     }
     let mut seen = BTreeMap::new();
     let mut listed: Vec<Listed> = Vec::new();
@@ -141,8 +142,8 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn error(&mut self, line: usize, what: impl Into<String>, cure: impl Into<String>) {
-        self.errors.push(RecordError::new(self.path, line, what, cure));
+    fn error(&mut self, section: Section, line: usize, what: impl Into<String>, cure: impl Into<String>) {
+        self.errors.push(RecordError::new(section, self.path, line, what, cure));
     }
 
     /// Format and kind; the kind where it is known.
@@ -150,22 +151,24 @@ impl Check<'_> {
         let right = "write format = \"recordings/1\"";
         match d.top.text("format") {
             Some("recordings/1") => {}
-            Some(f) => self.error(d.top.line_of("format"), format!("format {f:?} is not known"), right),
+            Some(f) => {
+                self.error(Section::FormatKey, d.top.line_of("format"), format!("format {f:?} is not known"), right)
+            }
             None if d.top.given("format") => {}
-            None => self.error(0, "format is missing", right),
+            None => self.error(Section::FormatKey, 0, "format is missing", right),
         }
         let names = Kind::ALL.map(Kind::name);
         let Some(named) = d.campaign.text("kind") else {
             if !d.campaign.given("kind") {
                 let cure = format!("add kind = ..., one of {}", names.join(", "));
-                self.error(d.campaign.line, "kind is missing under [campaign]", cure);
+                self.error(Section::Campaign, d.campaign.line, "kind is missing under [campaign]", cure);
             }
             return None;
         };
         let kind = Kind::named(named);
         if kind.is_none() {
             let cure = words::instead(named, &names);
-            self.error(d.campaign.line_of("kind"), format!("kind {named:?} is not known"), cure);
+            self.error(Section::Campaign, d.campaign.line_of("kind"), format!("kind {named:?} is not known"), cure);
         }
         kind
     }
@@ -178,7 +181,7 @@ impl Check<'_> {
             _ => &[],
         };
         for (key, unit) in needs.iter().filter(|n| !rig.given(n.0)) {
-            self.error(rig.line, format!("{key} is missing under [rig]"), format!("add {key} in {unit}"));
+            self.error(Section::Rig, rig.line, format!("{key} is missing under [rig]"), format!("add {key} in {unit}"));
         }
     }
 
@@ -192,19 +195,19 @@ impl Check<'_> {
     ) -> Option<Listed> {
         let Some(file) = r.text("file") else {
             if !r.given("file") {
-                self.error(r.line, "this [[recording]] names no file", "add file = \"r01.csv\"");
+                self.error(Section::Recording, r.line, "this [[recording]] names no file", "add file = \"r01.csv\"");
             }
             return None;
         };
         let at = r.line_of("file");
         if file.contains('/') || file.contains('\\') || file.is_empty() {
             let cure = "keep recordings beside campaign.toml";
-            self.error(at, format!("file {file:?} is not a plain file name"), cure);
+            self.error(Section::Recording, at, format!("file {file:?} is not a plain file name"), cure);
             return None;
         }
         if let Some(before) = seen.insert(file.to_string(), at) {
             let cure = "list every recording once; two campaigns belong in two folders";
-            self.error(at, format!("{file} is listed twice (first at line {before})"), cure);
+            self.error(Section::Recording, at, format!("{file} is listed twice (first at line {before})"), cure);
             return None;
         }
         let speed = |key: &str| {
@@ -221,6 +224,7 @@ impl Check<'_> {
                     impact_speed = Some((v, FALL_STD * v));
                 }
                 _ => self.error(
+                    Section::SpeedsAndHeights,
                     r.line,
                     format!("{file}: neither impact_speed, start_speed nor drop_height is given"),
                     "add impact_speed in m/s",
@@ -228,7 +232,12 @@ impl Check<'_> {
             }
         }
         if kind == Some(Kind::ContactorOpening) && !r.given("spring_preload") {
-            self.error(r.line, format!("{file}: spring_preload is missing"), "add spring_preload in N");
+            self.error(
+                Section::Recording,
+                r.line,
+                format!("{file}: spring_preload is missing"),
+                "add spring_preload in N",
+            );
         }
         let level = match (r.value("level"), drop_height, spring_preload) {
             (Some(Value::Number(x)), ..) => (*x, format!("{x}")),

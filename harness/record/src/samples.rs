@@ -1,5 +1,6 @@
 //! One recording's CSV: its columns, its rows, and the samples they become.
 
+use crate::error::Section;
 use crate::{units, words, Channel, Column, Kind, RecordError, RecordErrors, Row};
 use std::path::Path;
 
@@ -189,14 +190,22 @@ struct Table {
 
 impl Table {
     fn read(path: &Path, purpose: Use) -> Result<Table, Vec<RecordError>> {
-        let error = |line: usize, what: String, cure: &str| RecordError::new(path, line, what, cure);
+        let error =
+            |section: Section, line: usize, what: String, cure: &str| RecordError::new(section, path, line, what, cure);
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
             .from_path(path)
-            .map_err(|e| vec![error(0, format!("cannot be read ({e})"), purpose.cure())])?;
+            .map_err(|e| vec![error(Section::Recording, 0, format!("cannot be read ({e})"), purpose.cure())])?;
         let head = match reader.headers() {
             Ok(h) => h.clone(),
-            Err(e) => return Err(vec![error(1, e.to_string(), "write a header of columns \"name [unit]\"")]),
+            Err(e) => {
+                return Err(vec![error(
+                    Section::CsvHeader,
+                    1,
+                    e.to_string(),
+                    "write a header of columns \"name [unit]\"",
+                )])
+            }
         };
         let Header { columns, fields, left_out, mut errors } = header(path, &head, purpose);
         let mut data: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
@@ -216,7 +225,7 @@ impl Table {
                         csv::ErrorKind::Utf8 { .. } => ("this row is no UTF-8 text", "write it as plain numbers"),
                         _ => ("this row cannot be read", "copy the file again"),
                     };
-                    faults.add("", line, || what.to_string(), cure);
+                    faults.add(Section::CsvHeader, "", line, || what.to_string(), cure);
                     if e.is_io_error() {
                         break;
                     }
@@ -231,11 +240,23 @@ impl Table {
                 match v {
                     None => {
                         let what = || format!("{} holds {cell:?}, not a finite number", c.name);
-                        faults.add(&c.name, line, what, "remove the rows of the gap, or cut the recording there");
+                        faults.add(
+                            Section::MissingValues,
+                            &c.name,
+                            line,
+                            what,
+                            "remove the rows of the gap, or cut the recording there",
+                        );
                     }
                     Some(v) if c.name == units::CLOSED && *v != 0.0 && *v != 1.0 => {
                         let what = || format!("{} holds {cell:?}, neither 0 nor 1", c.name);
-                        faults.add(&c.name, line, what, "write 1 where the contact is closed and 0 where it is open");
+                        faults.add(
+                            Section::CsvHeader,
+                            &c.name,
+                            line,
+                            what,
+                            "write 1 where the contact is closed and 0 where it is open",
+                        );
                     }
                     Some(_) => {}
                 }
@@ -249,14 +270,25 @@ impl Table {
         if let Some(t) = clock.map(|c| &data[c]) {
             for i in (1..t.len()).filter(|i| t[*i] < t[*i - 1]) {
                 let what = || format!("time goes back here, from {} s to {} s", t[i - 1], t[i]);
-                faults.add("order", lines[i], what, "sort the rows by time, and keep one recording a file");
+                faults.add(
+                    Section::Time,
+                    "order",
+                    lines[i],
+                    what,
+                    "sort the rows by time, and keep one recording a file",
+                );
             }
         }
         errors.extend(faults.0.into_iter().map(|f| f.error(path)));
         if rows < FEWEST {
             let cure = format!("record at least {FEWEST} samples");
             let line = lines.last().copied().unwrap_or(1);
-            errors.push(error(line, format!("{rows} samples are too few to judge anything"), &cure));
+            errors.push(error(
+                Section::NumberOfSamples,
+                line,
+                format!("{rows} samples are too few to judge anything"),
+                &cure,
+            ));
         }
         errors.sort_by_key(|e| e.line);
         match clock {
@@ -269,7 +301,13 @@ impl Table {
     fn too_few(&self, path: &Path, n: usize, of: &str) -> RecordError {
         let line = self.lines.last().copied().unwrap_or(1);
         let cure = format!("record at least {FEWEST} samples");
-        RecordError::new(path, line, format!("{n} samples {of}are too few to judge anything"), cure)
+        RecordError::new(
+            Section::NumberOfSamples,
+            path,
+            line,
+            format!("{n} samples {of}are too few to judge anything"),
+            cure,
+        )
     }
 
     /// The channels of `data`, which holds a column each, taken out of it.
@@ -333,7 +371,8 @@ struct Header {
 /// The columns of a header, one each, and what is wrong with them.
 fn header(path: &Path, head: &csv::StringRecord, purpose: Use) -> Header {
     let mut errors = Vec::new();
-    let mut error = |what: String, cure: String| errors.push(RecordError::new(path, 1, what, cure));
+    let mut error =
+        |section: Section, what: String, cure: String| errors.push(RecordError::new(section, path, 1, what, cure));
     let (mut columns, mut fields, mut left_out): (Vec<Column>, Vec<usize>, Vec<String>) = Default::default();
     for (field, h) in head.iter().enumerate() {
         let (name, unit) = match h.split_once('[') {
@@ -346,16 +385,18 @@ fn header(path: &Path, head: &csv::StringRecord, purpose: Use) -> Header {
             continue;
         }
         if !known {
-            error(format!("column {name:?} is not known"), words::instead(name, &units::COLUMNS));
+            error(Section::CsvHeader, format!("column {name:?} is not known"), words::instead(name, &units::COLUMNS));
         }
         if columns.iter().any(|c| c.name == name) {
-            error(format!("column {name:?} stands twice"), "keep one of them".into());
+            error(Section::CsvHeader, format!("column {name:?} stands twice"), "keep one of them".into());
         }
         let factor = unit.and_then(|u| units::factor(name, u));
         match unit {
-            None => error(format!("column {h:?} has no unit"), "write it as \"name [unit]\"".into()),
+            None => {
+                error(Section::CsvHeader, format!("column {h:?} has no unit"), "write it as \"name [unit]\"".into())
+            }
             Some(u) if known && factor.is_none() => {
-                error(format!("unit {u:?} does not measure {name}"), units::instead(name, u));
+                error(Section::Units, format!("unit {u:?} does not measure {name}"), units::instead(name, u));
             }
             _ => {}
         }
@@ -364,22 +405,23 @@ fn header(path: &Path, head: &csv::StringRecord, purpose: Use) -> Header {
     }
     let has = |name: &str| columns.iter().any(|c| c.name == name);
     if !has("time") {
-        error("there is no column time".into(), "add time [s]".into());
+        error(Section::CsvHeader, "there is no column time".into(), "add time [s]".into());
     }
     if purpose == Use::Campaign(Some(Kind::Indentation)) {
         for c in [Channel::Force, Channel::Penetration].iter().filter(|c| !has(c.name())) {
             let cure = "record both force and penetration";
-            error(format!("an indentation needs the channel {}", c.name()), cure.into());
+            error(Section::CsvHeader, format!("an indentation needs the channel {}", c.name()), cure.into());
         }
     } else if !(Channel::ALL.iter().any(|c| has(c.name())) || purpose == Use::Alone && has(units::CLOSED)) {
         let cure = "record force [N], acceleration [m/s^2] or penetration [m]";
-        error("there is no channel besides time".into(), cure.into());
+        error(Section::CsvHeader, "there is no channel besides time".into(), cure.into());
     }
     Header { columns, fields, left_out, errors }
 }
 
 /// One thing wrong with rows, told where it stands first.
 struct Fault {
+    section: Section,
     /// What tells it from others: with the cure, one fault.
     of: String,
     line: usize,
@@ -395,7 +437,7 @@ impl Fault {
             1 => ", and so does 1 row more".into(),
             n => format!(", and so do {n} rows more"),
         };
-        RecordError::new(path, self.line, self.what + &more, self.cure)
+        RecordError::new(self.section, path, self.line, self.what + &more, self.cure)
     }
 }
 
@@ -404,10 +446,10 @@ impl Fault {
 struct Faults(Vec<Fault>);
 
 impl Faults {
-    fn add(&mut self, of: &str, line: usize, what: impl Fn() -> String, cure: &'static str) {
+    fn add(&mut self, section: Section, of: &str, line: usize, what: impl Fn() -> String, cure: &'static str) {
         match self.0.iter_mut().find(|f| f.of == of && f.cure == cure) {
             Some(f) => f.more += 1,
-            None => self.0.push(Fault { of: of.into(), line, what: what(), cure, more: 0 }),
+            None => self.0.push(Fault { section, of: of.into(), line, what: what(), cure, more: 0 }),
         }
     }
 }

@@ -55,10 +55,9 @@ fn a_sound_campaign_has_no_notes() {
 
 #[test]
 fn a_simulation_without_terms_holds_what_every_such_one_does_and_the_notes_say_so() {
-    for (kind, more, usual) in [
-        ("drop-test", "moving_mass = 0.5\n", &["gravity", "hysteresis_damping"][..]),
-        ("indentation", "", &[][..]),
-    ] {
+    for (kind, more, usual) in
+        [("drop-test", "moving_mass = 0.5\n", &["gravity", "hysteresis_damping"][..]), ("indentation", "", &[][..])]
+    {
         let head = format!("format = \"recordings/1\"\n[campaign]\nkind = \"{kind}\"\n[rig]\n{more}");
         let csv = "time [s],force [N],penetration [m]\n0,0,0\n1,1,1\n2,2,2\n3,1,1\n4,0,0\n5,0,0\n6,0,0\n7,0,0\n8,0,0\n";
         let list = "[[recording]]\nfile = \"r1.csv\"\nlevel = 1\n";

@@ -5,8 +5,11 @@ use law::part::{Kind, Parameter};
 use law::stiffness::{half_space, rectangular_faces};
 use law::{parts, Parameters};
 use record::words;
+use schemars::{json_schema, JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
 use serde::Deserialize;
+use serde_json::json;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::LazyLock;
@@ -15,7 +18,7 @@ use std::sync::LazyLock;
 pub type Fault = (&'static str, String);
 
 /// Two flat rectangular faces that meet (Ahn and Ryu 2005, eq. 7). Each pair is the two sides' material.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Faces {
     /// Half of one side, m, > 0.
@@ -46,7 +49,7 @@ impl Faces {
 }
 
 /// Names of an FMU's variables; absent: those of our own.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Variables {
     /// Input, a length, positive into the stop.
@@ -128,6 +131,57 @@ impl<'de> Deserialize<'de> for Contact {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
         d.deserialize_map(Table)
     }
+}
+
+impl JsonSchema for Contact {
+    fn schema_name() -> Cow<'static, str> {
+        "Contact".into()
+    }
+
+    fn json_schema(g: &mut SchemaGenerator) -> Schema {
+        let own = [
+            ("name", "what to call it where it stands beside others", g.subschema_for::<String>()),
+            (
+                "fmu",
+                "FMU to use, a path from the scenario's folder; absent: touchdown's own",
+                g.subschema_for::<String>(),
+            ),
+            ("variables", "names of that FMU's variables", g.subschema_for::<Variables>()),
+            (
+                "parameters",
+                "further parameters of that FMU by its own names",
+                g.subschema_for::<BTreeMap<String, Value>>(),
+            ),
+            (
+                "macro_step",
+                "hold that FMU's force over steps of this length, s",
+                json_schema!({"exclusiveMinimum": 0, "type": "number"}),
+            ),
+            ("faces", "faces whose theoretical stiffness is taken, with exponent 1", g.subschema_for::<Faces>()),
+        ];
+        let own = own.map(|(key, text, mut schema)| {
+            schema.insert("description".into(), text.into());
+            (key.to_string(), schema.to_value())
+        });
+        let of_law = parts::parameters().map(|p| (p.name.to_string(), property(p)));
+        let properties: serde_json::Map<_, _> = own.into_iter().chain(of_law).collect();
+        json_schema!({"type": "object", "additionalProperties": false, "properties": properties})
+    }
+}
+
+/// The schema of one of the law's parameters.
+fn property(p: &Parameter) -> serde_json::Value {
+    let items: Vec<&str> = p.kind.items().iter().map(|i| i.name).collect();
+    if p.kind != Kind::Real {
+        return json!({"description": p.text, "anyOf": [{"enum": items}, {"type": "integer", "minimum": 0, "maximum": items.len() - 1}]});
+    }
+    let mut number = json!({"description": format!("{}: {}, {}", p.text, p.unit, p.range.words), "type": "number"});
+    for (key, bound) in [("minimum", p.range.least), ("maximum", p.range.most)] {
+        if let Some(v) = bound {
+            number[key] = json!(v);
+        }
+    }
+    number
 }
 
 /// Reads a contact key by key.

@@ -5,18 +5,23 @@ use super::locate::line_of;
 use super::motion::Motion;
 use super::GRAVITY;
 use anyhow::{anyhow, bail, Context, Result};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::Path;
 
 /// What moves, and what drives it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
+#[schemars(extend("enum" = KINDS))]
 pub enum Kind {
     /// A body falls on the stop.
     DropTest,
     /// A bar is driven by its return spring, against a holding force that fades, on the stop.
     ContactorOpening,
 }
+
+/// The kinds as a file spells them, with `_` or `-`.
+const KINDS: [&str; 4] = ["drop_test", "contactor_opening", "drop-test", "contactor-opening"];
 
 impl TryFrom<String> for Kind {
     type Error = String;
@@ -27,7 +32,7 @@ impl TryFrom<String> for Kind {
             "drop_test" => Ok(Kind::DropTest),
             "contactor_opening" => Ok(Kind::ContactorOpening),
             _ => {
-                let instead = record::words::instead(&name, &["drop_test", "contactor_opening"]);
+                let instead = record::words::instead(&name, &KINDS[..2]);
                 Err(format!("kind {name:?} is not known; {instead}"))
             }
         }
@@ -35,7 +40,7 @@ impl TryFrom<String> for Kind {
 }
 
 /// How many bodies a drop test has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Model {
     /// All masses as one (Ahn and Ryu 2005, eq. 6).
@@ -46,7 +51,7 @@ pub enum Model {
 }
 
 /// The three masses, kg, > 0.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Masses {
     /// Seismic mass of the accelerometer.
@@ -59,7 +64,7 @@ pub struct Masses {
 }
 
 /// Springs of the sensors.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sensors {
     /// Between accelerometer and body, N/m, > 0.
@@ -75,7 +80,7 @@ pub struct Sensors {
 }
 
 /// Photo interrupters in a row above the stop.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PhotoInterrupters {
     /// From one to the next, m, > 0.
@@ -100,7 +105,7 @@ fn three() -> usize {
 }
 
 /// An impact tip.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tip {
     /// Its name.
@@ -113,7 +118,7 @@ pub struct Tip {
 }
 
 /// Another stiffness to put beside the scenario's own.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Compare {
     /// Its name.
@@ -125,7 +130,7 @@ pub struct Compare {
 }
 
 /// A scenario file. Plain SI.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
     /// What moves.

@@ -1,9 +1,13 @@
 //! The tables `[motion.NAME]` of a scenario: mechanisms that act on the body on its way, by the quantities under which a
 //! diagnosis reports them.
 
+use mechanisms::part::Allowed;
 use mechanisms::physics::{Given, Physics};
+use schemars::{json_schema, JsonSchema, Schema, SchemaGenerator};
 use serde::de::{DeserializeSeed, Deserializer, Error as _, MapAccess, Visitor};
 use serde::Deserialize;
+use serde_json::json;
+use std::borrow::Cow;
 use std::fmt::Formatter;
 
 /// What is given of the motion's mechanisms, in the order of the file.
@@ -27,6 +31,27 @@ impl Motion {
 impl<'de> Deserialize<'de> for Motion {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
         d.deserialize_map(Tables)
+    }
+}
+
+impl JsonSchema for Motion {
+    fn schema_name() -> Cow<'static, str> {
+        "Motion".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let mut tables = serde_json::Map::new();
+        for k in Physics::keys() {
+            let mut number = json!({"type": "number", "description": format!("{}, {}", k.unit, k.allowed.words())});
+            match k.allowed {
+                Allowed::Any => {}
+                Allowed::FromZero => number["minimum"] = json!(0),
+                Allowed::AboveZero => number["exclusiveMinimum"] = json!(0),
+            }
+            let table = || json!({"type": "object", "additionalProperties": false, "properties": {}});
+            tables.entry(k.mechanism).or_insert_with(table)["properties"][k.name] = number;
+        }
+        json_schema!({"type": "object", "additionalProperties": false, "properties": tables})
     }
 }
 

@@ -8,8 +8,9 @@ use anyhow::Result;
 use diagnose::figure::figure;
 use estimate::condition::condition;
 use estimate::impact::touch;
-use record::{Campaign, Channel, Recording};
+use record::{Campaign, Channel, RecordErrors, Recording, Section};
 use serde::Serialize;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -195,6 +196,11 @@ fn understood(dir: &Path) -> Result<Understood> {
     Ok(u)
 }
 
+/// An error, and where the documentation says what is right.
+fn linked(error: &dyn Display, section: Section) -> String {
+    format!("{error}; see {}", section.link())
+}
+
 pub fn run(a: &Arguments) -> Result<ExitCode> {
     let mut all = Vec::new();
     let mut failed = false;
@@ -205,13 +211,16 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
                 if !a.form.json {
                     print::answer(&words(&u))?;
                 }
-                u.errors.iter().for_each(|e| print::error(e));
+                u.errors.iter().for_each(|e| print::error(&linked(e, Section::WhatContradicts)));
                 failed |= !u.errors.is_empty();
                 all.push(u);
             }
             Err(e) => {
                 failed = true;
-                print::error(&format!("{e:#}"));
+                match e.downcast_ref::<RecordErrors>() {
+                    Some(all) => all.0.iter().for_each(|e| print::error(&linked(e, e.section))),
+                    None => print::error(&linked(&format!("{e:#}"), Section::NoImpact)),
+                }
             }
         }
     }

@@ -16,6 +16,7 @@ mod mechanisms;
 mod pack;
 mod paper;
 mod run;
+pub mod schema;
 mod study;
 mod system;
 
@@ -95,6 +96,8 @@ enum Command {
     Paper(paper::Arguments),
     /// Run a scenario (drop test, contactor opening) and draw its impacts, or a system of FMUs
     Run(run::Arguments),
+    /// Print the JSON schema of campaigns, scenarios or systems, for editors that complete and check what one types
+    Schema(schema::Arguments),
     /// Write a system of FMUs as an SSP 1.0 archive that other hosts run as it stands
     ExportSsp(system::ExportArguments),
     /// Measure a method against exact answers
@@ -116,7 +119,7 @@ impl Command {
             Command::ExportSsp(a) => Some(Place::File(&a.out)),
             Command::Study(a) => Some(Place::Folder(a.out())),
             Command::Bench(_) | Command::Check(_) | Command::Compare(_) | Command::Impact(_) => None,
-            Command::Completions(_) | Command::Init(_) | Command::Mechanisms(_) => None,
+            Command::Completions(_) | Command::Init(_) | Command::Mechanisms(_) | Command::Schema(_) => None,
         }
     }
 }
@@ -160,6 +163,7 @@ fn command(c: Cli) -> Result<ExitCode> {
         Command::Pack(a) => pack::run(&a),
         Command::Paper(a) => paper::run(&a),
         Command::Run(a) => run::run(&a),
+        Command::Schema(a) => schema::run(&a),
         Command::ExportSsp(a) => system::export(&a),
         Command::Study(a) => study::run(&a),
     }

@@ -1,13 +1,14 @@
 //! A system file: which FMUs, how they are connected, and how they are stepped.
 
 use anyhow::{anyhow, Context, Result};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// A value that a file sets.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Value {
     /// Of a Boolean.
@@ -21,15 +22,18 @@ pub enum Value {
 }
 
 /// An FMU of the system.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Component {
     /// Its name in the system.
+    #[schemars(with = "String")]
     pub name: Spanned<String>,
     /// The file, relative to the system's; or `touchdown:contact`, `touchdown:moving-bar`, packed on the fly.
+    #[schemars(with = "String")]
     pub file: Spanned<String>,
     /// Parameters, inputs and start values by name, in the FMU's units.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, Value>")]
     pub set: BTreeMap<String, Spanned<Value>>,
     /// Highest order of input derivatives the FMU takes, where it declares canInterpolateInputs; FMI 2.0 has no
     /// place to tell it. 1 unless given.
@@ -40,12 +44,14 @@ pub struct Component {
 }
 
 /// A connection: to = factor * from + offset, after conversion of the units both ends tell.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Connection {
     /// `fmu.output`.
+    #[schemars(with = "String")]
     pub from: Spanned<String>,
     /// `fmu.input`.
+    #[schemars(with = "String")]
     pub to: Spanned<String>,
     /// Factor, 1 unless given.
     #[serde(default = "one")]
@@ -60,7 +66,7 @@ fn one() -> f64 {
 }
 
 /// How the step adapts.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "lowercase", tag = "by")]
 pub enum AdaptBy {
     /// By the bonds' energy residual.
@@ -87,15 +93,18 @@ pub enum AdaptBy {
 }
 
 /// `[master]`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Master {
     /// gauss-seidel, jacobi, implicit or iterated.
     #[serde(default = "gauss_seidel")]
+    #[schemars(with = "String")]
     pub method: Spanned<String>,
     /// held or extrapolated (gauss-seidel, jacobi).
+    #[schemars(with = "Option<String>")]
     pub inputs: Option<Spanned<String>>,
     /// mean, linear or cubic (implicit: mean unless given; iterated: cubic).
+    #[schemars(with = "Option<String>")]
     pub shape: Option<Spanned<String>>,
     /// Order of stepping, by names; by feedthrough unless given.
     #[serde(default)]
@@ -120,10 +129,11 @@ fn gauss_seidel() -> Spanned<String> {
 }
 
 /// `[[touch]]`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TouchOf {
     /// `fmu.output`.
+    #[schemars(with = "String")]
     pub of: Spanned<String>,
     /// Level.
     #[serde(default)]
@@ -131,36 +141,42 @@ pub struct TouchOf {
 }
 
 /// `[[lookahead]]`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LookaheadOf {
     /// `fmu.parameter`: a tunable Real in s.
+    #[schemars(with = "String")]
     pub variable: Spanned<String>,
     /// Coming steps.
     pub steps: f64,
 }
 
 /// `[[bond]]`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BondOf {
     /// `fmu.output`.
+    #[schemars(with = "String")]
     pub force: Spanned<String>,
     /// `fmu.output`.
+    #[schemars(with = "String")]
     pub velocity: Spanned<String>,
     /// `fmu.variable` with the work done against the force, J.
+    #[schemars(with = "Option<String>")]
     pub work: Option<Spanned<String>>,
     /// `fmu.variable`s that add up to the energy taken, J.
     #[serde(default)]
+    #[schemars(with = "Vec<String>")]
     pub energy: Vec<Spanned<String>>,
 }
 
 /// `[results]`.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Results {
     /// `fmu.variable`s; `fmu.*` for all its outputs; all outputs of all FMUs unless given.
     #[serde(default)]
+    #[schemars(with = "Vec<String>")]
     pub record: Vec<Spanned<String>>,
     /// Every how many macro-steps a row is written; touches always are. 1 unless given.
     pub every: Option<u64>,
@@ -170,7 +186,7 @@ pub struct Results {
 }
 
 /// A system of FMUs.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct System {
     /// Name.
