@@ -64,6 +64,7 @@ fn every_command_that_has_out_is_checked_here() {
         }
     }
     let mut here: Vec<&str> = COMMANDS.iter().map(|c| c.0[0]).collect();
-    (with.sort_unstable(), here.sort_unstable());
+    with.sort_unstable();
+    here.sort_unstable();
     assert_eq!(with, here);
 }
