@@ -45,8 +45,8 @@ fn quantities(f: &Fitted) -> Vec<Quantity> {
     all
 }
 
-/// Standard deviation of every quantity at the parameters of `f`, carried through differences; `overdispersion` inflates
-/// the noise's variance.
+/// Standard deviation of every quantity at the parameters of `f`, carried through differences; `overdispersion`
+/// inflates the noise's variance.
 fn deviations(f: &Fitted, of: &[Quantity], overdispersion: f64) -> Vec<f64> {
     let covariance = f.problem().covariance(&f.fit.point);
     let (theta, n) = (&f.fit.point.theta, if f.structure.base().hysteresis { 3 } else { 2 });

@@ -89,8 +89,8 @@ fn nominals(data: &Data, law: &Parameters, mass: f64) -> Vec<(&'static str, f64)
 /// through the FMU. `overdispersion` inflates the noise's variance.
 ///
 /// # Errors
-/// Where the law cannot be a start value (says which parameter), a library is not the element's, the FMU refuses, or the
-/// FMU and the diagnosis' own simulation part.
+/// Where the law cannot be a start value (says which parameter), a library is not the element's, the FMU refuses, or
+/// the FMU and the diagnosis' own simulation part.
 pub fn packed(
     binaries: Vec<Binary>,
     calibrated: &Fitted,

@@ -40,8 +40,8 @@ pub(super) fn contact(text: &str, law: &Parameters, mass: f64, label: &Label) ->
     page(&text, label.page.clone(), Some((&chart, &caption)))
 }
 
-/// `text` under its heading as a page: before it `first`, with `picture`; without, the picture stands where the text has
-/// a place for it.
+/// `text` under its heading as a page: before it `first`, with `picture`; without, the picture stands where the text
+/// has a place for it.
 fn page(text: &str, first: Option<Page>, picture: Option<(&Chart, &str)>) -> Result<String> {
     let inside = |from: &str, to: &str| text.split_once(from).and_then(|(_, rest)| rest.split_once(to));
     let (title, rest) = inside("<h1>", "</h1>").context("a page of the model has no heading")?;

@@ -171,7 +171,8 @@ impl Model {
     /// Values of all parameters, those named as given, the rest as by default.
     ///
     /// # Errors
-    /// No such parameter (names the nearest, and those there are); out of its range; not a whole number where one is wanted.
+    /// No such parameter (names the nearest, and those there are); out of its range; not a whole number where one is
+    /// wanted.
     pub fn values(&self, starts: &[(String, f64)]) -> Result<Vec<f64>> {
         let mut values = self.defaults.clone();
         for (name, value) in starts {

@@ -119,7 +119,7 @@ fn bindings(n: &Node, folder: &Path) -> Result<Vec<(String, Value)>> {
                 "Real" => Value::Real(text.trim().parse().with_context(wrong)?),
                 "Integer" => Value::Integer(text.trim().parse().with_context(wrong)?),
                 "Boolean" => Value::Boolean(matches!(text.trim(), "true" | "1")),
-                // of an Enumeration the item's name (SSP 1.0, section 5.2.2)
+                // of an Enumeration the item's name
                 "String" | "Enumeration" => Value::Text(text.to_string()),
                 other => bail!("parameter {name} is of type {other}, which is not read here"),
             };
