@@ -60,6 +60,11 @@ def runnable(page):
     return found
 
 
+def without_platforms(text):
+    """Text printed, without the platforms that an FMU runs on: those whose libraries lie ready in this checkout."""
+    return re.sub(r"(; it runs on )[^\n]*", r"\1...", text)
+
+
 @pytest.mark.parametrize("page", [p for p in PAGES if p != ROOT / "README.md" and runnable(p)], ids=name)
 def test_the_commands_of_a_page_run_in_an_empty_folder_and_print_what_it_says(page, tmp_path):
     search = [PROGRAM.parent, ROOT / "target" / "venv" / "bin", os.environ["PATH"]]
@@ -71,9 +76,10 @@ def test_the_commands_of_a_page_run_in_an_empty_folder_and_print_what_it_says(pa
         if expected is None:
             continue
         printed = ran.stdout.rstrip("\n").replace(str(ROOT), "$CHECKOUT")
-        if WRITE and printed != expected.text:
+        same = without_platforms(printed) == without_platforms(expected.text)
+        if WRITE and not same:
             lines[expected.first + moved:expected.last + moved] = printed.split("\n")
             moved += printed.count("\n") + 1 - (expected.last - expected.first)
             page.write_text("\n".join(lines) + "\n")
         else:
-            assert printed == expected.text, f"{name(page)}:{expected.first + 1}: write it anew with TOUCHDOWN_WRITE=1"
+            assert same, f"{name(page)}:{expected.first + 1}: write it anew with TOUCHDOWN_WRITE=1"

@@ -10,8 +10,10 @@ START, END = "<!-- variables: TOUCHDOWN_WRITE=1 tests/book/run writes them -->",
 TITLES = {"input": "Inputs", "output": "Outputs", "parameter": "Parameters"}
 
 
-def span(value):
-    """The range of a variable in words."""
+def span(value, items):
+    """The range of a variable in words; of a choice its items by name."""
+    if value.tag == "Enumeration":
+        return ", ".join(f"`{i}`" for i in items[value.get("declaredType")])
     least, most = value.get("min"), value.get("max")
     if least and most:
         return f"{least} to {most}"
@@ -20,16 +22,18 @@ def span(value):
 
 def tables():
     """Tables of the inputs, outputs and parameters of modelDescription.xml."""
-    variables = ElementTree.parse(ROOT / "modelDescription" / "modelDescription.xml").getroot().find("ModelVariables")
+    root = ElementTree.parse(ROOT / "modelDescription" / "modelDescription.xml").getroot()
+    variables = root.find("ModelVariables")
+    items = {t.get("name"): [i.get("name") for i in t.iter("Item")] for t in root.find("TypeDefinitions")}
     lines = []
     for causality, title in TITLES.items():
         lines += [f"## {title}", "", "| name | reference | unit | range | start | meaning |", "|---|---|---|---|---|---|"]
         for v in variables:
             if v.get("causality") == causality:
                 value = v[0]
-                unit = value.get("unit", {"Integer": "whole number", "Boolean": "true or false"}.get(value.tag, ""))
+                unit = value.get("unit", {"Enumeration": "a choice", "Boolean": "true or false"}.get(value.tag, ""))
                 meaning = v.get("description").replace("|", "\\|")
-                lines.append(f"| `{v.get('name')}` | {v.get('valueReference')} | {unit} | {span(value)} | {value.get('start', '')} | {meaning} |")
+                lines.append(f"| `{v.get('name')}` | {v.get('valueReference')} | {unit} | {span(value, items)} | {value.get('start', '')} | {meaning} |")
         lines.append("")
     return "\n".join(lines)
 

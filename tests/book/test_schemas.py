@@ -18,11 +18,14 @@ def validator(name):
 
 
 def files():
+    """Every file of a format, with that format."""
+    found = []
     for path in sorted(EXAMPLES.rglob("*.toml")):
         head = tomllib.loads(path.read_text())
         name = "recordings" if path.name == "campaign.toml" else "system" if "fmu" in head else "scenario" if "kind" in head else None
         if name:
-            yield pytest.param(name, path, id=str(path.relative_to(EXAMPLES)))
+            found.append(pytest.param(name, path, id=str(path.relative_to(EXAMPLES))))
+    return found
 
 
 @pytest.mark.parametrize("name, path", files())
