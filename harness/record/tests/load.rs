@@ -55,14 +55,18 @@ fn a_sound_campaign_has_no_notes() {
 
 #[test]
 fn a_simulation_without_terms_holds_what_every_such_one_does_and_the_notes_say_so() {
-    for (kind, more, usual) in
-        [("drop-test", "moving_mass = 0.5\n", &["gravity", "hysteresis_damping"][..]), ("indentation", "", &[][..])]
-    {
-        let head = format!("format = \"recordings/1\"\n[campaign]\nkind = \"{kind}\"\n[rig]\n{more}");
-        let csv = "time [s],force [N],penetration [m]\n0,0,0\n1,1,1\n2,2,2\n3,1,1\n4,0,0\n5,0,0\n6,0,0\n7,0,0\n8,0,0\n";
-        let list = "[[recording]]\nfile = \"r1.csv\"\nlevel = 1\n";
+    // the force once more as a penetration
+    let doubled = |l: &str| l.split_once(',').map_or(l.to_string(), |(t, f)| format!("{t},{f},{f}\n"));
+    let csv = csv().lines().map(doubled).collect::<String>();
+    let csv = csv.replacen("force [N],force [N]", "force [N],penetration [m]", 1);
+    for (kind, rig, recording, usual) in [
+        ("drop-test", "moving_mass = 0.5\n", "impact_speed = 1\n", &["gravity", "hysteresis_damping"][..]),
+        ("indentation", "", "", &[][..]),
+    ] {
+        let head = format!("format = \"recordings/1\"\n[campaign]\nkind = \"{kind}\"\n[rig]\n{rig}");
+        let list = format!("[[recording]]\nfile = \"r1.csv\"\n{recording}");
         let of_terms = |simulation: &str| {
-            let dir = folder(&format!("{head}{simulation}{list}"), &[("r1.csv", csv.into())]);
+            let dir = folder(&format!("{head}{simulation}{list}"), &[("r1.csv", csv.clone())]);
             of(dir.path()).unwrap()
         };
         for simulation in ["", "[simulation]\nk = 1e6\n"] {
