@@ -63,7 +63,8 @@ def derived(entry, keys, of):
     p = entry["parameters"]
     if any(k not in p for k in keys):
         return None
-    corners = [of(*x) for x in itertools.product(*(p[k]["ci95"] for k in keys))]
+    # a constant of a form has no interval
+    corners = [of(*x) for x in itertools.product(*(p[k].get("ci95") or [p[k]["value"]] for k in keys))]
     return of(*(p[k]["value"] for k in keys)), min(corners), max(corners)
 
 

@@ -91,8 +91,14 @@ pub fn of_element(f: &Fitted, overdispersion: f64) -> Vec<Interval> {
     let sds = deviations(f, &all, overdispersion);
     let interval = |(q, sd): (&Quantity, f64)| {
         let value = (q.value)(&f.fit.point.theta);
-        Interval { name: q.parameter, value, unit: q.unit, low: value - 1.96 * sd, high: value + 1.96 * sd }
+        Interval {
+            name: q.parameter,
+            value,
+            unit: q.unit,
+            low: value - 1.96 * sd,
+            high: value + 1.96 * sd,
+            held: false,
+        }
     };
-    let held = |i: &Interval| !i.name.is_empty() && i.low.is_finite();
-    all.iter().zip(sds).map(interval).filter(held).collect()
+    all.iter().zip(sds).map(interval).filter(|i| !i.name.is_empty() && i.ends().is_some()).collect()
 }

@@ -4,7 +4,7 @@ use estimate::fitted::Fitted;
 use estimate::problem::{Options, Point, Problem};
 use rayon::prelude::*;
 
-/// An interval of one described parameter, SI.
+/// An interval of one described parameter, SI; NaN to NaN where the recordings do not tell it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interval {
     pub name: &'static str,
@@ -12,6 +12,15 @@ pub struct Interval {
     pub unit: &'static str,
     pub low: f64,
     pub high: f64,
+    /// Whether it is a constant of the form, that no parameter fitted moves.
+    pub held: bool,
+}
+
+impl Interval {
+    /// Its ends, where it was estimated and the recordings tell them.
+    pub fn ends(&self) -> Option<[f64; 2]> {
+        (!self.held && self.low.is_finite() && self.high.is_finite()).then_some([self.low, self.high])
+    }
 }
 
 /// The intervals of one term.
@@ -65,9 +74,18 @@ pub fn intervals(chosen: &Fitted, overdispersion: f64) -> Vec<Intervals> {
             let n = t.form.parameters.len();
             let values = &point.theta[at..at + n];
             let said = t.form.describe(values, context);
+            let held = t.form.held(values, context);
             let mut of: Vec<Interval> = said
                 .iter()
-                .map(|(name, value, unit)| Interval { name, value: *value, unit, low: *value, high: *value })
+                .zip(held)
+                .map(|((name, value, unit), held)| Interval {
+                    name,
+                    value: *value,
+                    unit,
+                    low: *value,
+                    high: *value,
+                    held,
+                })
                 .collect();
             if profiled {
                 for theta in ends.iter().flatten().flatten() {
@@ -131,4 +149,17 @@ fn profile_end(chosen: &Fitted, j: usize, side: f64, sd: f64, rise: f64) -> Opti
         }
     }
     Some(from.theta)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_are_those_of_what_was_estimated_and_can_be_told() {
+        let i = Interval { name: "friction", value: 2.0, unit: "N", low: 1.5, high: 2.5, held: false };
+        assert_eq!(i.ends(), Some([1.5, 2.5]));
+        assert_eq!(Interval { low: f64::NAN, high: f64::NAN, ..i.clone() }.ends(), None);
+        assert_eq!(Interval { held: true, ..i }.ends(), None);
+    }
 }

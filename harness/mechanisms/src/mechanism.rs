@@ -69,6 +69,18 @@ impl Form {
         (self.describe)(t, c)
     }
 
+    /// Of each of [`Form::describe`]'s quantities, whether it is a constant that no parameter moves from `t`.
+    pub fn held(&self, t: &[f64], c: &Context) -> Vec<bool> {
+        let said = self.describe(t, c);
+        let moved = self.parameters.iter().enumerate().map(|(j, p)| {
+            let mut v = t.to_vec();
+            v[j] += p.step;
+            self.describe(&v, c)
+        });
+        let moved: Vec<_> = moved.collect();
+        (0..said.len()).map(|i| moved.iter().all(|m| m[i].1 == said[i].1)).collect()
+    }
+
     /// This form with `further` parameters, which start from each of `starts`.
     pub fn extended(&self, label: &'static str, further: Vec<Parameter>, starts: Vec<Vec<f64>>) -> Form {
         let parameters = [self.parameters.clone(), further].concat();

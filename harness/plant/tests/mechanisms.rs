@@ -83,6 +83,15 @@ fn extended<'a>(forms: &'a [Form], form: &Form) -> &'a Form {
 }
 
 #[test]
+fn what_no_parameter_moves_is_held() {
+    let c = context(Kind::DropTest);
+    let forms = mechanisms::named("contact_preload").expect("a mechanism").forms(&c);
+    let t = &forms[0].starts[0];
+    let names: Vec<_> = forms[0].describe(t, &c).into_iter().map(|q| q.0).collect();
+    assert_eq!((names, forms[0].held(t, &c)), (vec!["contact_preload", "contact_preload_ramp"], vec![false, true]));
+}
+
+#[test]
 fn every_form_starts_within_its_bounds_is_named_once_and_described_in_numbers() {
     for kind in Kind::ALL {
         let c = context(kind);

@@ -141,7 +141,7 @@ fn missing(d: &Decision, f: &Findings, i: usize) -> Missing {
         form: t.form.label,
         probability: probability(d, i),
         parameters: parameters
-            .map(|p| (p.name.to_string(), Parameter { value: p.value, unit: p.unit, ci95: [p.low, p.high] }))
+            .map(|p| (p.name.to_string(), Parameter { value: p.value, unit: p.unit, ci95: p.ends(), held: p.held }))
             .collect(),
         intervals_by: if profiled { "profile likelihood" } else { "covariance" },
         also_possible: d.ties.get(i).cloned().unwrap_or_default(),
@@ -197,7 +197,7 @@ fn without_clip(channel: Channel, u: &unclipped::Unclipped) -> Unclipped {
 }
 
 fn other_sensor(a: &Against) -> OtherSensor {
-    let mean = |m: &Mean, unit| Parameter { value: m.value, unit, ci95: [m.low, m.high] };
+    let mean = |m: &Mean, unit| Parameter { value: m.value, unit, ci95: Some([m.low, m.high]), held: false };
     let (before, after) = a.misfit();
     let reading = |r: &Reading| OtherReading {
         recording: r.file.clone(),

@@ -208,7 +208,12 @@ pub struct Missing {
 pub struct Parameter {
     pub value: f64,
     pub unit: &'static str,
-    pub ci95: [f64; 2],
+    /// None of what was not estimated, and where the recordings do not tell it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ci95: Option<[f64; 2]>,
+    /// Whether it is a constant of the form, not estimated.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub held: bool,
 }
 
 /// Names that fit as well, and the experiments that would part them.

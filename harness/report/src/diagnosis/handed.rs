@@ -2,9 +2,10 @@
 
 use super::card::capital;
 use super::page::mechanism;
-use super::words::{plain, through};
+use super::words::{self, plain, through};
 use chart::{interval, quantity, Page};
 use diagnose::element::Packed;
+use diagnose::intervals::Interval;
 use diagnose::run::Outcome;
 use diagnose::verdict::Missing;
 use pack::Label;
@@ -31,12 +32,12 @@ pub fn label(c: &Campaign, o: &Outcome, p: &Packed) -> Label {
 
 /// The start values of the FMU, each with its interval where it was calibrated.
 pub fn starts(page: Page, o: &Outcome, p: &Packed) -> Page {
-    let found = |name: &str| held(o).find_map(|m| m.parameters.get(name)).map(|f| (f.ci95[0], f.ci95[1]));
-    let own = |name: &str| p.calibrated.iter().find(|i| i.name == name).map(|i| (i.low, i.high));
+    let found = |name: &str| held(o).find_map(|m| m.parameters.get(name)).and_then(|f| f.ci95);
+    let own = |name: &str| p.calibrated.iter().find(|i| i.name == name).and_then(Interval::ends);
     let row = |(name, value, unit): &(&'static str, f64, &'static str)| {
         let shown = pack::item(name, *value).map_or_else(|| quantity(*value, unit), String::from);
         let ends = found(name).or(own(name));
-        vec![name.to_string(), shown, ends.map_or(String::new(), |(low, high)| interval(low, high, unit))]
+        vec![name.to_string(), shown, ends.map_or(String::new(), |[low, high]| interval(low, high, unit))]
     };
     let rows: Vec<Vec<String>> = p.starts.iter().map(row).collect();
     page.table(&["parameter", "start value", "95 % interval"], &rows)
@@ -61,7 +62,7 @@ fn description(c: &Campaign, o: &Outcome) -> String {
 /// A mechanism with its values and their intervals.
 fn in_short(m: &Missing) -> String {
     let value = |(name, p): (&String, &diagnose::verdict::Parameter)| {
-        let ends = interval(p.ci95[0], p.ci95[1], p.unit);
+        let ends = words::ends(p, interval);
         format!("{} {} (95 %: {ends})", plain(name), quantity(p.value, p.unit))
     };
     let values: Vec<String> = m.parameters.iter().map(value).collect();

@@ -3,7 +3,7 @@
 use super::card::{capital, card};
 use super::handed;
 use super::pictures;
-use super::words::{bias, cause, plain, probability, sensors, share, sigmas, through};
+use super::words::{bias, cause, ends, plain, probability, sensors, share, sigmas, through};
 use chart::{interval, quantity, Chart, Heat, Page, Style};
 use diagnose::phases::PHASES;
 use diagnose::run::Outcome;
@@ -138,9 +138,7 @@ fn short(c: Channel) -> &'static str {
 
 /// A mechanism named, its equation, and its parameters with their intervals.
 pub(super) fn mechanism(page: Page, m: &Missing) -> Page {
-    let row = |(n, p): (&String, &Parameter)| {
-        vec![plain(n), quantity(p.value, p.unit), interval(p.ci95[0], p.ci95[1], p.unit)]
-    };
+    let row = |(n, p): (&String, &Parameter)| vec![plain(n), quantity(p.value, p.unit), ends(p, interval)];
     let rows: Vec<Vec<String>> = m.parameters.iter().map(row).collect();
     page.section(&format!("{} ({})", capital(&plain(m.mechanism)), m.form))
         .paragraph(&format!("{}.", capital(m.sentence)))

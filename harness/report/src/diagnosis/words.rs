@@ -98,13 +98,22 @@ pub fn material(e: &Effect) -> String {
     said.join(", ")
 }
 
-/// Parameters of a mechanism, one text each: name, value, interval.
-pub fn parameters(m: &Missing) -> Vec<(String, String, String)> {
+/// Parameters of a mechanism, one text each: name, value, interval or why there is none.
+fn parameters(m: &Missing) -> Vec<(String, String, String)> {
     let of = |(name, p): (&String, &diagnose::verdict::Parameter)| {
-        let interval = format!("{} to {}", figure(p.ci95[0], ""), figure(p.ci95[1], p.unit));
-        (name.clone(), figure(p.value, p.unit), interval)
+        let interval = |low, high, unit: &str| format!("95 %: {} to {}", figure(low, ""), figure(high, unit));
+        (name.clone(), figure(p.value, p.unit), ends(p, interval))
     };
     m.parameters.iter().map(of).collect()
+}
+
+/// The 95 % interval of a parameter as `shown` writes it, or why there is none.
+pub fn ends(p: &diagnose::verdict::Parameter, shown: impl Fn(f64, f64, &str) -> String) -> String {
+    match p.ci95 {
+        Some([low, high]) => shown(low, high, p.unit),
+        None if p.held => "held, not estimated".into(),
+        None => "not told by these recordings".into(),
+    }
 }
 
 /// How far off a parameter had been: per cent, or a factor where per cent say little.
@@ -217,7 +226,7 @@ pub fn summary(o: &Outcome) -> String {
     let v = &o.verdict;
     let mut s = format!("{}: {}\n", v.campaign, sentence(o));
     for (m, w) in v.missing.iter().zip(&v.mismatch.places) {
-        let list: Vec<String> = parameters(m).into_iter().map(|(n, v, ci)| format!("{n} {v} (95 %: {ci})")).collect();
+        let list: Vec<String> = parameters(m).into_iter().map(|(n, v, ci)| format!("{n} {v} ({ci})")).collect();
         s += &format!("  {}, {}: {}\n", m.mechanism, m.form, list.join(", "));
         s += &format!("    sits in {}, acts most in {}, shows most in {}. {}\n", w.origin, w.phase, w.channel, m.cure);
         let does = v.material.as_ref().and_then(|all| all.get(m.mechanism)).map_or(String::new(), material);
