@@ -61,7 +61,8 @@ pub enum Grade {
 }
 
 impl Grade {
-    fn of(overall: f64) -> Grade {
+    /// Of an overall rating.
+    pub fn of(overall: f64) -> Grade {
         match overall {
             r if r > 0.94 => Grade::Excellent,
             r if r > 0.80 => Grade::Good,

@@ -6,6 +6,7 @@ mod handed;
 mod index;
 mod page;
 mod pictures;
+mod rating;
 mod words;
 
 pub use files::{check_folder, write};

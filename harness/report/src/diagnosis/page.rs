@@ -2,8 +2,8 @@
 
 use super::card::{capital, card};
 use super::handed;
-use super::pictures;
 use super::words::{bias, cause, ends, plain, probability, sensors, share, sigmas, through};
+use super::{pictures, rating};
 use chart::{interval, quantity, Chart, Heat, Page, Style};
 use diagnose::phases::PHASES;
 use diagnose::run::Outcome;
@@ -18,6 +18,7 @@ pub fn html(c: &Campaign, o: &Outcome) -> String {
     if v.invalid.is_none() {
         page = pictures::first_sight(page, c, o);
         page = pictures::over_speed(page, c, o);
+        page = rating::table(page, c, o);
         page = heat(page, c, o);
         page = causes(page, o);
         for m in &v.missing {
@@ -27,7 +28,7 @@ pub fn html(c: &Campaign, o: &Outcome) -> String {
         page = other_sensors(page, o);
         page = experiments(page, o);
         page = latent(page, o);
-        page = bias_table(page, o);
+        page = bias_table(page, c, o);
         page = element(page, o);
         page = candidates(page, o);
         page = facts(page, c, o);
@@ -250,7 +251,8 @@ fn latent(mut page: Page, o: &Outcome) -> Page {
         .paragraph("Every recording's curve is in latent_force/.")
 }
 
-fn bias_table(page: Page, o: &Outcome) -> Page {
+/// What the calibration had absorbed, beside what campaign.toml gives.
+fn bias_table(page: Page, c: &Campaign, o: &Outcome) -> Page {
     if o.findings.bias.is_empty() {
         return page;
     }
@@ -260,6 +262,12 @@ fn bias_table(page: Page, o: &Outcome) -> Page {
     } else {
         format!("Calibrated without the missing physics, the simulation had been off: {}.", moved.join(", "))
     };
+    let given = |name: &str| match name {
+        "k" => c.simulation.k,
+        "p" => c.simulation.p,
+        "mu_d" => c.simulation.mu_d,
+        _ => None,
+    };
     let rows: Vec<Vec<String>> = o
         .findings
         .bias
@@ -267,6 +275,7 @@ fn bias_table(page: Page, o: &Outcome) -> Page {
         .map(|b| {
             vec![
                 b.name.to_string(),
+                given(b.name).map_or("-".into(), |v| quantity(v, &b.unit)),
                 quantity(b.before, &b.unit),
                 quantity(b.after, &b.unit),
                 share(b),
@@ -274,9 +283,10 @@ fn bias_table(page: Page, o: &Outcome) -> Page {
             ]
         })
         .collect();
-    page.section("How far the calibration had been biased")
-        .paragraph(&said)
-        .table(&["parameter", "without it", "with it", "off by", "off by, over its error"], &rows)
+    page.section("How far the calibration had been biased").paragraph(&said).table(
+        &["parameter", "as given", "recalibrated without it", "with it", "off by", "off by, over its error"],
+        &rows,
+    )
 }
 
 fn element(page: Page, o: &Outcome) -> Page {

@@ -21,7 +21,7 @@ const FOUND: &str = "physics found";
 const STAND_IN: &str = "with a stand-in";
 
 /// The simulations there are, with name and style, each with all recordings.
-fn simulations(o: &Outcome) -> Vec<(&'static str, Style, &[Course])> {
+pub(super) fn simulations(o: &Outcome) -> Vec<(&'static str, Style, &[Course])> {
     let c = &o.courses;
     let mut all = Vec::new();
     if let Some(given) = &c.given {
@@ -50,16 +50,24 @@ fn time_axis(c: &Campaign) -> &'static str {
     }
 }
 
-/// Shows the pulse first, where there is one.
-fn on_the_pulse(chart: Chart, c: &Campaign, o: &Outcome, i: usize) -> Chart {
-    let Some(t) = o.courses.contacts.get(i) else { return chart };
+/// From when to when the first impact of recording `i` is shown, on its clock, s; None where there is none.
+pub(super) fn pulse(c: &Campaign, o: &Outcome, i: usize) -> Option<(f64, f64)> {
+    let t = o.courses.contacts.get(i)?;
     let long = t.leave - t.touch;
     if c.kind == Kind::Indentation || !long.is_finite() || long <= 0.0 {
-        return chart;
+        return None;
     }
-    let time = from_touch(c, o, i);
-    let (first, last) = (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(long));
-    chart.focus((-BEFORE * long).max(first), ((1.0 + AFTER) * long).min(last))
+    let time = &c.recordings[i].time;
+    Some(((t.touch - BEFORE * long).max(*time.first()?), (t.leave + AFTER * long).min(*time.last()?)))
+}
+
+/// Shows the pulse first, where there is one.
+fn on_the_pulse(chart: Chart, c: &Campaign, o: &Outcome, i: usize) -> Chart {
+    let touch = o.courses.contacts.get(i).map_or(0.0, |t| t.touch);
+    match pulse(c, o, i) {
+        Some((first, last)) => chart.focus(first - touch, last - touch),
+        None => chart,
+    }
 }
 
 /// The recording whose prediction gained most (or, with nothing found, fits worst).
