@@ -48,6 +48,22 @@ fn check_tells_every_contradiction_at_once() {
 }
 
 #[test]
+fn heights_in_millimetres_that_say_metres_are_told_by_what_the_push_adds_up_to() {
+    let dir = campaign();
+    let head = dir.path().join("campaign.toml");
+    let text = std::fs::read_to_string(&head).unwrap();
+    let line = |l: &str| match l.strip_prefix("drop_height = ") {
+        Some(h) => format!("drop_height = {}\n", 1e3 * h.parse::<f64>().unwrap()),
+        None if l.starts_with("impact_speed") => String::new(),
+        None => format!("{l}\n"),
+    };
+    std::fs::write(&head, text.lines().map(line).collect::<String>()).unwrap();
+    let (code, said, err) = touchdown(&["check"], dir.path());
+    assert_eq!(code, Some(2), "{said}{err}");
+    assert!(err.contains("times the speed given") || err.contains("times as fast as the speed given"), "{err}");
+}
+
+#[test]
 fn every_error_links_to_a_section_of_the_documentation_that_is_there() {
     let page =
         std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/formats/recordings.md"));

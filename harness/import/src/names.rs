@@ -15,7 +15,8 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// Fields `{KEY}` and `{KEY:UNIT}` stand for numbers (a level may be a word), `*` and `{}` for anything.
+    /// Fields `{KEY}` and `{KEY:UNIT}` stand for numbers (a level may be a word), `*` and `{}` for anything. A unit that follows
+    /// a field is its unit, as in `{height}mm`; without one it is SI.
     ///
     /// # Errors
     /// What is wrong with the pattern.
@@ -40,6 +41,8 @@ impl Pattern {
                 let key = key(name)
                     .ok_or_else(|| format!("--names {text}: {name:?} is not known; {}", instead(name, &known())))?;
                 let quantity = KEYS.iter().find(|k| k.0 == key).map_or("", |k| k.1);
+                // a unit that follows the field in the name is its unit: {height}mm
+                let unit = if unit.is_empty() { unit_at(rest, quantity) } else { unit };
                 if !unit.is_empty() && units::factor(quantity, unit).is_none() {
                     let cure = units::instead(quantity, unit);
                     return Err(format!("--names {text}: unit {unit:?} does not measure {key}; {cure}"));
@@ -76,6 +79,16 @@ impl Pattern {
             facts.read(key, found.get(i + 1).map_or("", |m| m.as_str()), unit, &from)?;
         }
         Ok(facts)
+    }
+}
+
+/// The unit of `quantity` that `text` begins with; empty where it begins with none.
+fn unit_at<'a>(text: &'a str, quantity: &str) -> &'a str {
+    let letters = &text[..text.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(text.len())];
+    if units::factor(quantity, letters).is_some() {
+        letters
+    } else {
+        ""
     }
 }
 
@@ -189,6 +202,13 @@ mod tests {
         let f = p.read("drop_12,5_left_07.tdms").unwrap();
         assert_eq!((f.number("drop_height"), f.number("order")), (Some(0.0125), Some(7.0)));
         assert!(p.read("drop_left.tdms").unwrap_err().contains("does not follow"));
+        for (text, metres) in
+            [("drop_{height}mm_{order}", 0.02), ("drop_{height}m_{order}", 20.0), ("drop_{height}mmm_{order}", 20.0)]
+        {
+            let unit = &text[text.find('}').unwrap() + 1..text.rfind('_').unwrap()];
+            let f = Pattern::parse(text).unwrap().read(&format!("drop_20{unit}_05.tdms")).unwrap();
+            assert_eq!((f.number("drop_height"), f.number("order")), (Some(metres), Some(5.0)), "{text}");
+        }
         let p = Pattern::parse("{level}-{speed}").unwrap();
         let f = p.read("soft-1.5.csv").unwrap();
         assert_eq!(f.number("impact_speed"), Some(1.5));
