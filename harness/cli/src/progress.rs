@@ -23,24 +23,49 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static HANDLER: Once = Once::new();
 
 /// From here on Ctrl-C, SIGTERM and SIGHUP only ask: [`interrupted`] answers true, and the command comes to its end. Asked once
-/// more after [`ONE_REQUEST`] the process ends at once. A process that was started to ignore one of them, as by `nohup`, is
-/// left to the system's ways.
+/// more after [`ONE_REQUEST`] the process ends at once. A hangup that the process was started to ignore, as by `nohup`, stays
+/// ignored.
 pub fn catch_interrupts() {
     HANDLER.call_once(|| {
-        let mut first: Option<Instant> = None;
-        let set = ctrlc::try_set_handler(move || match first {
-            // shells and `timeout` signal a process and its group: that is one request
-            Some(at) if at.elapsed() < ONE_REQUEST => {}
-            Some(_) => std::process::exit(i32::from(INTERRUPTED_CODE)),
-            None => {
-                first = Some(Instant::now());
-                INTERRUPTED.store(true, Ordering::SeqCst);
-                print::line("interrupted: ending; once more to end at once");
-            }
-        });
         // without a handler the signals end the process as they always did
-        drop(set);
+        drop(ctrlc::set_handler(asked_to_end));
+        #[cfg(unix)]
+        drop(catch_termination());
     });
+}
+
+/// The same of SIGTERM and SIGHUP.
+#[cfg(unix)]
+fn catch_termination() -> std::io::Result<()> {
+    use signal_hook::consts::{SIGHUP, SIGTERM};
+    let hangup = Some(SIGHUP).filter(|s| !is_ignored(*s));
+    let mut signals = signal_hook::iterator::Signals::new(hangup.into_iter().chain([SIGTERM]))?;
+    std::thread::spawn(move || signals.forever().for_each(|_| asked_to_end()));
+    Ok(())
+}
+
+/// Whether the process was started to ignore a signal, as Linux tells it.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|l| l.strip_prefix("SigIgn:"));
+    mask.and_then(|m| u64::from_str_radix(m.trim(), 16).ok()).is_some_and(|m| m >> (signal - 1) & 1 == 1)
+}
+
+/// A request to end.
+fn asked_to_end() {
+    static FIRST: Mutex<Option<Instant>> = Mutex::new(None);
+    let Ok(mut first) = FIRST.lock() else { return };
+    match *first {
+        // shells and `timeout` signal a process and its group: that is one request
+        Some(at) if at.elapsed() < ONE_REQUEST => {}
+        Some(_) => std::process::exit(i32::from(INTERRUPTED_CODE)),
+        None => {
+            *first = Some(Instant::now());
+            INTERRUPTED.store(true, Ordering::SeqCst);
+            print::line("interrupted: ending; once more to end at once");
+        }
+    }
 }
 
 /// Whether the command was asked to end since [`catch_interrupts`].
