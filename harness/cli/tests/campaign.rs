@@ -53,14 +53,25 @@ fn heights_in_millimetres_that_say_metres_are_told_by_what_the_push_adds_up_to()
     let head = dir.path().join("campaign.toml");
     let text = std::fs::read_to_string(&head).unwrap();
     let line = |l: &str| match l.strip_prefix("drop_height = ") {
-        Some(h) => format!("drop_height = {}\n", 1e3 * h.parse::<f64>().unwrap()),
+        Some(h) => {
+            let metres: f64 = h.split(' ').next().unwrap().parse().unwrap();
+            format!("drop_height = {}\n", 1e3 * metres)
+        }
         None if l.starts_with("impact_speed") => String::new(),
         None => format!("{l}\n"),
     };
     std::fs::write(&head, text.lines().map(line).collect::<String>()).unwrap();
+    // a penetration would tell it too: force and acceleration alone
+    for file in std::fs::read_dir(dir.path()).unwrap().map(|f| f.unwrap().path()) {
+        if file.extension().is_some_and(|e| e == "csv") {
+            let text = std::fs::read_to_string(&file).unwrap();
+            let three = |l: &str| l.split(',').take(3).collect::<Vec<_>>().join(",") + "\n";
+            std::fs::write(&file, text.lines().map(three).collect::<String>()).unwrap();
+        }
+    }
     let (code, said, err) = touchdown(&["check"], dir.path());
     assert_eq!(code, Some(2), "{said}{err}");
-    assert!(err.contains("times the speed given") || err.contains("times as fast as the speed given"), "{err}");
+    assert_eq!(err.matches("times the speed given").count(), 10, "{err}");
 }
 
 #[test]
