@@ -23,7 +23,7 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static HANDLER: Once = Once::new();
 
 /// From here on Ctrl-C, SIGTERM and SIGHUP only ask: [`interrupted`] answers true, and the command comes to its end. Asked once
-/// more after [`ONE_REQUEST`] the process ends at once. A hangup that the process was started to ignore, as by `nohup`, stays
+/// more after 0.3 s the process ends at once. A hangup that the process was started to ignore, as by `nohup`, stays
 /// ignored.
 pub fn catch_interrupts() {
     HANDLER.call_once(|| {

@@ -5,7 +5,7 @@ use std::path::Path;
 /// The page of the documentation that describes campaigns, from the project's root.
 pub const PAGE: &str = "docs/src/formats/recordings.md";
 
-/// A section of [`PAGE`].
+/// A section of the page of the documentation that describes campaigns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Section {
     FormatKey,
