@@ -4,7 +4,7 @@
 //! not know, which vendors' files have, and it cannot tell an output without a list of dependencies (FMI 2.0: depends
 //! on everything) from one with an empty list (depends on nothing).
 
-use crate::master::Value;
+use crate::value::Value;
 use quick_xml::events::{BytesStart, Event};
 use record::words;
 use std::collections::HashMap;

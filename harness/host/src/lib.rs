@@ -13,6 +13,7 @@ mod log;
 pub mod master;
 mod state;
 mod status;
+mod value;
 
 pub use description::{Capabilities, Causality, Description, Kind, Start, Unit, Variability, Variable};
 pub use error::{CallError, Discarded, HostError};
@@ -23,3 +24,4 @@ pub use log::LogLine;
 pub use plant::element::{Direct, Element};
 pub use state::State;
 pub use status::Status;
+pub use value::Value;

@@ -3,7 +3,10 @@
 use super::{generate, Label};
 use anyhow::{Context, Result};
 use chart::{Chart, Page, Style};
-use law::{Memory, Parameters};
+use law::Parameters;
+use mechanisms::physics::Physics;
+use plant::setup::Setup;
+use plant::simulate::{simulate, Local};
 
 /// Where the loop of the law as packed goes.
 const LOOP: &str = "<!-- the loop of the law as packed -->\n";
@@ -81,28 +84,22 @@ struct Impact {
 }
 
 impl Impact {
-    /// Of `mass` kg at `speed` m/s, by the midpoint rule.
+    /// Of `mass` kg at `speed` m/s, as a drop test without weight has it, until the body has left.
     fn of(law: &Parameters, mass: f64, speed: f64) -> Impact {
-        let mut o = Impact { time: Vec::new(), penetration: Vec::new(), force: Vec::new(), rebound: None };
         // recommended_step gives a contact 20 steps
-        let h = law.recommended_step(mass, speed, 0.0) * 20.0 / STEPS;
-        let (mut t, mut x, mut v, mut memory) = (0.0, 0.0, speed, Memory::default());
-        while o.time.len() < MOST {
-            let force = law.force(&memory, x, v);
-            o.time.push(t);
-            o.penetration.push(x);
-            o.force.push(force);
-            if x < 0.0 {
-                o.rebound = Some(-v);
-                break;
-            }
-            let (middle, slower) = (x + 0.5 * h * v, v - 0.5 * h * force / mass);
-            let to = v - h * law.force(&memory, middle, slower) / mass;
-            let at = x + h * slower;
-            memory = law.advance(&memory, x, v, at, to, h);
-            (t, x, v) = (t + h, at, to);
+        let contact = 20.0 * law.recommended_step(mass, speed, 0.0);
+        let time: Vec<f64> = (0..MOST).map(|i| contact * i as f64 / STEPS).collect();
+        let physics = Physics { law: *law, mass, ..Physics::default() };
+        let setup = Setup::drop_test(time, 0.5 * speed * contact, speed, contact);
+        let trace = simulate(&physics, &setup, &Local { start: 0.0, speed, stiffness: 0.0, offset: 0.0 });
+        let left = trace.position.iter().position(|x| *x < 0.0);
+        let drawn = left.map_or(MOST, |i| i + 1);
+        Impact {
+            time: setup.time[..drawn].to_vec(),
+            penetration: trace.position[..drawn].to_vec(),
+            force: trace.force[..drawn].to_vec(),
+            rebound: left.map(|i| -trace.velocity[i]),
         }
-        o
     }
 }
 

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 /// The platforms that FMI 2.0 names.
-const PLATFORMS: [&str; 5] = ["linux64", "win64", "win32", "darwin64", "linux32"];
+const PLATFORMS: [&str; 5] = ["linux64", "linux32", "win64", "win32", "darwin64"];
 
 /// A platform's shared library.
 #[derive(Clone, Debug)]
@@ -29,10 +29,7 @@ impl Model {
             "linux64" | "linux32" => "so",
             "win64" | "win32" => "dll",
             "darwin64" => "dylib",
-            _ => {
-                let known = ["linux64", "linux32", "win64", "win32", "darwin64"];
-                bail!("platform {platform:?} is not known; {}", record::words::instead(platform, &known))
-            }
+            _ => bail!("platform {platform:?} is not known; {}", record::words::instead(platform, &PLATFORMS)),
         };
         Ok(format!("{}.{ending}", self.name))
     }

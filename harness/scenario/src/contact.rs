@@ -1,6 +1,6 @@
 //! The contact of a scenario: every parameter of the law by its name, or stiffness from two faces.
 
-use host::master::Value;
+use host::Value;
 use law::part::{Kind, Parameter};
 use law::stiffness::{half_space, rectangular_faces};
 use law::{parts, Parameters};
@@ -273,6 +273,16 @@ impl Contact {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_schema_has_every_key_and_no_other() {
+        let schema = schemars::schema_for!(Contact).to_value();
+        let mut keys: Vec<&str> = schema["properties"].as_object().unwrap().keys().map(String::as_str).collect();
+        let mut names = NAMES.clone();
+        keys.sort_unstable();
+        names.sort_unstable();
+        assert_eq!(keys, names);
+    }
 
     #[test]
     fn every_parameter_of_the_law_can_be_given_and_no_other_key() {

@@ -4,7 +4,7 @@ use super::contact::{Contact, Variables};
 use super::file::{Compare, Kind, Model, PhotoInterrupters, Scenario, Tip};
 use super::rig::{Bodies, Link, Rig, Spring};
 use super::GRAVITY;
-use host::master::Value;
+use host::Value;
 use law::Parameters;
 use mechanisms::physics::Physics;
 use mechanisms::residual_magnetism::ResidualMagnetism;

@@ -6,7 +6,7 @@ use crate::campaign::of_campaign;
 use crate::print;
 use anyhow::Result;
 use diagnose::figure::figure;
-use estimate::condition::condition;
+use estimate::condition::{condition, Invalid};
 use estimate::impact::touch;
 use record::{Campaign, Channel, RecordErrors, Recording, Section};
 use serde::Serialize;
@@ -177,10 +177,11 @@ fn understood(dir: &Path) -> Result<Understood> {
         noise: Vec::new(),
         errors: Vec::new(),
     };
+    let told = |e: Invalid| of_campaign(dir, &e).lines().map(str::to_string).collect();
     let data = match condition(&c) {
         Ok(conditioned) => conditioned.data,
         Err(e) => {
-            u.errors = of_campaign(dir, &e).lines().map(str::to_string).collect();
+            u.errors = told(e);
             return Ok(u);
         }
     };
@@ -191,7 +192,7 @@ fn understood(dir: &Path) -> Result<Understood> {
     };
     u.noise = Channel::ALL.into_iter().filter(|k| data.has(*k)).map(noise).collect();
     if let Err(e) = diagnose::plausible::check(&c, &data) {
-        u.errors = of_campaign(dir, &e).lines().map(str::to_string).collect();
+        u.errors = told(e);
     }
     Ok(u)
 }

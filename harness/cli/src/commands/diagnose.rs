@@ -94,9 +94,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         }
     }
     catch_interrupts();
-    let count = campaigns.len();
     let campaigns = Arc::new(campaigns);
-    let progress = Arc::new(Progress::new("diagnose", count as u64));
+    let progress = Arc::new(Progress::new("diagnose", campaigns.len() as u64));
     let mut answers: Vec<Answer> = Vec::new();
     for (i, c) in campaigns.iter().enumerate() {
         match alone(&campaigns, i, a, &progress) {

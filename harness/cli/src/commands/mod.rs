@@ -16,7 +16,7 @@ mod mechanisms;
 mod pack;
 mod paper;
 mod run;
-pub mod schema;
+mod schema;
 mod study;
 mod system;
 

@@ -12,8 +12,8 @@ const EXAMPLES: &str = "Examples:
   touchdown schema scenario > scenario.schema.json   # and \"#:schema scenario.schema.json\" on a file's first line";
 
 /// A file that engineers write.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Format {
+#[derive(Clone, Copy, ValueEnum)]
+enum Format {
     /// campaign.toml of a campaign of recordings
     Recordings,
     /// A drop test or a contactor's opening, as `touchdown run` takes it
@@ -30,7 +30,7 @@ pub struct Arguments {
 }
 
 /// The JSON schema of a format.
-pub fn schema(format: Format) -> Value {
+fn schema(format: Format) -> Value {
     match format {
         Format::Recordings => record::schema(&mechanisms::terms()),
         Format::Scenario => schema_for!(scenario::Scenario).to_value(),

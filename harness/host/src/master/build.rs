@@ -3,7 +3,8 @@
 use super::network::{Feed, Input, Network, Output, Part};
 use super::options::{Adapt, Bond, Inputs, Lookahead, Method, Options, Shape, Touch};
 use super::slave::FmuSlave;
-use super::system::{AdaptBy, Component, System, Value};
+use super::system::{AdaptBy, Component, System};
+use crate::value::Value;
 use crate::{Causality, Description, Fmu, Instance, Kind, Variability, Variable};
 use anyhow::{anyhow, Context, Result};
 use pack::Model;

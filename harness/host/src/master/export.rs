@@ -4,8 +4,9 @@
 //! bindings stand in the description. The step stands in the OMSimulator annotation, which libcosim and ecos read too.
 
 use super::build::{build, file_of};
-use super::system::{System, Value};
+use super::system::System;
 use crate::description::{Description, Kind, Variable};
+use crate::value::Value;
 use crate::Fmu;
 use anyhow::{bail, Context, Result};
 use pack::Model;

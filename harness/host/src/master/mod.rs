@@ -25,4 +25,4 @@ pub use network::{Feed, Input, Network, Output, Part};
 pub use options::{Adapt, Bond, Inputs, Lookahead, Method, Options, Shape, Touch};
 pub use sink::Sink;
 pub use slave::{Abilities, FmuSlave, Slave};
-pub use system::{System, Value};
+pub use system::System;

@@ -1,7 +1,8 @@
 //! SSP 1.0 archives in (Modelica Association 2019, System Structure and Parameterization): one flat system of
 //! FMI 2.0 components with Real connections.
 
-use super::system::{Component, Connection, Master, Results, System, Value};
+use super::system::{Component, Connection, Master, Results, System};
+use crate::value::Value;
 use anyhow::{bail, ensure, Context, Result};
 use quick_xml::events::{BytesStart, Event};
 use std::collections::BTreeMap;

@@ -1,25 +1,12 @@
 //! A system file: which FMUs, how they are connected, and how they are stepped.
 
+use crate::value::Value;
 use anyhow::{anyhow, Context, Result};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
-
-/// A value that a file sets.
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum Value {
-    /// Of a Boolean.
-    Boolean(bool),
-    /// Of an Integer, Enumeration or Real.
-    Integer(i64),
-    /// Of a Real.
-    Real(f64),
-    /// Of a String, or the item's name of an Enumeration.
-    Text(String),
-}
 
 /// An FMU of the system.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
