@@ -1,7 +1,8 @@
 //! The impact in a recording: where it is, and whether it is one at all.
 
-use crate::statistics::{median, thirds};
+use crate::statistics::{means, median, thirds};
 use record::{Kind, Recording};
+use statrs::function::erf::erfc;
 
 /// Share of its peak above which a pulse pushes.
 const SHARE: f64 = 0.04;
@@ -9,6 +10,15 @@ const SHARE: f64 = 0.04;
 const STANDS_OUT: f64 = 8.0;
 /// Samples from which the noise before a pulse can be told.
 const QUIET: usize = 8;
+/// Samples in a row that make a touch, so that a spike is none.
+const IN_A_ROW: i32 = 3;
+/// Touches that noise alone may be expected to make in a recording.
+const FALSE_TOUCHES: f64 = 0.01;
+/// Samples beyond which a pulse is looked for in means: where a force rises by less than its noise from one sample to the
+/// next, it crosses a level many times.
+const MANY: usize = 4000;
+/// Fewest means that a pulse is looked for in.
+const FEWEST_MEANS: usize = 32;
 
 /// The first pulse of a signal that pushes.
 pub(crate) struct Pulse {
@@ -20,16 +30,42 @@ pub(crate) struct Pulse {
     pub level: f64,
 }
 
-/// The first pulse of a signal that pushes.
+/// The first pulse of a signal that pushes: in means where there are many samples, and in ever longer ones where noise alone
+/// would touch.
 pub(crate) fn pulse(y: &[f64]) -> Option<Pulse> {
+    let found = |m: usize| {
+        let coarse = means(y, m);
+        let p = pulse_in(&coarse)?;
+        let safe = is_safe(&coarse, p.level);
+        Some((Pulse { first: m * p.first, last: m * p.last + m - 1, ..p }, safe))
+    };
+    let longer = (0..).map(|i| 1 << i).take_while(|m| *m == 1 || y.len() / m >= FEWEST_MEANS);
+    // a contact may be too short to be seen in the means of many samples
+    let lengths = std::iter::once(y.len().div_ceil(MANY)).filter(|m| *m > 1).chain(longer);
+    let safe = lengths.filter_map(found).find(|(_, safe)| *safe).map(|(p, _)| p);
+    safe.or_else(|| found(1).map(|(p, _)| p))
+}
+
+/// Whether white noise of the size of that in `y` leaves a touch above `level` unlikely.
+fn is_safe(y: &[f64], level: f64) -> bool {
+    if y.len() < 4 {
+        return true;
+    }
+    // the median of a normal magnitude is 0.6745 standard deviations
+    let sigma = median(thirds(y)) / (0.6745 * 20f64.sqrt());
+    let above = 0.5 * erfc(level / (sigma.max(f64::MIN_POSITIVE) * std::f64::consts::SQRT_2));
+    y.len() as f64 * above.powi(IN_A_ROW) < FALSE_TOUCHES
+}
+
+/// The first pulse in samples as they are.
+fn pulse_in(y: &[f64]) -> Option<Pulse> {
     let peak = y.iter().cloned().fold(f64::MIN, f64::max);
     if peak.is_nan() || peak <= 0.0 {
         return None;
     }
     let level = SHARE * peak;
-    let n = y.len();
-    // three in a row, so that a spike is no touch
-    let first = (0..n.saturating_sub(2)).find(|i| y[*i] > level && y[i + 1] > level && y[i + 2] > level)?;
+    let touch = IN_A_ROW as usize;
+    let first = y.windows(touch).position(|w| w.iter().all(|v| *v > level))?;
     let mut last = first;
     let mut below = 0;
     for (i, v) in y.iter().enumerate().skip(first) {
@@ -108,4 +144,46 @@ pub(crate) fn impact(kind: Kind, r: &Recording, mass: f64) -> Result<Impact, &'s
 pub fn touch(kind: Kind, r: &Recording, mass: f64) -> Option<(f64, f64)> {
     let found = impact(kind, r, mass).ok()?.pulse;
     Some((r.time[found.first], r.time[found.last] - r.time[found.first]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn a_pulse_is_found_in_any_number_of_noisy_samples() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        for n in [500, 20_000, 500_000] {
+            // half a sine in the last fifth; noise of 5 % of its peak
+            let mut y: Vec<f64> = (0..n)
+                .map(|i| {
+                    let u = (i as f64 / n as f64 - 0.8) / 0.1;
+                    let push = if (0.0..1.0).contains(&u) { (std::f64::consts::PI * u).sin() } else { 0.0 };
+                    push + 0.05 * ((0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0)
+                })
+                .collect();
+            let p = pulse(&y).unwrap();
+            let at = |i: usize| i as f64 / n as f64;
+            assert!((at(p.first) - 0.8).abs() < 0.02 && (at(p.last) - 0.9).abs() < 0.02, "{n}: {} {}", p.first, p.last);
+            // without the pulse its noise is told to be nothing else
+            y.truncate(n * 7 / 10);
+            let time: Vec<f64> = (0..y.len()).map(|i| 1e-5 * i as f64).collect();
+            let noise = Recording {
+                file: "r.csv".into(),
+                order: 1.0,
+                level: 0,
+                drop_height: None,
+                impact_speed: None,
+                start_speed: None,
+                spring_preload: None,
+                rows: record::Rows::alike(time.clone()),
+                time,
+                whole: None,
+                channels: [Some(y), None, None],
+                columns: Vec::new(),
+            };
+            assert!(impact(Kind::DropTest, &noise, 1.0).is_err(), "{n}");
+        }
+    }
 }

@@ -2,12 +2,17 @@
 
 /// The middle of the values sorted; the upper one of two. At least one.
 pub fn median(mut v: Vec<f64>) -> f64 {
-    v.sort_by(f64::total_cmp);
-    v[v.len() / 2]
+    let middle = v.len() / 2;
+    *v.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Magnitudes of the differences of third order, which see noise alone where the signal is smooth; their variance is
 /// 20 times that of white noise. At least four samples.
 pub(crate) fn thirds(y: &[f64]) -> Vec<f64> {
     y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect()
+}
+
+/// Means of `m` samples each; what is left at the end belongs to none.
+pub(crate) fn means(y: &[f64], m: usize) -> Vec<f64> {
+    y.chunks_exact(m).map(|b| b.iter().sum::<f64>() / m as f64).collect()
 }

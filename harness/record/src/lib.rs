@@ -101,6 +101,74 @@ pub struct Row {
     pub sample: Option<usize>,
 }
 
+/// The rows of a recording's file, in order.
+#[derive(Clone, Debug)]
+pub struct Rows {
+    /// s
+    time: Vec<f64>,
+    /// The sample that each became; None: every row the sample of its own number.
+    samples: Option<Vec<Option<usize>>>,
+}
+
+impl Rows {
+    /// Rows that became a sample each.
+    pub fn alike(time: Vec<f64>) -> Rows {
+        Rows { time, samples: None }
+    }
+
+    /// Rows and what became of each; as many of one as of the other.
+    pub fn of(time: Vec<f64>, samples: Vec<Option<usize>>) -> Rows {
+        Rows { time, samples: Some(samples) }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.time.is_empty()
+    }
+
+    /// Row `i`, below [`Rows::len`].
+    pub fn get(&self, i: usize) -> Row {
+        Row { time: self.time[i], sample: self.samples.as_ref().map_or(Some(i), |s| s[i]) }
+    }
+
+    /// Every row.
+    pub fn iter(&self) -> impl Iterator<Item = Row> + '_ {
+        (0..self.len()).map(|i| self.get(i))
+    }
+
+    /// The samples they became.
+    pub fn samples(&self) -> usize {
+        match &self.samples {
+            Some(s) => s.iter().flatten().max().map_or(0, |last| last + 1),
+            None => self.len(),
+        }
+    }
+}
+
+/// Where between the times of a course a row lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    before: usize,
+    /// Share of the way to the next time, 0 to below 1.
+    share: f64,
+}
+
+impl Place {
+    /// The value there of a course `y`, on a straight line between its times.
+    pub fn of(&self, y: &[f64]) -> f64 {
+        if self.share == 0.0 {
+            y[self.before]
+        } else {
+            y[self.before] + self.share * (y[self.before + 1] - y[self.before])
+        }
+    }
+}
+
 /// One recording, SI.
 #[derive(Clone, Debug)]
 pub struct Recording {
@@ -116,37 +184,47 @@ pub struct Recording {
     pub spring_preload: Option<f64>,
     /// s, strictly increasing
     pub time: Vec<f64>,
-    /// Times of all samples, s, where `time` holds a window of them or means; None: `time` holds all.
+    /// Times from the first sample to the last, s, at which courses of the whole recording are worked out where `time` holds
+    /// a window of them or means; None: `time` holds all samples.
     pub whole: Option<Vec<f64>>,
     /// Indexed by `Channel::index`.
     pub channels: [Option<Vec<f64>>; 3],
     /// The file's columns in order, to write predictions in the same units.
     pub columns: Vec<Column>,
-    /// The file's rows in order, to write a prediction a row.
-    pub rows: Vec<Row>,
+    /// The file's rows, to write a prediction a row.
+    pub rows: Rows,
 }
 
 impl Recording {
-    /// Times of all samples, s, judged or not.
+    /// Times of a course of the whole recording, s.
     pub fn all_times(&self) -> &[f64] {
         self.whole.as_ref().unwrap_or(&self.time)
     }
 
     /// When the file begins, s: its first row, left out or not.
     pub fn begins(&self) -> f64 {
-        self.rows.first().map_or(self.time[0], |r| r.time)
+        if self.rows.is_empty() {
+            self.time[0]
+        } else {
+            self.rows.get(0).time
+        }
     }
 
-    /// The sample that a row became, of all that were taken; of a row left out the nearest in time.
-    pub fn sample_of(&self, row: &Row) -> usize {
-        row.sample.unwrap_or_else(|| nearest(self.all_times(), row.time))
+    /// Where a row lies in a course of the whole recording: at the sample it became; one left out, or of a recording that is
+    /// not judged sample by sample, by its time.
+    pub fn place(&self, row: &Row) -> Place {
+        match row.sample {
+            Some(i) if self.whole.is_none() => Place { before: i, share: 0.0 },
+            None if self.whole.is_none() => Place { before: nearest(&self.time, row.time), share: 0.0 },
+            _ => place(self.all_times(), row.time),
+        }
     }
 
     /// The sample that is judged, the nearest in time to a row.
     pub fn judged_sample_of(&self, row: &Row) -> usize {
-        match self.whole {
-            Some(_) => nearest(&self.time, row.time),
-            None => self.sample_of(row),
+        match (&self.whole, row.sample) {
+            (None, Some(i)) => i,
+            _ => nearest(&self.time, row.time),
         }
     }
 }
@@ -202,6 +280,16 @@ fn nearest(time: &[f64], t: f64) -> usize {
     } else {
         next
     }
+}
+
+/// Where `t` lies in `time`, which increases and holds one at least; beyond the ends, the end.
+fn place(time: &[f64], t: f64) -> Place {
+    let next = time.partition_point(|u| *u <= t);
+    if next == 0 || next == time.len() {
+        return Place { before: next.saturating_sub(1), share: 0.0 };
+    }
+    let before = next - 1;
+    Place { before, share: (t - time[before]) / (time[next] - time[before]) }
 }
 
 /// Largest reading less the least, in the readings' unit; below zero where there are none.

@@ -4,6 +4,7 @@ use crate::error::Section;
 use crate::keys::{self, Document, Entries, Value};
 use crate::samples::{self, short};
 use crate::{words, Campaign, Kind, RecordError, RecordErrors, Recording, Simulation, GRAVITY};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -45,8 +46,9 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
     c.errors.sort_by_key(|e| e.line);
     let (mut recordings, mut warnings) = (Vec::new(), Vec::new());
     let (levels, level_of) = levels(&listed);
-    for (l, level) in listed.iter().zip(level_of) {
-        match samples::read(dir, &l.file, kind) {
+    let read: Vec<_> = listed.par_iter().map(|l| samples::read(dir, &l.file, kind)).collect();
+    for ((l, level), read) in listed.iter().zip(level_of).zip(read) {
+        match read {
             Ok(s) => {
                 warnings.extend(s.notes);
                 let r = Recording {

@@ -1,7 +1,7 @@
 //! One recording's CSV: its columns, its rows, and the samples they become.
 
 use crate::error::Section;
-use crate::{units, words, Channel, Column, Kind, RecordError, RecordErrors, Row};
+use crate::{units, words, Channel, Column, Kind, RecordError, RecordErrors, Rows};
 use std::path::Path;
 
 /// Fewest samples a recording may have.
@@ -20,7 +20,7 @@ pub struct Samples {
     pub channels: [Option<Vec<f64>>; 3],
     pub columns: Vec<Column>,
     /// Every row of the file.
-    pub rows: Vec<Row>,
+    pub rows: Rows,
     /// What was merged or left out, each naming the file.
     pub notes: Vec<String>,
 }
@@ -44,7 +44,7 @@ pub struct Signals {
 /// # Errors
 /// Everything wrong with the file.
 pub fn read_file(path: &Path) -> Result<Signals, RecordErrors> {
-    let table = Table::read(path, Use::Alone).map_err(RecordErrors)?;
+    let mut table = Table::read(path, Use::Alone).map_err(RecordErrors)?;
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
     let mut notes = left_out(&name, &table.left_out);
     let (mut data, _) = table.merged(&name, &mut notes);
@@ -79,7 +79,7 @@ fn left_out(name: &str, columns: &[String]) -> Vec<String> {
 /// Everything wrong with the file.
 pub fn read(dir: &Path, name: &str, kind: Option<Kind>) -> Result<Samples, Vec<RecordError>> {
     let path = dir.join(name);
-    let table = Table::read(&path, Use::Campaign(kind))?;
+    let mut table = Table::read(&path, Use::Campaign(kind))?;
     let mut notes = Vec::new();
     let (mut data, mut rows) = table.merged(name, &mut notes);
     let too_few = |n: usize, of: &str| vec![table.too_few(&path, n, of)];
@@ -112,9 +112,9 @@ pub fn read(dir: &Path, name: &str, kind: Option<Kind>) -> Result<Samples, Vec<R
         for y in &mut data {
             *y = y[from..to].to_vec();
         }
-        for r in &mut rows {
-            r.sample = r.sample.filter(|s| (from..to).contains(s)).map(|s| s - from);
-        }
+        let kept = |s: Option<usize>| s.filter(|s| (from..to).contains(s)).map(|s| s - from);
+        let (times, samples) = rows.iter().map(|r| (r.time, kept(r.sample))).unzip();
+        rows = Rows::of(times, samples);
     }
     let channels = table.channels(&mut data);
     let time = std::mem::take(&mut data[table.clock]);
@@ -319,42 +319,46 @@ impl Table {
         self.columns.iter().position(|k| k.name == c.name())
     }
 
-    /// The columns with rows of one time merged into the mean of their readings, and what became of every row.
-    fn merged(&self, name: &str, notes: &mut Vec<String>) -> (Vec<Vec<f64>>, Vec<Row>) {
-        let time = &self.data[self.clock];
-        let mut rows: Vec<Row> = Vec::with_capacity(time.len());
+    /// The columns, taken out of the table, with rows of one time merged into the mean of their readings, and what became of
+    /// every row.
+    fn merged(&mut self, name: &str, notes: &mut Vec<String>) -> (Vec<Vec<f64>>, Rows) {
+        let data = std::mem::take(&mut self.data);
+        let time = &data[self.clock];
+        let again = |i: &usize| time[*i] == time[*i - 1];
+        let Some(first) = (1..time.len()).find(again) else {
+            let rows = Rows::alike(time.clone());
+            return (data, rows);
+        };
         // by sample: rows that it was made of
         let mut counts: Vec<f64> = Vec::new();
-        let mut again = Vec::new();
-        for (i, t) in time.iter().enumerate() {
-            if i > 0 && *t == time[i - 1] {
-                again.push(i);
-                counts[rows[i - 1].sample.unwrap_or(0)] += 1.0;
+        let mut samples: Vec<usize> = Vec::with_capacity(time.len());
+        for i in 0..time.len() {
+            if i > 0 && again(&i) {
+                counts[samples[i - 1]] += 1.0;
             } else {
                 counts.push(1.0);
             }
-            rows.push(Row { time: *t, sample: Some(counts.len() - 1) });
+            samples.push(counts.len() - 1);
         }
-        let Some(first) = again.first() else { return (self.data.clone(), rows) };
         notes.push(format!(
             "{name}: rows of one time were merged into one sample, the mean of their readings: {} in all, the first at {} s \
              (line {}).",
-            again.len(),
-            short(time[*first]),
-            self.lines[*first]
+            time.len() - counts.len(),
+            short(time[first]),
+            self.lines[first]
         ));
         let mean = |y: &Vec<f64>| {
             let mut sums = vec![0.0; counts.len()];
-            for (v, r) in y.iter().zip(&rows) {
-                sums[r.sample.unwrap_or(0)] += v;
+            for (v, s) in y.iter().zip(&samples) {
+                sums[*s] += v;
             }
             sums.iter().zip(&counts).map(|(s, n)| s / n).collect()
         };
-        let mut data: Vec<Vec<f64>> = self.data.iter().map(mean).collect();
+        let mut merged: Vec<Vec<f64>> = data.iter().map(mean).collect();
         // a mean of equal times may miss them by a rounding
-        data[self.clock] = time.clone();
-        data[self.clock].dedup();
-        (data, rows)
+        merged[self.clock] = time.clone();
+        merged[self.clock].dedup();
+        (merged, Rows::of(time.clone(), samples.into_iter().map(Some).collect()))
     }
 }
 
@@ -479,7 +483,7 @@ mod tests {
         let f = s.channels[0].as_ref().unwrap();
         assert_eq!((s.time.len(), f.len(), s.rows.len()), (20, 20, 22));
         assert_eq!((f[4], f[5], f[6], f[10]), (4.0, 6.5, 6.0, 10.0));
-        assert_eq!((s.rows[5].sample, s.rows[6].sample, s.rows[7].sample), (Some(5), Some(5), Some(6)));
+        assert_eq!((s.rows.get(5).sample, s.rows.get(6).sample, s.rows.get(7).sample), (Some(5), Some(5), Some(6)));
         assert!(s.time.windows(2).all(|w| w[1] > w[0]));
         assert_eq!(s.notes.len(), 1);
         assert!(
@@ -497,7 +501,7 @@ mod tests {
         let rows: Vec<(f64, f64)> = (0..90).map(|i| (time(i), if i == 7 { 99.0 } else { pulse(i) })).collect();
         let s = read_text(&force(&rows), Kind::DropTest).unwrap();
         assert_eq!((s.time[0], s.time.len(), s.rows.len()), (120.0, 40, 90));
-        assert_eq!((s.rows[19].sample, s.rows[20].sample, s.rows[60].sample), (None, Some(0), None));
+        assert_eq!((s.rows.get(19).sample, s.rows.get(20).sample, s.rows.get(60).sample), (None, Some(0), None));
         assert_eq!(
             s.notes,
             [

@@ -162,9 +162,10 @@ fn merged_rows_and_pauses_are_noted_and_keep_a_row_each() {
     let r = &c.recordings[0];
     assert_eq!((r.time.len(), r.rows.len()), (60, 81));
     assert_eq!(r.channels[0].as_ref().unwrap()[9], 3.5);
-    let samples: Vec<usize> = r.rows.iter().map(|row| r.sample_of(row)).collect();
-    assert_eq!((samples[9], samples[10], samples[11], samples[60], samples[80]), (9, 9, 10, 59, 59));
-    assert_eq!(r.rows[80].time, 3.0019);
+    let own: Vec<f64> = (0..60).map(f64::from).collect();
+    let samples: Vec<f64> = r.rows.iter().map(|row| r.place(&row).of(&own)).collect();
+    assert_eq!([9, 10, 11, 60, 80].map(|i| samples[i]), [9.0, 9.0, 10.0, 59.0, 59.0]);
+    assert_eq!(r.rows.get(80).time, 3.0019);
 }
 
 #[test]

@@ -92,7 +92,7 @@ const COLUMNS: [&str; 10] = [
 ];
 
 fn row(c: &Campaign, r: &Recording) -> Row {
-    let time = r.all_times();
+    let (time, samples) = (r.all_times(), r.rows.samples());
     let touched = touch(c.kind, r, c.moving_mass.unwrap_or(1.0));
     let of = |channel: Channel| {
         let y = r.channels[channel.index()].as_ref()?;
@@ -102,8 +102,8 @@ fn row(c: &Campaign, r: &Recording) -> Row {
         file: r.file.clone(),
         order: r.order,
         level: c.levels[r.level].1.clone(),
-        samples: time.len(),
-        interval: (time[time.len() - 1] - time[0]) / (time.len() - 1).max(1) as f64,
+        samples,
+        interval: (time[time.len() - 1] - time[0]) / (samples.max(2) - 1) as f64,
         impact_at: touched.map(|t| t.0),
         contact: touched.map(|t| t.1),
         force: of(Channel::Force),

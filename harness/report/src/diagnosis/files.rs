@@ -4,22 +4,23 @@ use super::{handed, page};
 use diagnose::heldout::HeldOut;
 use diagnose::run::Outcome;
 use record::{Campaign, Channel, Recording};
+use std::fmt::Write;
 use std::path::Path;
 
 /// A recording's prediction in the file's own columns and units, a row for each of the file's; one that was left out
-/// holds the prediction for the sample nearest in time.
+/// holds the prediction for the nearest time there is.
 fn csv(r: &Recording, y: &[Vec<f64>; 3]) -> String {
     let head: Vec<String> = r.columns.iter().map(|c| format!("{} [{}]", c.name, c.unit)).collect();
     let mut s = head.join(",") + "\n";
-    let column = |name: &str| Channel::ALL.into_iter().find(|c| c.name() == name);
-    for row in &r.rows {
-        let i = r.sample_of(row);
-        for (k, c) in r.columns.iter().enumerate() {
-            let v = column(&c.name).map_or(row.time, |ch| y[ch.index()][i]);
-            if k > 0 {
-                s.push(',');
-            }
-            s += &format!("{:e}", v / c.to_si);
+    let course = |name: &str| Channel::ALL.into_iter().find(|c| c.name() == name).map(|c| &y[c.index()]);
+    let columns: Vec<(Option<&Vec<f64>>, f64)> = r.columns.iter().map(|c| (course(&c.name), c.to_si)).collect();
+    for row in r.rows.iter() {
+        let place = r.place(&row);
+        for (k, (course, to_si)) in columns.iter().enumerate() {
+            let v = course.map_or(row.time, |y| place.of(y));
+            let comma = if k > 0 { "," } else { "" };
+            // writing to a String does not fail
+            let _ = write!(s, "{comma}{:e}", v / to_si);
         }
         s.push('\n');
     }
@@ -56,8 +57,8 @@ fn unclipped(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
         let column = |name: &str| r.columns.iter().find(|c| c.name == name);
         let (Some(t), Some(y)) = (column("time"), column(channel.name())) else { continue };
         let mut s = format!("time [{}],{} [{}]\n", t.unit, y.name, y.unit);
-        for row in &r.rows {
-            s += &format!("{:e},{:e}\n", row.time / t.to_si, u.curve[r.judged_sample_of(row)] / y.to_si);
+        for row in r.rows.iter() {
+            s += &format!("{:e},{:e}\n", row.time / t.to_si, u.curve[r.judged_sample_of(&row)] / y.to_si);
         }
         output::write(&dir.join(&u.file), s.as_bytes())?;
     }
