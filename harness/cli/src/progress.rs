@@ -5,6 +5,7 @@
 //! many threads.
 
 use crate::print;
+use anyhow::{ensure, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -66,6 +67,16 @@ fn asked_to_end() {
             print::line("interrupted: ending; once more to end at once");
         }
     }
+}
+
+/// When `seconds` from now are over; None: never.
+///
+/// # Errors
+/// Where that is no time to work in.
+pub fn deadline(seconds: Option<f64>) -> Result<Option<Instant>> {
+    let Some(seconds) = seconds else { return Ok(None) };
+    ensure!(seconds > 0.0 && seconds < 1e9, "--seconds {seconds} is no time to work in; give more than 0");
+    Ok(Some(Instant::now() + Duration::from_secs_f64(seconds)))
 }
 
 /// Whether the command was asked to end since [`catch_interrupts`].

@@ -293,3 +293,25 @@ fn shared() -> Option<std::path::PathBuf> {
     eprintln!("skipped: {} is absent", path.display());
     None
 }
+
+#[test]
+fn a_system_of_more_steps_than_can_be_run_is_refused_at_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/contactor_system.toml");
+    let text = std::fs::read_to_string(example).unwrap();
+    for stop in ["stop = 1e16", "stop = 1e9"] {
+        let path = dir.path().join("far.toml");
+        std::fs::write(&path, text.replace("stop = 0.1 ", stop)).unwrap();
+        let out = dir.path().join("out");
+        let run = Command::new(env!("CARGO_BIN_EXE_touchdown"))
+            .arg("run")
+            .arg(&path)
+            .arg("--out")
+            .arg(&out)
+            .output()
+            .unwrap();
+        let err = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{err}");
+        assert!(err.contains("a run takes at most 1e9: give an earlier stop or a longer step"), "{err}");
+    }
+}

@@ -93,3 +93,19 @@ fn a_process_started_by_nohup_outlives_its_terminal() {
     child.kill().unwrap();
     child.wait().unwrap();
 }
+
+#[test]
+fn a_campaign_whose_time_is_up_is_answered_as_not_judged() {
+    let dir = tempfile::tempdir().unwrap();
+    write_campaign(&dir.path().join("c"), &Recipe::default()).unwrap();
+    let o = started(dir.path(), &["diagnose", "c", "--out", "out", "--seconds", "0.05"]).wait_with_output().unwrap();
+    assert!(o.status.success(), "{}", String::from_utf8_lossy(&o.stderr));
+    let verdict = std::fs::read_to_string(dir.path().join("out/c/verdict.json")).unwrap();
+    assert!(
+        verdict.contains("the time given was up while") && dir.path().join("out/c/report.html").exists(),
+        "{verdict}"
+    );
+    let o = started(dir.path(), &["diagnose", "c", "--out", "none", "--seconds", "0"]).wait_with_output().unwrap();
+    assert_eq!(o.status.code(), Some(2));
+    assert!(!dir.path().join("none").exists());
+}

@@ -15,7 +15,9 @@ use estimate::condition::{condition, Invalid};
 use estimate::fitted::Fitted;
 use estimate::prepare::Prepared;
 use estimate::problem::{Data, Options};
+use estimate::{Budget, Ended};
 use record::{Campaign, Kind};
+use std::cell::RefCell;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -46,13 +48,20 @@ pub struct Settings<'a> {
     pub others: &'a [Campaign],
     /// Called with the name of every stage as it begins.
     pub stage: &'a (dyn Fn(&str) + Sync),
-    /// Asked between stages; true ends the diagnosis.
-    pub stopped: &'a (dyn Fn() -> bool + Sync),
+    /// When it has to end.
+    pub budget: Budget,
 }
 
 impl Default for Settings<'_> {
     fn default() -> Self {
-        Settings { bootstrap: 0, element: true, platforms: None, others: &[], stage: &|_| {}, stopped: &|| false }
+        Settings {
+            bootstrap: 0,
+            element: true,
+            platforms: None,
+            others: &[],
+            stage: &|_| {},
+            budget: Budget::default(),
+        }
     }
 }
 
@@ -62,9 +71,9 @@ pub enum Failure {
     /// The recordings themselves are bad.
     #[error(transparent)]
     Recordings(#[from] Invalid),
-    /// Stopped by the caller.
-    #[error("stopped")]
-    Stopped,
+    /// The caller asked for an end.
+    #[error("interrupted")]
+    Interrupted,
 }
 
 /// Fall of chi^2 from which the speeds are taken to have been measured elsewhere than the base fit had it.
@@ -93,7 +102,7 @@ fn measured_elsewhere(c: &Campaign, pool: &Pool) -> Option<Data> {
 pub fn diagnose(c: &Campaign) -> Result<Outcome, Invalid> {
     diagnose_with(c, &Settings::default()).map_err(|e| match e {
         Failure::Recordings(i) => i,
-        Failure::Stopped => Invalid("stopped".into()),
+        Failure::Interrupted => Invalid("interrupted".into()),
     })
 }
 
@@ -106,27 +115,61 @@ fn converged_base(prepared: &Prepared) -> Fitted {
     base.carried_on()
 }
 
-/// Diagnoses a campaign as `settings` say.
+/// Diagnoses a campaign as `settings` say. Where their time is up before it is judged, the outcome says so.
 ///
 /// # Errors
-/// [`Failure::Recordings`] when the recordings are bad, [`Failure::Stopped`] when the caller stops it.
+/// [`Failure::Recordings`] when the recordings are bad, [`Failure::Interrupted`] when the caller ends it.
 pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Failure> {
-    let stage = |text: &str| -> Result<(), Failure> {
-        (settings.stage)(text);
-        if (settings.stopped)() {
-            return Err(Failure::Stopped);
+    judged(c, settings).or_else(|e| match e {
+        Unfinished::Recordings(e) => Err(Failure::Recordings(e)),
+        Unfinished::Ended(Ended::Interrupted, _) => Err(Failure::Interrupted),
+        Unfinished::Ended(Ended::TimeIsUp, stage) => {
+            let reason = format!("the time given was up while {stage}; give it more");
+            Ok(unjudged(c, Arc::new(condition(c)?.data), reason, None))
         }
+    })
+}
+
+/// Why a campaign is not judged to the end.
+enum Unfinished {
+    Recordings(Invalid),
+    /// Why, and in which stage.
+    Ended(Ended, String),
+}
+
+impl From<Invalid> for Unfinished {
+    fn from(e: Invalid) -> Self {
+        Unfinished::Recordings(e)
+    }
+}
+
+fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> {
+    let running = RefCell::new(String::from("reading"));
+    // fits end early where the budget is over: nothing that came of them may be relied on
+    let in_time = || match settings.budget.over() {
+        Some(why) => Err(Unfinished::Ended(why, running.borrow().clone())),
+        None => Ok(()),
+    };
+    let stage = |text: &str| -> Result<(), Unfinished> {
+        in_time()?;
+        running.replace(text.into());
+        (settings.stage)(text);
         Ok(())
     };
     stage("learning the noise")?;
-    let conditioned = condition(c)?;
+    let mut conditioned = condition(c)?;
+    conditioned.data.budget = settings.budget;
     super::plausible::check(c, &conditioned.data)?;
     stage("fitting the simulation as given")?;
     let mut prepared = match Prepared::from(c, conditioned.clone()) {
         Ok(v) => v,
-        Err(e) => return Ok(unjudged(c, Arc::new(conditioned.data), e.0, None)),
+        Err(e) => {
+            in_time()?;
+            return Ok(unjudged(c, Arc::new(conditioned.data), e.0, None));
+        }
     };
     let base = converged_base(&prepared);
+    in_time()?;
     if !base.fit.converged {
         let reason = format!(
             "the fit of the simulation as given has not converged in {} iterations (chi^2 {:.1} over {} samples), and \
@@ -158,10 +201,10 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
         let n = settings.bootstrap;
         let each = |i: usize| {
             (settings.stage)(&format!("judging null {} of {n}", i + 1));
-            !(settings.stopped)()
+            settings.budget.over().is_none()
         };
         let b = bootstrap(c, &prepared.guess, &decision.base, n, decision.strength(), &each);
-        stage("writing")?;
+        in_time()?;
         findings.bootstrap = Some(b);
     }
     let relied_on = findings.gates.is_empty();
@@ -196,6 +239,7 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
     }
     let better = traces_after.as_ref().zip(decision.after.as_ref()).filter(|_| !worse);
     let courses = Courses::new(&decision, &traces, better.map(|(t, a)| (t, &a.predictions)));
+    in_time()?;
     if let Err(e) = &element {
         findings.caveats.push(format!("HysteresisContact.fmu is not written: {e}."));
     }

@@ -3,6 +3,7 @@
 //! Both minimise the same objective: squared whitened residuals of all channels plus the priors of tolerances and
 //! nuisances. The law moves in (ln F_ref, p, mu_d v_ref/k), which are far better conditioned than (k, p, mu_d).
 
+use crate::budget::Ended;
 use crate::condition::Guess;
 use crate::prepare::Prepared;
 use crate::problem::{Data, Model, Point, Problem};
@@ -109,7 +110,7 @@ pub struct Estimate {
     /// Names of the parameters that rest at a bound.
     pub bounds: Vec<String>,
     /// Why it ended before its time.
-    pub stopped: Option<&'static str>,
+    pub stopped: Option<Ended>,
 }
 
 /// Distance at which the end is probed, and up to which restarts count as the same, in standard errors.

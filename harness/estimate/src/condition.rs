@@ -1,5 +1,6 @@
 //! From a campaign to conditioned data: scales, noise, first guesses. Nothing is fitted yet.
 
+use crate::budget::Budget;
 use crate::impact::{impact, pulse, push_of, Impact, Pulse};
 use crate::problem::{Data, Record, Scales};
 use crate::statistics::{median, thirds};
@@ -233,7 +234,8 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
         orders: count,
         peak,
     };
-    let data = Data { kind: c.kind, mass, records, noise, scales, range, repeat_scatter: REPEATS };
+    let data =
+        Data { kind: c.kind, mass, records, noise, scales, range, repeat_scatter: REPEATS, budget: Budget::default() };
     Ok(Conditioned { data, guess: Guess { k, p } })
 }
 

@@ -174,12 +174,12 @@ pub fn descend(problem: &Problem<'_>, point: Point, watch: &Watch<'_>) -> Descen
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::budget::Budget;
     use crate::case::Case;
     use crate::condition::Guess;
     use crate::prepare::Prepared;
     use crate::structure::Law;
     use plant::recipe::{write_campaign, Recipe};
-    use std::sync::atomic::AtomicBool;
 
     #[test]
     fn a_touch_moved_by_samples_comes_back_and_the_rest_is_probed_uphill() {
@@ -191,8 +191,7 @@ mod tests {
         let problem = case.problem();
         let Guess { k, p } = case.guess;
         let start = || problem.start(case.structure.start(Law { k, p, mu_d: 0.2 * k }));
-        let stop = AtomicBool::new(false);
-        let watch = Watch { stop: &stop, deadline: None, say: &|_| {} };
+        let watch = Watch { budget: Budget::default(), say: &|_| {} };
         let d = descend(&problem, start(), &watch);
         assert!(d.rested && d.objective.windows(2).all(|w| w[1] <= w[0]));
         let covariance = problem.covariance(&d.point).unwrap();
@@ -211,7 +210,7 @@ mod tests {
         theta[1] += 2.0 * covariance[(1, 1)].sqrt();
         let beside = problem.evaluate(theta, d.point.locals.clone());
         assert!(probe(&problem, &beside, &covariance, 0.3).unwrap().rise < 0.0);
-        stop.store(true, std::sync::atomic::Ordering::SeqCst);
-        assert!(!descend(&problem, start(), &watch).rested);
+        let ended = Budget { deadline: Some(std::time::Instant::now()), ..Budget::default() };
+        assert!(!descend(&problem, start(), &Watch { budget: ended, say: &|_| {} }).rested);
     }
 }

@@ -75,7 +75,7 @@ fn top(y: &[f64]) -> f64 {
 /// The misfit level by level; each level also fitted alone, unless the watch is over.
 pub fn levels(campaign: &Campaign, case: &Case, e: &Estimate, y: &Readings, watch: &Watch<'_>) -> Vec<Level> {
     let data = &case.data;
-    let quiet = Watch { stop: watch.stop, deadline: watch.deadline, say: &|_| {} };
+    let quiet = Watch { budget: watch.budget, say: &|_| {} };
     let mut present: Vec<usize> = data.records.iter().map(|r| r.level).collect();
     present.sort_unstable();
     present.dedup();

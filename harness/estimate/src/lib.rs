@@ -1,5 +1,6 @@
 //! Estimation of a campaign's parameters from its recordings.
 
+mod budget;
 pub mod case;
 pub mod condition;
 pub mod course;
@@ -24,4 +25,5 @@ pub mod vertices;
 mod watch;
 pub mod window;
 
+pub use budget::{Budget, Ended};
 pub use watch::Watch;

@@ -72,7 +72,7 @@ impl Answer<'_> {
             "campaign": self.campaign.folder,
             "method": match e.method { Method::Simplex => "simplex", Method::LevenbergMarquardt => "lm" },
             "converged": e.converged,
-            "stopped": e.stopped,
+            "stopped": e.stopped.map(|s| s.to_string()),
             "held": if self.case.hysteresis() { vec![] } else { vec!["mu_d"] },
             "at_bounds": e.bounds,
             "terms": terms,

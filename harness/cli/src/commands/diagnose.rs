@@ -3,10 +3,11 @@
 use super::form::Form;
 use crate::campaign::of_campaign;
 use crate::print;
-use crate::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
+use crate::progress::{catch_interrupts, deadline, interrupted, interruption, Progress, INTERRUPTED_CODE};
 use anyhow::{anyhow, Context, Result};
 use diagnose::run::{self as diagnosis, Failure, Outcome, Settings};
 use diagnose::verdict::Verdict;
+use estimate::Budget;
 use record::Campaign;
 use report::diagnosis as answer;
 use serde::Serialize;
@@ -41,6 +42,9 @@ pub struct Arguments {
     /// (default: nulls made of the residual)
     #[arg(long, value_name = "N", default_value_t = 0)]
     bootstrap: usize,
+    /// Seconds that a campaign may take; one that is not judged by then is answered as not judged (default: any number)
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
     #[command(flatten)]
     form: Form,
 }
@@ -73,6 +77,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         }
         rayon::ThreadPoolBuilder::new().num_threads(n).build_global().ok();
     }
+    // wrong seconds are told before anything is read
+    deadline(a.seconds)?;
     // all input is read before any answer is written; a bad campaign does not stop the others
     let mut campaigns: Vec<Campaign> = Vec::new();
     let mut failed = false;
@@ -108,7 +114,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
                 }
                 answers.push(Answer { campaign: c.dir.clone(), answer: dir, verdict: o.verdict });
             }
-            Err(Failure::Stopped) => {
+            Err(Failure::Interrupted) => {
                 let left: Vec<&str> = campaigns[i..].iter().map(|c| c.folder.as_str()).collect();
                 progress.end();
                 print::error(&unfinished(&left, answers.len(), &a.out));
@@ -138,13 +144,14 @@ fn alone(
 ) -> Result<Outcome, Failure> {
     let (campaigns, progress) = (campaigns.clone(), progress.clone());
     let (bootstrap, platforms) = (a.bootstrap, a.platforms.clone());
+    let budget = Budget { stop: Some(interruption()), deadline: deadline(a.seconds).unwrap_or_default() };
     let (done, outcome) = channel();
     let thread = std::thread::spawn(move || {
         let c = &campaigns[i];
         let stage = |text: &str| progress.stage(&format!("{}: {text}", c.folder));
         let others = &campaigns[..];
         let platforms = platforms.as_deref();
-        let settings = Settings { bootstrap, element: true, platforms, others, stage: &stage, stopped: &interrupted };
+        let settings = Settings { bootstrap, element: true, platforms, others, stage: &stage, budget };
         // nobody listens any more where the user has ended the command
         drop(done.send(diagnosis::diagnose_with(c, &settings)));
     });
@@ -153,7 +160,7 @@ fn alone(
         match outcome.recv_timeout(LOOK) {
             // what was finished while the user ended the command is finished
             Ok(o) => return o,
-            Err(RecvTimeoutError::Timeout) if interrupted() && left.is_zero() => return Err(Failure::Stopped),
+            Err(RecvTimeoutError::Timeout) if interrupted() && left.is_zero() => return Err(Failure::Interrupted),
             Err(RecvTimeoutError::Timeout) if interrupted() => left = left.saturating_sub(LOOK),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => match thread.join() {

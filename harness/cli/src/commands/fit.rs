@@ -2,18 +2,18 @@
 
 use super::form::Form;
 use crate::print;
-use crate::progress::{catch_interrupts, interrupted, interruption, Progress, INTERRUPTED_CODE};
+use crate::progress::{catch_interrupts, deadline, interrupted, interruption, Progress, INTERRUPTED_CODE};
 use anyhow::{anyhow, Context, Result};
 use estimate::case::{Case, Method};
+use estimate::condition::condition;
 use estimate::course::estimate;
 use estimate::levels::{levels, readings};
 use estimate::prepare::Prepared;
-use estimate::Watch;
+use estimate::{Budget, Watch};
 use report::fit::Answer;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Way {
@@ -55,9 +55,7 @@ struct Told<'a> {
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
-    if !(a.seconds > 0.0 && a.seconds < 1e9) {
-        return Err(anyhow!("--seconds {} is no time to work in; give more than 0", a.seconds));
-    }
+    let budget = Budget { stop: Some(interruption()), deadline: deadline(Some(a.seconds))? };
     let campaign = crate::campaign::load(&a.campaign)?;
     for w in &campaign.warnings {
         print::warning(&format!("{}: {w}", campaign.dir.display()));
@@ -65,15 +63,19 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     catch_interrupts();
     let progress = Progress::new(&format!("fit {}", campaign.folder), 0);
     let say = |line: &str| progress.stage(line);
-    let deadline = Instant::now() + Duration::from_secs_f64(a.seconds);
-    let watch = Watch { stop: interruption(), deadline: Some(deadline), say: &say };
+    let watch = Watch { budget, say: &say };
     say(&format!("preparing {} recordings", campaign.recordings.len()));
-    let case = Case::new(Prepared::new(&campaign).with_context(|| campaign.dir.display().to_string())?);
+    let of_campaign = || campaign.dir.display().to_string();
+    let mut conditioned = condition(&campaign).with_context(of_campaign)?;
+    diagnose::plausible::check(&campaign, &conditioned.data)
+        .map_err(|e| anyhow!(crate::campaign::of_campaign(&campaign.dir, &e)))?;
+    conditioned.data.budget = budget;
+    let case = Case::new(Prepared::from(&campaign, conditioned).with_context(of_campaign)?);
     let method = match a.method {
         Way::Simplex => Method::Simplex,
         Way::Lm => Method::LevenbergMarquardt,
     };
-    let e = estimate(&case, method, &watch).with_context(|| campaign.dir.display().to_string())?;
+    let e = estimate(&case, method, &watch).with_context(of_campaign)?;
     say("level by level");
     let (initial, last) = (readings(&case, &e.start), readings(&case, &e.point));
     let levels = levels(&campaign, &case, &e, &last, &watch);

@@ -1,5 +1,6 @@
 //! What an estimation starts from: recordings, their noise and scales, and the nuisances each carries.
 
+use crate::budget::Budget;
 pub use mechanisms::mechanism::{Parameter, Scales};
 use plant::noise::Noise;
 use plant::simulate::{Local, Setup, COARSE};
@@ -36,6 +37,8 @@ pub struct Data {
     pub range: [f64; 3],
     /// Standard deviation of ln stiffness between repeats.
     pub repeat_scatter: f64,
+    /// When every fit of them has to end.
+    pub budget: Budget,
 }
 
 /// Name of the parameter ln F_ref, the force at the reference depth: what scales every recording's stiffness.
@@ -230,6 +233,7 @@ impl Data {
             scales,
             range: [force, 0.0, depth],
             repeat_scatter: 0.006,
+            budget: Budget::default(),
         }
     }
 

@@ -94,7 +94,7 @@ struct Trial {
 }
 
 impl Problem<'_> {
-    /// Minimises chi^2 from `point`.
+    /// Minimises chi^2 from `point`; ends where it is when the data's budget is over.
     pub fn fit(&self, mut point: Point, options: &Options) -> Fit {
         let ps = &self.model.parameters;
         let (g, nr) = (ps.len(), self.data.records.len());
@@ -108,10 +108,12 @@ impl Problem<'_> {
         let mut parts: Vec<Part> = Vec::new();
         let mut stale = 0;
         let all = vec![true; g];
-        'outer: while iterations < options.iterations && point.chi2.is_finite() {
+        let over = || self.data.budget.over().is_some();
+        'outer: while iterations < options.iterations && point.chi2.is_finite() && !over() {
             iterations += 1;
             if parts.is_empty() {
-                let made: Option<Vec<_>> = (0..nr).into_par_iter().map(|r| self.part(&point, r, &all)).collect();
+                let part = |r: usize| if over() { None } else { self.part(&point, r, &all) };
+                let made: Option<Vec<_>> = (0..nr).into_par_iter().map(part).collect();
                 let Some(made) = made else { break 'outer };
                 parts = made;
                 stale = 0;
@@ -121,6 +123,9 @@ impl Problem<'_> {
             let mut tries = 0;
             loop {
                 tries += 1;
+                if over() {
+                    break 'outer;
+                }
                 let trial = self.step(&point, &normals, lambda);
                 let mut accepted = false;
                 if let Some(t) = trial {
@@ -292,6 +297,9 @@ impl Problem<'_> {
         let mut best = self.chi2_of(theta, r, &v);
         let mut lambda = 1e-3;
         for _ in 0..20 {
+            if self.data.budget.over().is_some() {
+                break;
+            }
             let mut p = point0.clone();
             p.locals = vec![Vec::new(); r + 1];
             p.locals[r] = v.clone();

@@ -19,6 +19,8 @@ const INTEGRAL: f64 = 0.15;
 const PROPORTIONAL: f64 = 0.2;
 /// Errors by energy, in units of the tolerance, beyond which a step is taken back where that can be done.
 const FAR_BEYOND: f64 = 3.0;
+/// Macro-steps that a run may take.
+const MOST_STEPS: f64 = 1e9;
 /// Share of the whole time that counts as no time: steps shorter than that are not taken.
 const NO_TIME: f64 = 1e-14;
 
@@ -105,6 +107,15 @@ pub fn run(
 fn able(network: &Network, o: &Options) -> Result<()> {
     ensure!(o.step.is_finite() && o.step > 0.0, "a macro-step of {} s; give one above 0", o.step);
     ensure!(o.stop.is_finite() && o.stop >= o.start, "stop at {} s, start at {} s; give a later stop", o.stop, o.start);
+    let steps = (o.stop - o.start) / o.step;
+    ensure!(
+        steps <= MOST_STEPS && o.step > 2.0 * NO_TIME * (o.stop.abs() + o.start.abs()),
+        "from {} s to {} s in macro-steps of {} s are {steps:.1e} steps, and a run takes at most {MOST_STEPS:e}: give an \
+         earlier stop or a longer step",
+        o.start,
+        o.stop,
+        o.step
+    );
     for p in &network.parts {
         let a = p.slave.abilities();
         ensure!(
