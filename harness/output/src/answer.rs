@@ -65,7 +65,7 @@ impl Answer {
         let stage = beside.map_or_else(|| Stage::within(&target), Ok)?;
         let manifest = Manifest::new(command);
         let a = Answer { stage, target, is_fixed, manifest, taken: Vec::new(), amends: false };
-        gated(|| std::fs::create_dir(a.new()))?;
+        gated(|| std::fs::create_dir(a.made_in()))?;
         Ok(a)
     }
 
@@ -89,13 +89,13 @@ impl Answer {
         self
     }
 
-    fn new(&self) -> PathBuf {
+    fn made_in(&self) -> PathBuf {
         self.stage.path().join("new")
     }
 
     /// Where the file `name` is made; folders on the way are made.
     fn place(&self, name: &str) -> Result<PathBuf> {
-        let path = self.new().join(name);
+        let path = self.made_in().join(name);
         std::fs::create_dir_all(parent(&path))?;
         Ok(path)
     }
@@ -113,8 +113,8 @@ impl Answer {
         self.taken.push((file.to_path_buf(), name.into()));
     }
 
-    /// Puts everything on disk and the answer in its place. Files in the folder that are not of an earlier answer stay; those
-    /// of the earlier answer go.
+    /// Puts everything on disk and the answer in its place. Files in the folder that are not of an earlier answer of
+    /// the same command stay; those that are go.
     ///
     /// # Errors
     /// As the file system gives them; then the folder is as it was, unless the error says otherwise.
@@ -124,14 +124,14 @@ impl Answer {
         }
         let was = Manifest::read(&self.target);
         if let (true, Some(was)) = (self.amends, &was) {
-            for name in was.files.keys().filter(|n| !self.new().join(n).exists() && was.holds(&self.target, n)) {
+            for name in was.files.keys().filter(|n| !self.made_in().join(n).exists() && was.holds(&self.target, n)) {
                 gated(|| linked_or_copied(&self.target.join(name), &self.place(name)?))?;
             }
         }
         self.enlist("")?;
         self.write(Manifest::NAME, (serde_json::to_string_pretty(&self.manifest)? + "\n").as_bytes())?;
-        gated(|| synced(&self.new().join(Manifest::NAME)))?;
-        sync_folder(&self.new())?;
+        gated(|| synced(&self.made_in().join(Manifest::NAME)))?;
+        sync_folder(&self.made_in())?;
         let kept = self.put(was.as_ref())?;
         for (file, _) in &self.taken {
             // gone already where the folder changed places
@@ -142,7 +142,7 @@ impl Answer {
 
     /// Lists the files below `folder` in the manifest and puts them on disk.
     fn enlist(&mut self, folder: &str) -> Result<()> {
-        let path = self.new().join(folder);
+        let path = self.made_in().join(folder);
         for entry in std::fs::read_dir(&path)? {
             let entry = entry?;
             let name = name_within(folder, &entry.file_name());
@@ -158,7 +158,7 @@ impl Answer {
 
     /// Puts the finished answer in its place; the files that were in the way.
     fn put(&self, was: Option<&Manifest>) -> Result<Vec<Kept>> {
-        let (new, target, is) = (self.new(), &self.target, &self.manifest);
+        let (new, target, is) = (self.made_in(), &self.target, &self.manifest);
         if !target.exists() {
             gated(|| std::fs::rename(&new, target))?;
             sync_folder(parent(target))?;

@@ -25,13 +25,8 @@ pub fn exchange(_new: &Path, _old: &Path) -> Result<()> {
 /// Whether an error says that a step is not to be had here, rather than that it failed: another file system, no such step,
 /// no permission, in use as a mount point.
 pub fn is_refused(e: &Error) -> bool {
-    use ErrorKind::{
-        CrossesDevices, InvalidInput, PermissionDenied, ResourceBusy, TooManyLinks, Unsupported,
-    };
-    matches!(
-        e.kind(),
-        CrossesDevices | InvalidInput | PermissionDenied | ResourceBusy | TooManyLinks | Unsupported
-    )
+    use ErrorKind::{CrossesDevices, InvalidInput, PermissionDenied, ResourceBusy, TooManyLinks, Unsupported};
+    matches!(e.kind(), CrossesDevices | InvalidInput | PermissionDenied | ResourceBusy | TooManyLinks | Unsupported)
 }
 
 /// Puts the names in a folder on disk.

@@ -45,7 +45,8 @@ pub fn replace(new: &Path, target: &Path, was: Option<&Manifest>, is: &Manifest)
     let finished = sync_folder(stage.path()).and_then(|()| gated(|| finish(stage.path(), target)));
     if let Err(e) = finished {
         stage.leave();
-        let why = "some files are of this answer and some of the one before; the next command that writes there finishes it";
+        let why =
+            "some files are of this answer and some of the one before; the next command that writes there finishes it";
         return Err(Error::new(e.kind(), format!("{e}: {why}")));
     }
     Ok(kept)
@@ -64,7 +65,7 @@ pub fn finish(stage: &Path, target: &Path) -> Result<()> {
         std::fs::create_dir_all(parent(&to))?;
         std::fs::rename(ready.join(name), to)?;
     }
-    if let Some(was) = Manifest::read(target) {
+    if let Some(was) = Manifest::read(target).filter(|w| w.command == is.command) {
         for name in was.files.keys().filter(|n| !is.files.contains_key(*n) && was.holds(target, n)) {
             std::fs::remove_file(target.join(name))?;
             let folders = Path::new(name).ancestors().skip(1).filter(|a| !a.as_os_str().is_empty());

@@ -85,9 +85,10 @@ fn a_file_that_was_changed_since_is_kept_and_told() {
             std::fs::write(place.join("y"), change).unwrap();
             let told = answer(&place, &[("x.csv", "2")]);
             let name = if change == "a" { "x.kept.csv" } else { "x.kept-2.csv" };
-            assert_eq!(told.notes().collect::<Vec<_>>(), [format!(
-                "x.csv was not as touchdown writes it, and is kept as {name}"
-            )]);
+            assert_eq!(
+                told.notes().collect::<Vec<_>>(),
+                [format!("x.csv was not as touchdown writes it, and is kept as {name}")]
+            );
         }
         assert_eq!(files(&place), texts(&[("x.csv", "2"), ("x.kept.csv", "a"), ("x.kept-2.csv", "b"), ("y", "b")]));
     }
@@ -102,6 +103,19 @@ fn a_file_that_no_manifest_lists_is_nobodys_to_replace() {
         std::fs::write(place.join(Manifest::NAME), "mine").unwrap();
         assert_eq!(answer(&place, &[("x", "1")]).kept.len(), 2);
         assert_eq!(files(&place), texts(&[("x", "1"), ("x.kept", "mine"), ("manifest.kept.json", "mine")]));
+    }
+}
+
+#[test]
+fn the_answer_of_another_command_stays_beside_but_for_what_is_replaced() {
+    let (_t, places) = both_kinds();
+    for place in places {
+        let a = Answer::begin(&place, "other").unwrap();
+        a.write("x", b"1").unwrap();
+        a.write("y", b"1").unwrap();
+        a.commit().unwrap();
+        assert!(answer(&place, &[("x", "2")]).kept.is_empty());
+        assert_eq!(files(&place), texts(&[("x", "2"), ("y", "1")]));
     }
 }
 

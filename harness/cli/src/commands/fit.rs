@@ -1,8 +1,9 @@
 //! `touchdown fit`.
 
 use super::form::Form;
+use crate::place;
 use crate::print;
-use crate::progress::{catch_interrupts, interrupted, interruption, Progress, INTERRUPTED_CODE};
+use crate::progress::{catch_interrupts, hand_out, interrupted, interrupted_code, interruption, Progress};
 use anyhow::{anyhow, Context, Result};
 use estimate::case::{Case, Method};
 use estimate::course::estimate;
@@ -69,6 +70,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let watch = Watch { stop: interruption(), deadline: Some(deadline), say: &say };
     say(&format!("preparing {} recordings", campaign.recordings.len()));
     let case = Case::new(Prepared::new(&campaign).with_context(|| campaign.dir.display().to_string())?);
+    // from here on there is a best so far
+    hand_out();
     let method = match a.method {
         Way::Simplex => Method::Simplex,
         Way::Lm => Method::LevenbergMarquardt,
@@ -78,7 +81,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let (initial, last) = (readings(&case, &e.start), readings(&case, &e.point));
     let levels = levels(&campaign, &case, &e, &last, &watch);
     let answer = Answer { campaign: &campaign, case: &case, estimate: &e, initial, last, levels };
-    answer.write(&a.out).with_context(|| format!("{}: cannot be written", a.out.display()))?;
+    place::tell(&a.out, &answer.write(&a.out).with_context(|| place::unwritten(&a.out))?);
     drop(progress);
     let pictures = a.out.join("report.html");
     let told =
@@ -87,5 +90,5 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         format!("{}: {}\n{}pictures: {}\n", t.campaign, answer.sentence(), answer.by_level(), t.pictures.display())
     };
     print::beside(&a.form.of(&told, words)?);
-    Ok(if interrupted() { ExitCode::from(INTERRUPTED_CODE) } else { ExitCode::SUCCESS })
+    Ok(if interrupted() { interrupted_code() } else { ExitCode::SUCCESS })
 }
