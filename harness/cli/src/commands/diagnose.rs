@@ -5,7 +5,7 @@ use super::form::Form;
 use crate::campaign::{content, of_campaign};
 use crate::place;
 use crate::print;
-use crate::progress::{catch_interrupts, hand_out, interrupted, interrupted_code, Progress};
+use crate::progress::{catch_interrupts, hand_out, interrupted, Progress};
 use anyhow::{anyhow, Context, Result};
 use diagnose::run::{self as diagnosis, Failure, Outcome, Settings};
 use diagnose::sensors::are_of_same_impacts;
