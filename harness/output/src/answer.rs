@@ -123,12 +123,10 @@ impl Answer {
             gated(|| linked(file, &self.place(name)?))?;
         }
         let was = Manifest::read(&self.target);
-        if let (true, Some(was)) = (self.amends, &was) {
-            for name in was.files.keys().filter(|n| !self.made_in().join(n).exists() && was.holds(&self.target, n)) {
-                gated(|| linked_or_copied(&self.target.join(name), &self.place(name)?))?;
-            }
-        }
         self.enlist("")?;
+        if let Some(was) = &was {
+            self.stay(was)?;
+        }
         self.write(Manifest::NAME, (serde_json::to_string_pretty(&self.manifest)? + "\n").as_bytes())?;
         gated(|| synced(&self.made_in().join(Manifest::NAME)))?;
         sync_folder(&self.made_in())?;
@@ -138,6 +136,19 @@ impl Answer {
             drop(gated(|| std::fs::remove_file(file)));
         }
         Ok(Committed { kept })
+    }
+
+    /// Takes in what stays of the answer before: the files of other commands, and of one that is amended all but those that
+    /// are written anew.
+    fn stay(&mut self, was: &Manifest) -> Result<()> {
+        for (name, entry) in &was.files {
+            let stays = self.amends || entry.command != self.manifest.command;
+            if stays && !self.manifest.files.contains_key(name) && was.holds(&self.target, name) {
+                gated(|| linked_or_copied(&self.target.join(name), &self.place(name)?))?;
+                self.manifest.files.insert(name.clone(), entry.clone());
+            }
+        }
+        Ok(())
     }
 
     /// Lists the files below `folder` in the manifest and puts them on disk.
@@ -150,7 +161,7 @@ impl Answer {
                 self.enlist(&name)?;
             } else {
                 gated(|| synced(&entry.path()))?;
-                self.manifest.files.insert(name, Entry::of(&entry.path())?);
+                self.manifest.files.insert(name, Entry::of(&entry.path(), &self.manifest.command)?);
             }
         }
         sync_folder(&path)

@@ -61,7 +61,7 @@ pub fn is_free(path: &Path) -> bool {
     std::fs::symlink_metadata(path).is_err()
 }
 
-/// Gives all that is not of the answer `was`, or is of another command and not replaced, in the folder `old` a second name in `new`, the folder of the answer `is`, but
+/// Gives all that is not of the answer `was` in the folder `old` a second name in `new`, the folder of the answer `is`, but
 /// for the files `without`. None where that cannot be: a folder of the user's lies there, or there are no second names.
 ///
 /// # Errors
@@ -91,13 +91,11 @@ pub fn carry(
                 folders.push(name);
                 continue;
             }
-            let is_written = is_written(&name, is);
-            let is_ours = is_ours(old, &name, was);
-            if is_ours && (is_written || was.is_some_and(|w| w.command == is.command)) {
+            if is_ours(old, &name, was) {
                 continue;
             }
             let mut to = new.join(&folder).join(&file);
-            if is_written {
+            if is_written(&name, is) {
                 let kept_as = kept_name(&name, |n| is_free(&old.join(n)) && is_free(&new.join(n)));
                 to = new.join(&kept_as);
                 kept.push(Kept { name, kept_as });

@@ -65,7 +65,7 @@ pub fn finish(stage: &Path, target: &Path) -> Result<()> {
         std::fs::create_dir_all(parent(&to))?;
         std::fs::rename(ready.join(name), to)?;
     }
-    if let Some(was) = Manifest::read(target).filter(|w| w.command == is.command) {
+    if let Some(was) = Manifest::read(target) {
         for name in was.files.keys().filter(|n| !is.files.contains_key(*n) && was.holds(target, n)) {
             std::fs::remove_file(target.join(name))?;
             let folders = Path::new(name).ancestors().skip(1).filter(|a| !a.as_os_str().is_empty());

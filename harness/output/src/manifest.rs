@@ -17,6 +17,8 @@ pub struct Entry {
     pub size: u64,
     /// SHA-256 of the contents (FIPS 180-4), hexadecimal.
     pub sha256: String,
+    /// The command that wrote it.
+    pub command: String,
 }
 
 /// manifest.json: what was written into a folder by which command.
@@ -25,6 +27,7 @@ pub struct Manifest {
     pub format: String,
     /// Version of touchdown.
     pub touchdown: String,
+    /// The command that wrote last; files of others lie beside its own.
     pub command: String,
     /// SHA-256 of all that the answer depends on, where the command tells it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -59,12 +62,12 @@ impl Manifest {
         let path = folder.join(name);
         let Some(entry) = self.files.get(name) else { return false };
         let Ok(m) = std::fs::symlink_metadata(&path) else { return false };
-        m.is_file() && m.len() == entry.size && Entry::of(&path).is_ok_and(|e| e == *entry)
+        m.is_file() && m.len() == entry.size && Entry::of(&path, &entry.command).is_ok_and(|e| e == *entry)
     }
 
-    /// Whether every file it lists is in `folder` as it was written.
+    /// Whether every file of its command is in `folder` as it was written.
     pub fn is_whole(&self, folder: &Path) -> bool {
-        self.files.keys().all(|name| self.holds(folder, name))
+        self.files.iter().filter(|(_, e)| e.command == self.command).all(|(name, _)| self.holds(folder, name))
     }
 
     /// Whether `name` is a folder on the way to a file of the list.
@@ -75,18 +78,18 @@ impl Manifest {
 }
 
 impl Entry {
-    /// The entry of a file.
+    /// The entry of a file that `command` has written.
     ///
     /// # Errors
     /// As the file system gives them.
-    pub fn of(path: &Path) -> Result<Entry> {
+    pub fn of(path: &Path, command: &str) -> Result<Entry> {
         let (mut file, mut hash, mut size) = (File::open(path)?, Sha256::new(), 0);
         let mut block = vec![0; 1 << 16];
         loop {
             let n = file.read(&mut block)?;
             if n == 0 {
                 let sha256 = hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
-                return Ok(Entry { size, sha256 });
+                return Ok(Entry { size, sha256, command: command.into() });
             }
             hash.update(&block[..n]);
             size += n as u64;

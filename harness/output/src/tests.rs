@@ -114,8 +114,13 @@ fn the_answer_of_another_command_stays_beside_but_for_what_is_replaced() {
         a.write("x", b"1").unwrap();
         a.write("y", b"1").unwrap();
         a.commit().unwrap();
-        assert!(answer(&place, &[("x", "2")]).kept.is_empty());
-        assert_eq!(files(&place), texts(&[("x", "2"), ("y", "1")]));
+        assert!(answer(&place, &[("x", "2"), ("z", "2")]).kept.is_empty());
+        assert_eq!(files(&place), texts(&[("x", "2"), ("y", "1"), ("z", "2")]));
+        // and the first command knows its file again
+        let a = Answer::begin(&place, "other").unwrap();
+        a.write("y", b"3").unwrap();
+        assert!(a.commit().unwrap().kept.is_empty());
+        assert_eq!(files(&place), texts(&[("x", "2"), ("y", "3"), ("z", "2")]));
     }
 }
 
