@@ -23,8 +23,8 @@ pub fn of_campaign(dir: &Path, e: &dyn Display) -> String {
     lines.join("\n")
 }
 
-/// Hash of the files of the campaign in `dir` as they are: campaign.toml, and the recordings that it lists, also those that are left out. None where
-/// one of them cannot be read.
+/// Hash of the files of the campaign in `dir` as they are: campaign.toml, and the recordings that it lists, also those that
+/// are left out. None where one of them cannot be read.
 pub fn content(dir: &Path) -> Option<String> {
     let text = std::fs::read_to_string(dir.join("campaign.toml")).ok()?;
     let described: toml::Table = text.parse().ok()?;

@@ -26,8 +26,8 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static LOOKS: AtomicBool = AtomicBool::new(false);
 static HANDS_OUT: AtomicBool = AtomicBool::new(false);
 
-/// From here on Ctrl-C, SIGTERM and SIGHUP end the process at once, but for an answer that is just taking its place, and leave
-/// no stage behind. A hangup that the process was started to ignore, as by `nohup`, stays ignored.
+/// From here on Ctrl-C, SIGTERM and SIGHUP end the process at once, but for an answer that is just taking its place, and
+/// leave no stage behind. A hangup that the process was started to ignore, as by `nohup`, stays ignored.
 pub fn end_cleanly() {
     // without a handler the signals end the process as they always did
     drop(ctrlc::set_handler(|| asked_to_end(INTERRUPT)));

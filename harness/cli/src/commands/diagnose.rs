@@ -190,9 +190,9 @@ fn finished(c: &Campaign, dir: &Path, input: Option<&str>) -> Option<Answer> {
     Some(Answer { campaign: c.dir.clone(), answer: dir.to_path_buf(), verdict: Told::Earlier(verdict) })
 }
 
-/// Diagnoses campaign `i` on a thread of its own and waits for it; None where that thread panics. Where the user ends the command
-/// the thread is given [`GRACE`] to come to the end of its stage, which puts its temporary files away, and is left alone then:
-/// what it works out is written by nobody, and it ends with the process.
+/// Diagnoses campaign `i` on a thread of its own and waits for it; None where that thread panics. Where the user ends the
+/// command the thread is given [`GRACE`] to come to the end of its stage, which puts its temporary files away, and is left
+/// alone then: what it works out is written by nobody, and it ends with the process.
 fn alone(
     campaigns: &Arc<Vec<Campaign>>,
     i: usize,
@@ -241,8 +241,8 @@ enum Told {
     Earlier(serde_json::Value),
 }
 
-/// Writes the page that lists the answers, and says where it is, or what all of them are; of several campaigns also which came
-/// to what.
+/// Writes the page that lists the answers, and says where it is, or what all of them are; of several campaigns also which
+/// came to what.
 fn finish(a: &Arguments, answers: &[Answer], batch: &Batch) -> Result<()> {
     let page = a.out.join("index.html");
     let listed = if answers.is_empty() { Ok(()) } else { answer::write_index(&a.out) };

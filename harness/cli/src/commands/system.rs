@@ -9,8 +9,9 @@ use host::master::{build, export_ssp, run as step, Sink, System};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Runs a system file or an SSP archive: results.csv (or .parquet), log.txt, summary.json. Rows are in results.partial.csv.part
-/// while it runs, and in results.partial.csv where it ends with an error; the answer before stays then.
+/// Runs a system file or an SSP archive: results.csv (or .parquet), log.txt, summary.json. Rows are in
+/// results.partial.csv.part while it runs, and in results.partial.csv where it ends with an error; the answer before stays
+/// then.
 pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCode> {
     let s = System::load(path)?;
     let mut b = build(&s)?;
