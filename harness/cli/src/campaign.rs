@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result};
 use record::Campaign;
+use sha2::{Digest, Sha256};
 use std::fmt::Display;
 use std::path::Path;
 
@@ -20,4 +21,18 @@ pub fn load(dir: &Path) -> Result<Campaign> {
 pub fn of_campaign(dir: &Path, e: &dyn Display) -> String {
     let lines: Vec<String> = e.to_string().lines().map(|l| format!("{}: {l}", dir.display())).collect();
     lines.join("\n")
+}
+
+/// Hash of the files of the campaign in `dir` as they are: campaign.toml, and the recordings that it lists, also those that
+/// are left out. None where one of them cannot be read.
+pub fn content(dir: &Path) -> Option<String> {
+    let text = std::fs::read_to_string(dir.join("campaign.toml")).ok()?;
+    let described: toml::Table = text.parse().ok()?;
+    let mut hash = Sha256::new();
+    hash.update(Sha256::digest(&text));
+    for recording in described.get("recording")?.as_array()? {
+        let file = dir.join(recording.get("file")?.as_str()?);
+        hash.update(Sha256::digest(std::fs::read(file).ok()?));
+    }
+    Some(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
 }

@@ -1,5 +1,8 @@
-//! Where a command is to write, checked before it computes anything.
+//! Where a command is to write, checked before it computes anything; and answers of several files written there.
 
+use crate::print;
+use anyhow::{Context, Result};
+use output::{Answer, Committed};
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -32,7 +35,7 @@ impl Place<'_> {
     ///
     /// # Errors
     /// Why it cannot, and the cure.
-    pub fn check(&self) -> Result<(), Unwritable> {
+    pub fn check(&self) -> std::result::Result<(), Unwritable> {
         let (Place::File(path) | Place::Folder(path)) = *self;
         if path.as_os_str().is_empty() {
             return Err(Unwritable::Empty);
@@ -54,6 +57,41 @@ impl Place<'_> {
         };
         output::probe(folder).map_err(|e| Unwritable::Refused { place, why: why(e.kind()) })
     }
+}
+
+/// Writes an answer of `command`: all the files into `folder`, or none.
+///
+/// # Errors
+/// As the file system gives them, with the folder.
+pub fn write(folder: &Path, command: &str, files: &[(&str, &[u8])]) -> Result<()> {
+    fill(folder, Answer::begin(folder, command), files)
+}
+
+/// Writes files into the answer that is in `folder`; its others stay.
+///
+/// # Errors
+/// As the file system gives them, with the folder.
+pub fn amend(folder: &Path, command: &str, files: &[(&str, &[u8])]) -> Result<()> {
+    fill(folder, Answer::amend(folder, command), files)
+}
+
+fn fill(folder: &Path, answer: std::io::Result<Answer>, files: &[(&str, &[u8])]) -> Result<()> {
+    let written = answer.and_then(|a| {
+        files.iter().try_for_each(|(name, bytes)| a.write(name, bytes))?;
+        a.commit()
+    });
+    tell(folder, &written.with_context(|| unwritten(folder))?);
+    Ok(())
+}
+
+/// Tells what an answer in `folder` has found in its way.
+pub fn tell(folder: &Path, answer: &Committed) {
+    answer.notes().for_each(|n| print::warning(&format!("{}: {n}", folder.display())));
+}
+
+/// That nothing could be written to `path`.
+pub fn unwritten(path: &Path) -> String {
+    format!("{}: cannot be written", path.display())
 }
 
 #[cfg(test)]

@@ -8,40 +8,56 @@ use crate::print;
 use anyhow::{ensure, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicU8, Ordering};
 use std::sync::mpsc::{channel, RecvTimeoutError, Sender};
-use std::sync::{Arc, Mutex, Once};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Exit code of a command that was asked to end: 128 and the number of the signal.
-pub const INTERRUPTED_CODE: u8 = 130;
-
 /// Time within which signals are one request to end.
 const ONE_REQUEST: Duration = Duration::from_millis(300);
+/// Time that a command has to end by itself, once it was asked to and has nothing to hand out.
+const GRACE: Duration = Duration::from_millis(700);
 
+/// Number of the signal that asked the command to end; 0 where none did.
+static SIGNAL: AtomicU8 = AtomicU8::new(0);
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-static HANDLER: Once = Once::new();
+/// Whether the command looks at [`interrupted`], and whether it hands out what there is.
+static LOOKS: AtomicBool = AtomicBool::new(false);
+static HANDS_OUT: AtomicBool = AtomicBool::new(false);
 
-/// From here on Ctrl-C, SIGTERM and SIGHUP only ask: [`interrupted`] answers true, and the command comes to its end. Asked once
-/// more after 0.3 s the process ends at once. A hangup that the process was started to ignore, as by `nohup`, stays
-/// ignored.
-pub fn catch_interrupts() {
-    HANDLER.call_once(|| {
-        // without a handler the signals end the process as they always did
-        drop(ctrlc::set_handler(asked_to_end));
-        #[cfg(unix)]
-        drop(catch_termination());
-    });
+/// From here on Ctrl-C, SIGTERM and SIGHUP end the process at once, but for an answer that is just taking its place, and
+/// leave no stage behind. A hangup that the process was started to ignore, as by `nohup`, stays ignored.
+pub fn end_cleanly() {
+    // without a handler the signals end the process as they always did
+    drop(ctrlc::set_handler(|| asked_to_end(INTERRUPT)));
+    #[cfg(unix)]
+    drop(catch_termination());
 }
 
-/// The same of SIGTERM and SIGHUP.
+/// From here on the signals only ask: [`interrupted`] answers true, and the command comes to its end within [`GRACE`], or is
+/// ended then. Asked once more after 0.3 s the process ends at once.
+pub fn catch_interrupts() {
+    HANDS_OUT.store(false, Ordering::SeqCst);
+    LOOKS.store(true, Ordering::SeqCst);
+}
+
+/// From here on the command, asked to end, comes to its end by itself and writes what there is.
+pub fn hand_out() {
+    HANDS_OUT.store(true, Ordering::SeqCst);
+}
+
+/// Number of the signal of Ctrl-C.
+const INTERRUPT: u8 = 2;
+
+/// SIGTERM and SIGHUP.
 #[cfg(unix)]
 fn catch_termination() -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGTERM};
     let hangup = Some(SIGHUP).filter(|s| !is_ignored(*s));
     let mut signals = signal_hook::iterator::Signals::new(hangup.into_iter().chain([SIGTERM]))?;
-    std::thread::spawn(move || signals.forever().for_each(|_| asked_to_end()));
+    std::thread::spawn(move || signals.forever().for_each(|s| asked_to_end(u8::try_from(s).unwrap_or(INTERRUPT))));
     Ok(())
 }
 
@@ -54,17 +70,27 @@ fn is_ignored(signal: i32) -> bool {
 }
 
 /// A request to end.
-fn asked_to_end() {
+fn asked_to_end(signal: u8) {
     static FIRST: Mutex<Option<Instant>> = Mutex::new(None);
     let Ok(mut first) = FIRST.lock() else { return };
     match *first {
         // shells and `timeout` signal a process and its group: that is one request
         Some(at) if at.elapsed() < ONE_REQUEST => {}
-        Some(_) => std::process::exit(i32::from(INTERRUPTED_CODE)),
+        Some(_) => end(),
         None => {
             *first = Some(Instant::now());
+            SIGNAL.store(signal, Ordering::SeqCst);
             INTERRUPTED.store(true, Ordering::SeqCst);
+            if !LOOKS.load(Ordering::SeqCst) {
+                end();
+            }
             print::line("interrupted: ending; once more to end at once");
+            std::thread::spawn(|| {
+                std::thread::sleep(GRACE);
+                if !HANDS_OUT.load(Ordering::SeqCst) {
+                    end();
+                }
+            });
         }
     }
 }
@@ -79,7 +105,24 @@ pub fn deadline(seconds: Option<f64>) -> Result<Option<Instant>> {
     Ok(Some(Instant::now() + Duration::from_secs_f64(seconds)))
 }
 
-/// Whether the command was asked to end since [`catch_interrupts`].
+/// Ends the process; what is not in its place by now never is.
+fn end() {
+    output::abandon();
+    print::line("interrupted: nothing more is written");
+    std::process::exit(i32::from(code()));
+}
+
+/// 128 and the number of the signal.
+fn code() -> u8 {
+    128 + SIGNAL.load(Ordering::SeqCst)
+}
+
+/// Exit code of a command that was asked to end: 128 and the number of the signal.
+pub fn interrupted_code() -> ExitCode {
+    ExitCode::from(code())
+}
+
+/// Whether the command was asked to end.
 pub fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::SeqCst)
 }

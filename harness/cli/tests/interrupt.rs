@@ -1,4 +1,4 @@
-//! Ctrl-C, SIGTERM and SIGHUP end a diagnosis: finished campaigns are there, the one under way is told.
+//! Ctrl-C, SIGTERM and SIGHUP end every command: what is finished is there, what is under way leaves nothing.
 #![cfg(unix)]
 
 use plant::recipe::{write_campaign, Recipe};
@@ -40,7 +40,7 @@ fn what_is_under_way_is_named_and_leaves_nothing() {
     write_campaign(&dir.path().join("first"), &Recipe::default()).unwrap();
     write_campaign(&dir.path().join("second"), &Recipe::default()).unwrap();
     // the last as `timeout` does, which signals a process and then its group
-    for names in [&["INT"][..], &["TERM"], &["HUP"], &["INT", "INT"]] {
+    for (names, wanted) in [(&["INT"][..], 130), (&["TERM"], 143), (&["HUP"], 129), (&["INT", "INT"], 130)] {
         let name = names.join(" and ");
         // the nulls alone take hours: that it ends at all tells that it was asked
         let mut child = started(dir.path(), &["diagnose", "first", "second", "--out", "out", "--bootstrap", "9999"]);
@@ -50,9 +50,41 @@ fn what_is_under_way_is_named_and_leaves_nothing() {
         let code = child.wait().unwrap().code();
         let mut said = String::new();
         err.read_to_string(&mut said).unwrap();
-        assert_eq!(code, Some(130), "{name}: {said}");
+        assert_eq!(code, Some(wanted), "{name}: {said}");
         assert!(said.contains("first is not finished") && said.contains("not begun: second"), "{said}");
         assert!(!dir.path().join("out").exists());
+    }
+}
+
+#[test]
+fn a_fit_that_has_nothing_yet_writes_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    write_campaign(&dir.path().join("c"), &Recipe::default()).unwrap();
+    let mut child = started(dir.path(), &["fit", "c", "--out", "out"]);
+    let mut err = BufReader::new(child.stderr.take().unwrap());
+    signal("TERM", &child);
+    let code = child.wait().unwrap().code();
+    let mut said = String::new();
+    err.read_to_string(&mut said).unwrap();
+    // asked before it could listen it ends as every process does
+    assert!(code.is_none() || code == Some(143), "{said}");
+    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1, "{said}");
+}
+
+#[test]
+fn a_command_that_does_not_look_ends_all_the_same() {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, wanted) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
+        let mut child = started(dir.path(), &["study", "coupling", "--out", "out"]);
+        let mut err = BufReader::new(child.stderr.take().unwrap());
+        wait_for("study", &mut err);
+        signal(name, &child);
+        let code = child.wait().unwrap().code();
+        let mut said = String::new();
+        err.read_to_string(&mut said).unwrap();
+        assert_eq!(code, Some(wanted), "{name}: {said}");
+        assert!(said.contains("nothing more is written"), "{said}");
+        assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 0, "something was left behind");
     }
 }
 
@@ -99,7 +131,7 @@ fn a_campaign_whose_time_is_up_is_answered_as_not_judged() {
     let dir = tempfile::tempdir().unwrap();
     write_campaign(&dir.path().join("c"), &Recipe::default()).unwrap();
     let o = started(dir.path(), &["diagnose", "c", "--out", "out", "--seconds", "0.05"]).wait_with_output().unwrap();
-    assert!(o.status.success(), "{}", String::from_utf8_lossy(&o.stderr));
+    assert_eq!(o.status.code(), Some(3), "{}", String::from_utf8_lossy(&o.stderr));
     let verdict = std::fs::read_to_string(dir.path().join("out/c/verdict.json")).unwrap();
     assert!(
         verdict.contains("the time given was up while") && dir.path().join("out/c/report.html").exists(),

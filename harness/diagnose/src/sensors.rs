@@ -238,18 +238,26 @@ fn mean(v: &[f64]) -> Option<Mean> {
     Some(Mean { value, low: value - half, high: value + half })
 }
 
+/// The recordings of `other` and `c` that are of the same impacts, in pairs; None unless all of both are.
+fn same_impacts<'a>(c: &'a Campaign, other: &'a Campaign) -> Option<Vec<(&'a Recording, &'a Recording)>> {
+    if other.folder == c.folder || other.kind != c.kind || other.moving_mass != c.moving_mass {
+        return None;
+    }
+    let of = |r| other.recordings.iter().find(|o| same_impact(c, r, other, o));
+    let pairs: Vec<_> = c.recordings.iter().filter_map(|r| Some((of(r)?, r))).collect();
+    (pairs.len() == c.recordings.len() && pairs.len() == other.recordings.len()).then_some(pairs)
+}
+
+/// Whether two campaigns read the same impacts: then the answer of each depends on the other.
+pub fn are_of_same_impacts(c: &Campaign, other: &Campaign) -> bool {
+    same_impacts(c, other).is_some()
+}
+
 /// `c` against every campaign of `others` that read the same impacts on the same channel.
 pub fn against(c: &Campaign, others: &[Campaign]) -> Vec<Against> {
     let mut found = Vec::new();
-    for other in others.iter().filter(|o| o.folder != c.folder && o.kind == c.kind && o.moving_mass == c.moving_mass) {
-        let pairs: Vec<(&Recording, &Recording)> = c
-            .recordings
-            .iter()
-            .filter_map(|r| Some((other.recordings.iter().find(|o| same_impact(c, r, other, o))?, r)))
-            .collect();
-        if pairs.len() < c.recordings.len() || pairs.len() != other.recordings.len() {
-            continue;
-        }
+    for other in others {
+        let Some(pairs) = same_impacts(c, other) else { continue };
         for channel in [Channel::Force, Channel::Acceleration] {
             let own: Vec<&Vec<f64>> =
                 c.recordings.iter().filter_map(|r| r.channels[channel.index()].as_ref()).collect();

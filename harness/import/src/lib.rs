@@ -129,17 +129,9 @@ pub fn look_at(
 /// # Errors
 /// Everything that keeps it from being written; then nothing is.
 pub fn write(out: &Path, files: &[File], plan: &Plan, o: &Options, open: Open) -> Result<Outcome, Vec<String>> {
-    let mut told = Err(Vec::new());
-    let made = output::folder(out, |dir| {
-        told = write::fill(dir, files, plan, o, open);
-        match &told {
-            Ok(_) => Ok(()),
-            Err(_) => Err(std::io::Error::other("left out")),
-        }
-    });
-    match (made, told) {
-        (Ok(()), told) => told,
-        (Err(_), Err(faults)) if !faults.is_empty() => Err(faults),
-        (Err(e), _) => Err(vec![format!("{}: cannot be written ({e}); give another --out", out.display())]),
-    }
+    let unwritable = |e| vec![format!("{}: cannot be written ({e}); give another --out", out.display())];
+    let answer = output::Answer::begin(out, "import").map_err(unwritable)?;
+    let outcome = write::fill(&answer, files, plan, o, open)?;
+    answer.commit().map_err(unwritable)?;
+    Ok(outcome)
 }

@@ -6,10 +6,10 @@ use crate::page;
 use crate::plan::{Plan, Planned};
 use crate::survey::File;
 use crate::{Open, Options};
+use output::Answer;
 use rayon::prelude::*;
 use record::{Channel, Kind};
 use std::fmt::Write as _;
-use std::path::Path;
 
 /// Digits of time behind those of a step.
 const TIME_DIGITS: i32 = 6;
@@ -43,13 +43,13 @@ pub(crate) fn comment(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
-/// Cuts every recording of the plan and writes the campaign into the folder `dir`, which is there.
+/// Cuts every recording of the plan and writes the campaign into `answer`.
 ///
 /// # Errors
 /// Where a file cannot be read or written, or a recording is none and the bad ones are not skipped; all of them at once.
-pub fn fill(dir: &Path, files: &[File], plan: &Plan, o: &Options, open: Open) -> Result<Outcome, Vec<String>> {
+pub fn fill(answer: &Answer, files: &[File], plan: &Plan, o: &Options, open: Open) -> Result<Outcome, Vec<String>> {
     let mut out = Outcome::default();
-    let each: Vec<_> = files.par_iter().enumerate().map(|file| of_file(dir, file, plan, open)).collect();
+    let each: Vec<_> = files.par_iter().enumerate().map(|file| of_file(answer, file, plan, open)).collect();
     for of in each {
         match of {
             Ok((written, faults)) => {
@@ -67,14 +67,14 @@ pub fn fill(dir: &Path, files: &[File], plan: &Plan, o: &Options, open: Open) ->
     let text = campaign(files, plan, &out, o);
     let html = page::preview(files, plan, &out, o).html();
     for (name, bytes) in [("campaign.toml", &text), (page::NAME, &html)] {
-        output::write(&dir.join(name), bytes.as_bytes()).map_err(|e| vec![format!("{name}: {e}")])?;
+        answer.write(name, bytes.as_bytes()).map_err(|e| vec![format!("{name}: {e}")])?;
     }
     Ok(out)
 }
 
 /// The recordings of one file, a group at a time; and those that are none.
 fn of_file(
-    dir: &Path,
+    answer: &Answer,
     (i, file): (usize, &File),
     plan: &Plan,
     open: Open,
@@ -96,8 +96,8 @@ fn of_file(
             match s {
                 Ok(s) => {
                     let step = file.seen[r.seen].stretches[r.stretch].step;
-                    let path = dir.join(&r.name);
-                    output::write(&path, csv(&s, step).as_bytes()).map_err(|e| format!("{}: {e}", r.name))?;
+                    let text = csv(&s, step);
+                    answer.write(&r.name, text.as_bytes()).map_err(|e| format!("{}: {e}", r.name))?;
                     written.push(Written {
                         recording: n,
                         samples: s.time.len(),

@@ -220,16 +220,18 @@ impl Answer<'_> {
         page.html()
     }
 
-    /// Writes the files to `dir`, fit.json last.
+    /// Writes the files to `dir`, all of them or none.
     ///
     /// # Errors
     /// As the file system gives them.
-    pub fn write(&self, dir: &Path) -> std::io::Result<()> {
+    pub fn write(&self, dir: &Path) -> std::io::Result<output::Committed> {
         let text =
             |v: &Value| Ok::<_, std::io::Error>(serde_json::to_string_pretty(v).map_err(std::io::Error::other)? + "\n");
-        output::write(&dir.join("report.html"), self.page().as_bytes())?;
-        output::write(&dir.join("certificate.json"), text(&self.certificate())?.as_bytes())?;
-        output::write(&dir.join("fit.json"), text(&self.json())?.as_bytes())
+        let answer = output::Answer::begin(dir, "fit")?;
+        answer.write("report.html", self.page().as_bytes())?;
+        answer.write("certificate.json", text(&self.certificate())?.as_bytes())?;
+        answer.write("fit.json", text(&self.json())?.as_bytes())?;
+        answer.commit()
     }
 
     fn channels(&self) -> Vec<Channel> {

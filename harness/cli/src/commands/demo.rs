@@ -1,7 +1,8 @@
 //! `touchdown demo`: the main job on data of the repository, every step a command that can be run again by hand.
 
+use crate::place;
 use crate::print;
-use crate::progress::{catch_interrupts, interrupted, INTERRUPTED_CODE};
+use crate::progress::{catch_interrupts, interrupted, interrupted_code};
 use anyhow::{ensure, Context, Result};
 use chart::{card, lead, linked, picture, Page};
 use std::path::{Path, PathBuf};
@@ -108,22 +109,25 @@ fn below_index(out: &Path, report: &str) -> Result<String> {
     let html = std::fs::read_to_string(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
     let up = "../".repeat(report.matches('/').count()) + "index.html";
     let html = linked(&html, &up, "The demo's steps");
-    output::write(&path, html.as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))?;
+    let (folder, name) = report.rsplit_once('/').unwrap_or(("", report));
+    place::amend(&out.join(folder), "demo", &[(name, html.as_bytes())])?;
     Ok(html)
+}
+
+/// Whether the folder holds a demo, or the beginning of one.
+fn is_begun(out: &Path) -> bool {
+    output::Manifest::read(&out.join("input")).is_some_and(|m| m.command == "demo")
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
     ensure!(
-        !a.out.exists() || a.out.join("index.html").exists() || std::fs::read_dir(&a.out)?.next().is_none(),
+        !a.out.exists() || is_begun(&a.out) || std::fs::read_dir(&a.out)?.next().is_none(),
         "{}: holds files that are no demo of touchdown; give another --out",
         a.out.display()
     );
     catch_interrupts();
-    let input = INPUT.iter().map(|(name, bytes)| (*name, *bytes));
-    for (name, bytes) in input.chain([("same_drops.toml", DROPS.as_bytes())]) {
-        let path = a.out.join("input").join(name);
-        output::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))?;
-    }
+    let input: Vec<_> = INPUT.iter().copied().chain([("same_drops.toml", DROPS.as_bytes())]).collect();
+    place::write(&a.out.join("input"), "demo", &input)?;
     let mut finding = None;
     let mut page = Page::new("");
     for (i, step) in STEPS.iter().enumerate() {
@@ -131,7 +135,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         print::beside(&format!("\n{} of {}: {}\n$ touchdown {}\n", i + 1, STEPS.len(), step.title, words.join(" ")));
         let code = super::dispatch(words.iter().map(String::as_str))?;
         if interrupted() {
-            return Ok(ExitCode::from(INTERRUPTED_CODE));
+            return Ok(interrupted_code());
         }
         if code != ExitCode::SUCCESS {
             return Ok(code);
@@ -153,7 +157,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         )
         .then(page);
     let index = a.out.join("index.html");
-    output::write(&index, page.html().as_bytes()).with_context(|| format!("{}: cannot be written", index.display()))?;
+    output::write(&index, page.html().as_bytes()).with_context(|| place::unwritten(&index))?;
     print::beside(&format!("\npictures: {}\n", index.display()));
     Ok(ExitCode::SUCCESS)
 }

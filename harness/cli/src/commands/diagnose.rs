@@ -1,16 +1,21 @@
 //! `touchdown diagnose`.
 
+use super::batch::Batch;
 use super::form::Form;
-use crate::campaign::of_campaign;
+use crate::campaign::{content, of_campaign};
+use crate::place;
 use crate::print;
-use crate::progress::{catch_interrupts, deadline, interrupted, interruption, Progress, INTERRUPTED_CODE};
+use crate::progress::{catch_interrupts, deadline, hand_out, interrupted, interruption, Progress};
 use anyhow::{anyhow, Context, Result};
 use diagnose::run::{self as diagnosis, Failure, Outcome, Settings};
+use diagnose::sensors::are_of_same_impacts;
 use diagnose::verdict::Verdict;
 use estimate::Budget;
+use output::Manifest;
 use record::Campaign;
 use report::diagnosis as answer;
 use serde::Serialize;
+use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::mpsc::{channel, RecvTimeoutError};
@@ -20,6 +25,7 @@ use std::time::Duration;
 const EXAMPLES: &str = "Examples:
   touchdown diagnose my_drops --out answer               # then open answer/my_drops/report.html
   touchdown diagnose drops_a drops_b --out answers --jobs 2
+  touchdown diagnose drops_* --out answers --resume      # only those that have no answer yet, or were changed
   touchdown diagnose my_drops --out answer --bootstrap 99  # the false-alarm probability by 99 simulated campaigns";
 
 #[derive(clap::Args)]
@@ -45,6 +51,9 @@ pub struct Arguments {
     /// Seconds that a campaign may take; one that is not judged by then is answered as not judged (default: any number)
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
+    /// Leave campaigns alone whose answer is there, whole, and of the same recordings, campaign.toml, options and version
+    #[arg(long)]
+    resume: bool,
     #[command(flatten)]
     form: Form,
 }
@@ -66,7 +75,7 @@ fn taken_in(dir: &Path, out: &Path, others: &[Campaign]) -> Result<Campaign> {
         ));
     }
     let answer = out.join(&c.folder);
-    answer::check_folder(&answer).with_context(|| format!("{}: cannot be written", answer.display()))?;
+    answer::check_folder(&answer).with_context(|| place::unwritten(&answer))?;
     Ok(c)
 }
 
@@ -81,12 +90,18 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     deadline(a.seconds)?;
     // all input is read before any answer is written; a bad campaign does not stop the others
     let mut campaigns: Vec<Campaign> = Vec::new();
-    let mut failed = false;
+    let mut contents: Vec<Option<String>> = Vec::new();
+    let mut batch = Batch::default();
     for dir in &a.campaigns {
+        // before they are read: an answer is never taken to be of files that were changed since
+        let content = content(dir);
         match taken_in(dir, &a.out, &campaigns) {
-            Ok(c) => campaigns.push(c),
+            Ok(c) => {
+                campaigns.push(c);
+                contents.push(content);
+            }
             Err(e) => {
-                failed = true;
+                batch.failed.push(dir.display().to_string());
                 print::error(&format!("{e:#}"));
             }
         }
@@ -104,49 +119,97 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let progress = Arc::new(Progress::new("diagnose", campaigns.len() as u64));
     let mut answers: Vec<Answer> = Vec::new();
     for (i, c) in campaigns.iter().enumerate() {
+        let dir = a.out.join(&c.folder);
+        let input = input(i, &campaigns, &contents, a);
+        if let Some(there) = a.resume.then(|| finished(c, &dir, input.as_deref())).flatten() {
+            batch.up_to_date.push(c.folder.clone());
+            answers.push(there);
+            progress.add(1);
+            continue;
+        }
         match alone(&campaigns, i, a, &progress) {
-            Ok(o) => {
-                let dir = a.out.join(&c.folder);
-                answer::write(c, &o, &dir).with_context(|| format!("{}: cannot be written", dir.display()))?;
-                // what is to be one JSON text is printed at the end
-                if !a.form.json {
-                    progress.aside(|| print::beside(&print::with_lead(&answer::summary(&o))));
+            Some(Ok(o)) => match answer::write(c, &o, &dir, input) {
+                Ok(committed) => {
+                    // what is to be one JSON text is printed at the end
+                    progress.aside(|| {
+                        place::tell(&dir, &committed);
+                        if !a.form.json {
+                            print::beside(&print::with_lead(&answer::summary(&o)));
+                        }
+                    });
+                    let answered = if o.verdict.invalid.is_some() { &mut batch.unjudged } else { &mut batch.finished };
+                    answered.push(c.folder.clone());
+                    answers.push(Answer {
+                        campaign: c.dir.clone(),
+                        answer: dir,
+                        verdict: Told::New(Box::new(o.verdict)),
+                    });
                 }
-                answers.push(Answer { campaign: c.dir.clone(), answer: dir, verdict: o.verdict });
+                Err(e) => {
+                    batch.failed.push(c.folder.clone());
+                    progress.aside(|| print::error(&format!("{}: {e}", place::unwritten(&dir))));
+                }
+            },
+            Some(Err(Failure::Interrupted)) => {
+                hand_out();
+                batch.left = campaigns[i..].iter().map(|c| c.folder.clone()).collect();
+                break;
             }
-            Err(Failure::Interrupted) => {
-                let left: Vec<&str> = campaigns[i..].iter().map(|c| c.folder.as_str()).collect();
-                progress.end();
-                print::error(&unfinished(&left, answers.len(), &a.out));
-                finish(a, &answers)?;
-                return Ok(ExitCode::from(INTERRUPTED_CODE));
-            }
-            Err(e) => {
-                failed = true;
+            Some(Err(e)) => {
+                batch.failed.push(c.folder.clone());
                 progress.aside(|| print::error(&of_campaign(&c.dir, &e)));
+            }
+            None => {
+                batch.failed.push(c.folder.clone());
+                let fault = "the diagnosis ended by a fault of the program, which is told above; please report it";
+                progress.aside(|| print::error(&of_campaign(&c.dir, &fault)));
             }
         }
         progress.add(1);
     }
     progress.end();
-    finish(a, &answers)?;
-    Ok(if failed { ExitCode::from(2) } else { ExitCode::SUCCESS })
+    if !batch.left.is_empty() {
+        print::error(&batch.unfinished(&a.out));
+    }
+    finish(a, &answers, &batch)?;
+    Ok(batch.exit_code())
 }
 
-/// Diagnoses campaign `i` on a thread of its own and waits for it. Where the user ends the command the thread is given
-/// [`GRACE`] to come to the end of its stage, which puts its temporary files away, and is left alone then: what it works out is
-/// written by nobody, and it ends with the process.
+/// Hash of all that the answer of campaign `i` depends on: the program's version, the options, its files, and those of the
+/// campaigns whose sensors it is held against. None where the contents of one of them are not known.
+fn input(i: usize, campaigns: &[Campaign], contents: &[Option<String>], a: &Arguments) -> Option<String> {
+    let options = format!("{} {} {:?} {:?}", env!("CARGO_PKG_VERSION"), a.bootstrap, a.platforms, a.seconds);
+    let mut all = vec![options, contents[i].clone()?];
+    let others = campaigns.iter().zip(contents).filter(|(o, _)| are_of_same_impacts(&campaigns[i], o));
+    let mut beside =
+        others.map(|(o, content)| Some(format!("{} {}", o.folder, content.as_ref()?))).collect::<Option<Vec<_>>>()?;
+    beside.sort();
+    all.extend(beside);
+    Some(Sha256::digest(all.join("\n")).iter().map(|b| format!("{b:02x}")).collect())
+}
+
+/// The answer of an earlier run in `dir`; None where it is not whole, or not of this `input`.
+fn finished(c: &Campaign, dir: &Path, input: Option<&str>) -> Option<Answer> {
+    let m = Manifest::read(dir).filter(|m| input.is_some() && m.input.as_deref() == input && m.is_whole(dir))?;
+    let text = std::fs::read_to_string(dir.join("verdict.json")).ok()?;
+    let verdict = serde_json::from_str(&text).ok().filter(|_| m.command == "diagnose")?;
+    Some(Answer { campaign: c.dir.clone(), answer: dir.to_path_buf(), verdict: Told::Earlier(verdict) })
+}
+
+/// Diagnoses campaign `i` on a thread of its own and waits for it; None where that thread panics. Where the user ends the
+/// command the thread is given [`GRACE`] to come to the end of its stage, which puts its temporary files away, and is left
+/// alone then: what it works out is written by nobody, and it ends with the process.
 fn alone(
     campaigns: &Arc<Vec<Campaign>>,
     i: usize,
     a: &Arguments,
     progress: &Arc<Progress>,
-) -> Result<Outcome, Failure> {
+) -> Option<Result<Outcome, Failure>> {
     let (campaigns, progress) = (campaigns.clone(), progress.clone());
     let (bootstrap, platforms) = (a.bootstrap, a.platforms.clone());
     let budget = Budget { stop: Some(interruption()), deadline: deadline(a.seconds).unwrap_or_default() };
     let (done, outcome) = channel();
-    let thread = std::thread::spawn(move || {
+    std::thread::spawn(move || {
         let c = &campaigns[i];
         let stage = |text: &str| progress.stage(&format!("{}: {text}", c.folder));
         let others = &campaigns[..];
@@ -159,14 +222,11 @@ fn alone(
     loop {
         match outcome.recv_timeout(LOOK) {
             // what was finished while the user ended the command is finished
-            Ok(o) => return o,
-            Err(RecvTimeoutError::Timeout) if interrupted() && left.is_zero() => return Err(Failure::Interrupted),
+            Ok(o) => return Some(o),
+            Err(RecvTimeoutError::Timeout) if interrupted() && left.is_zero() => return Some(Err(Failure::Interrupted)),
             Err(RecvTimeoutError::Timeout) if interrupted() => left = left.saturating_sub(LOOK),
             Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => match thread.join() {
-                Err(panic) => std::panic::resume_unwind(panic),
-                Ok(()) => unreachable!("a diagnosis sends its outcome before it ends"),
-            },
+            Err(RecvTimeoutError::Disconnected) => return None,
         }
     }
 }
@@ -177,32 +237,32 @@ struct Answer {
     campaign: PathBuf,
     /// Folder of the answer.
     answer: PathBuf,
-    verdict: Verdict,
+    verdict: Told,
 }
 
-/// What a command that was ended leaves.
-fn unfinished(left: &[&str], written: usize, out: &Path) -> String {
-    let first = format!("interrupted: {} is not finished, nothing of it is written", left[0]);
-    let others = if left.len() > 1 { format!("\nnot begun: {}", left[1..].join(", ")) } else { String::new() };
-    let there = match written {
-        0 => String::new(),
-        1 => format!("\nfinished and whole in {}: 1 campaign", out.display()),
-        n => format!("\nfinished and whole in {}: {n} campaigns", out.display()),
-    };
-    first + &others + &there
+/// A verdict of this run, or that of an earlier one.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Told {
+    New(Box<Verdict>),
+    Earlier(serde_json::Value),
 }
 
-/// Writes the page that lists the answers, and says where it is, or what all of them are.
-fn finish(a: &Arguments, answers: &[Answer]) -> Result<()> {
+/// Writes the page that lists the answers, and says where it is, or what all of them are; of several campaigns also which
+/// came to what.
+fn finish(a: &Arguments, answers: &[Answer], batch: &Batch) -> Result<()> {
     let page = a.out.join("index.html");
     let listed = if answers.is_empty() { Ok(()) } else { answer::write_index(&a.out) };
     if let Err(e) = &listed {
         print::warning(&format!("{}: {e}", page.display()));
     }
-    let words = |all: &&[Answer]| match &listed {
-        _ if all.is_empty() => String::new(),
-        Ok(()) => format!("answers: {}\n", page.display()),
-        Err(_) => format!("answers, each with a report.html: {}\n", a.out.display()),
+    let words = |all: &&[Answer]| {
+        let place = match &listed {
+            _ if all.is_empty() => String::new(),
+            Ok(()) => format!("answers: {}\n", page.display()),
+            Err(_) => format!("answers, each with a report.html: {}\n", a.out.display()),
+        };
+        batch.summary() + &place
     };
     print::beside(&a.form.of(&answers, words)?);
     Ok(())

@@ -1,8 +1,9 @@
 //! `touchdown fit`.
 
 use super::form::Form;
+use crate::place;
 use crate::print;
-use crate::progress::{catch_interrupts, deadline, interrupted, interruption, Progress, INTERRUPTED_CODE};
+use crate::progress::{catch_interrupts, deadline, hand_out, interrupted, interrupted_code, interruption, Progress};
 use anyhow::{anyhow, Context, Result};
 use estimate::case::{Case, Method};
 use estimate::condition::condition;
@@ -71,6 +72,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         .map_err(|e| anyhow!(crate::campaign::of_campaign(&campaign.dir, &e)))?;
     conditioned.data.budget = budget;
     let case = Case::new(Prepared::from(&campaign, conditioned).with_context(of_campaign)?);
+    // from here on there is a best so far
+    hand_out();
     let method = match a.method {
         Way::Simplex => Method::Simplex,
         Way::Lm => Method::LevenbergMarquardt,
@@ -80,7 +83,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let (initial, last) = (readings(&case, &e.start), readings(&case, &e.point));
     let levels = levels(&campaign, &case, &e, &last, &watch);
     let answer = Answer { campaign: &campaign, case: &case, estimate: &e, initial, last, levels };
-    answer.write(&a.out).with_context(|| format!("{}: cannot be written", a.out.display()))?;
+    place::tell(&a.out, &answer.write(&a.out).with_context(|| place::unwritten(&a.out))?);
     drop(progress);
     let pictures = a.out.join("report.html");
     let told =
@@ -89,5 +92,5 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         format!("{}: {}\n{}pictures: {}\n", t.campaign, answer.sentence(), answer.by_level(), t.pictures.display())
     };
     print::beside(&a.form.of(&told, words)?);
-    Ok(if interrupted() { ExitCode::from(INTERRUPTED_CODE) } else { ExitCode::SUCCESS })
+    Ok(if interrupted() { interrupted_code() } else { ExitCode::SUCCESS })
 }

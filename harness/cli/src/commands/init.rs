@@ -100,7 +100,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     ensure!(!path.exists(), "{}: is there already; move it away, or edit it", path.display());
     let folder = a.folder.canonicalize().unwrap_or_else(|_| a.folder.clone());
     let name = folder.file_name().map_or("campaign".into(), |n| n.to_string_lossy());
-    output::write(&path, template(kind, &name, &files).as_bytes())
+    output::write_new(&path, template(kind, &name, &files).as_bytes())
         .with_context(|| format!("{}: cannot be written", path.display()))?;
     print::beside(&format!(
         "{}: {} recordings listed; fill in what is left open, then run `touchdown check {}`\n",

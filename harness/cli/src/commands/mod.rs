@@ -1,5 +1,6 @@
 //! Subcommands, a file each.
 
+mod batch;
 mod bench;
 mod check;
 mod compare;
@@ -22,6 +23,7 @@ mod system;
 
 use crate::place::Place;
 use crate::print::{self, Unprinted, CLOSED_CODE};
+use crate::progress::end_cleanly;
 use anyhow::Result;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
@@ -30,7 +32,8 @@ const CODES: &str = "\
 Exit codes:
   0    done
   2    bad input, or something cannot be read or written; what and where is on standard error, with the cure
-  130  ended by Ctrl-C, SIGTERM or SIGHUP; what is written is whole
+  3    a campaign is read but cannot be judged; its answer says why
+  129  ended by SIGHUP, 130 by Ctrl-C, 143 by SIGTERM; what is written is whole
   141  nobody reads the answer any more, as behind `| head`
 
 `touchdown COMMAND --help` has examples.";
@@ -126,7 +129,9 @@ impl Command {
 
 /// Runs the command line; exit code 2 for bad input.
 pub fn main() -> ExitCode {
-    command(Cli::parse()).unwrap_or_else(|e| {
+    let command_line = Cli::parse();
+    end_cleanly();
+    command(command_line).unwrap_or_else(|e| {
         if e.downcast_ref::<Unprinted>().is_some_and(Unprinted::is_closed) {
             return ExitCode::from(CLOSED_CODE);
         }

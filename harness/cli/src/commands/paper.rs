@@ -1,7 +1,7 @@
 //! `touchdown paper`.
 
 use crate::print;
-use anyhow::{anyhow, Context, Result};
+use anyhow::{anyhow, Result};
 use chart::{Chart, Page, Style};
 use estimate::paper::{contactor_table, drop, repeat, AGREED, MASS, SPEED};
 use std::path::PathBuf;
@@ -70,7 +70,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         .paragraph("The paper prints the estimated stiffness as 2270 N/m beside a calculated 19300 N/mm. In N/m the bar would sink deeper than it falls; in N/mm peak and duration are those of an impact.")
         .table(&h.iter().map(String::as_str).collect::<Vec<_>>(), &rows);
     let path = a.out.join("report.html");
-    output::write(&path, page.html().as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))?;
+    crate::place::write(&a.out, "paper", &[("report.html", page.html().as_bytes())])?;
     print::beside(&format!("{estimation}\n{contactor}\npictures: {}\n", path.display()));
     Ok(ExitCode::SUCCESS)
 }

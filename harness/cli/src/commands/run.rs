@@ -1,8 +1,9 @@
 //! `touchdown run`.
 
 use super::form::Form;
+use crate::place;
 use crate::print;
-use crate::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
+use crate::progress::{catch_interrupts, hand_out, interrupted, interrupted_code, Progress};
 use anyhow::{Context, Result};
 use report::run::{page, Done};
 use scenario::{simulate, table, Case, Outcome, Scenario, Source, Through};
@@ -75,6 +76,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         }
     }
     drop(progress);
+    hand_out();
     let cut = interrupted() && (outcomes.len() < cases.len() || outcomes.last().is_some_and(|o| o.1.interrupted));
     let title = a.scenario.file_stem().map_or(String::from("run"), |n| n.to_string_lossy().into_owned());
     let done: Vec<Done> =
@@ -91,10 +93,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     if a.parquet {
         out.push(("results.parquet", rows.parquet().context("results.parquet: cannot be made")?));
     }
-    for (name, bytes) in &out {
-        let path = a.out.join(name);
-        output::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))?;
-    }
+    let out: Vec<(&str, &[u8])> = out.iter().map(|(name, bytes)| (*name, bytes.as_slice())).collect();
+    place::write(&a.out, "run", &out)?;
     let words = |summary: &report::run::Summary| {
         let mut lines = report::run::lines(&done, summary);
         lines.push(format!("pictures: {}", a.out.join("report.html").display()));
@@ -104,5 +104,5 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         lines.join("\n") + "\n"
     };
     print::beside(&a.form.of(&summary, words)?);
-    Ok(if cut { ExitCode::from(INTERRUPTED_CODE) } else { ExitCode::SUCCESS })
+    Ok(if cut { interrupted_code() } else { ExitCode::SUCCESS })
 }

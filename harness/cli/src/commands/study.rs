@@ -3,7 +3,7 @@
 use crate::print;
 use crate::progress::Progress;
 use crate::study::coupling;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -44,15 +44,14 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     drop(progress);
     let table = study.markdown();
     let json = serde_json::to_string_pretty(&study)? + "\n";
-    for (name, text) in [
-        ("coupling.md", &table),
-        ("coupling.csv", &study.csv()),
-        ("coupling.json", &json),
-        ("coupling.svg", &study.picture()),
-    ] {
-        let path = out.join(name);
-        output::write(&path, text.as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))?;
-    }
+    let (csv, picture) = (study.csv(), study.picture());
+    let files = [
+        ("coupling.md", table.as_bytes()),
+        ("coupling.csv", csv.as_bytes()),
+        ("coupling.json", json.as_bytes()),
+        ("coupling.svg", picture.as_bytes()),
+    ];
+    crate::place::write(out, "study", &files)?;
     print::beside(&table);
     Ok(ExitCode::SUCCESS)
 }

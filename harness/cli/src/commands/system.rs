@@ -1,14 +1,17 @@
 //! `touchdown run` on a system of FMUs, and `touchdown export-ssp`.
 
 use super::form::Form;
+use crate::place;
 use crate::print;
-use crate::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
+use crate::progress::{catch_interrupts, hand_out, interrupted, interrupted_code, Progress};
 use anyhow::{Context, Result};
 use host::master::{build, export_ssp, run as step, Sink, System};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Runs a system file or an SSP archive: results.csv (or .parquet) while it runs, log.txt, summary.json.
+/// Runs a system file or an SSP archive: results.csv (or .parquet), log.txt, summary.json. Rows are in
+/// results.partial.csv.part while it runs, and in results.partial.csv where it ends with an error; the answer before stays
+/// then.
 pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCode> {
     let s = System::load(path)?;
     let mut b = build(&s)?;
@@ -16,10 +19,14 @@ pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCod
         print::warning(n);
     }
     catch_interrupts();
-    let name = if parquet || b.parquet { "results.parquet" } else { "results.csv" };
+    let (name, partial) = match parquet || b.parquet {
+        true => ("results.parquet", "results.partial.parquet"),
+        false => ("results.csv", "results.partial.csv"),
+    };
+    let rows = out.join(partial);
     let mut head: Vec<String> = vec!["time [s]".into()];
     head.extend(b.columns.iter().map(|c| c.head.clone()));
-    let mut sink = Sink::new(&out.join(name), &head, parquet || b.parquet)?;
+    let mut sink = Sink::new(&rows, &head, parquet || b.parquet)?;
     let whole = 1000u64;
     let progress = Progress::new("run", whole);
     let (start, stop) = (b.options.start, b.options.stop);
@@ -45,6 +52,7 @@ pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCod
         Ok(!interrupted())
     });
     drop(progress);
+    hand_out();
     // what was computed stays, whatever came between
     sink.finish()?;
     let mut log = String::new();
@@ -53,12 +61,11 @@ pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCod
             log += &format!("{}: {line}\n", p.name);
         }
     }
-    if !log.is_empty() {
-        let path = out.join("log.txt");
-        output::write(&path, log.as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))?;
+    if done.is_err() && !log.is_empty() {
+        let path = out.join("log.partial.txt");
+        output::write(&path, log.as_bytes()).with_context(|| place::unwritten(&path))?;
     }
-    let done =
-        done.with_context(|| format!("{}: the results so far are in {}", path.display(), out.join(name).display()))?;
+    let done = done.with_context(|| format!("{}: the results so far are in {}", path.display(), rows.display()))?;
     let summary = serde_json::json!({
         "system": s.title(),
         "order": b.network.stepping_order(),
@@ -71,9 +78,16 @@ pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCod
         "energy_made_up": done.created,
         "notes": b.notes,
     });
-    let file = out.join("summary.json");
     let text = serde_json::to_string_pretty(&summary)? + "\n";
-    output::write(&file, text.as_bytes()).with_context(|| format!("{}: cannot be written", file.display()))?;
+    let written = output::Answer::begin(out, "run").and_then(|mut a| {
+        a.take(&rows, name);
+        if !log.is_empty() {
+            a.write("log.txt", log.as_bytes())?;
+        }
+        a.write("summary.json", text.as_bytes())?;
+        a.commit()
+    });
+    place::tell(out, &written.with_context(|| place::unwritten(out))?);
     let words = |_: &serde_json::Value| {
         let mut said = format!(
             "{}: to {} s in {} macro-steps ({} taken back), {} calls of fmi2DoStep, order {}\n",
@@ -97,7 +111,7 @@ pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCod
         said
     };
     print::beside(&form.of(&summary, words)?);
-    Ok(if done.interrupted { ExitCode::from(INTERRUPTED_CODE) } else { ExitCode::SUCCESS })
+    Ok(if done.interrupted { interrupted_code() } else { ExitCode::SUCCESS })
 }
 
 const EXAMPLES: &str = "Examples:

@@ -113,7 +113,7 @@ fn recording_is_selective_and_parquet_holds_the_same_rows() {
     let reader = parquet::file::serialized_reader::SerializedFileReader::new(file).unwrap();
     use parquet::file::reader::FileReader;
     assert_eq!(reader.metadata().file_metadata().num_rows() as usize, rows);
-    assert!(!out.join("results.parquet.part").exists());
+    assert!(!out.join("results.partial.parquet").exists());
 }
 
 #[test]
@@ -216,7 +216,7 @@ fn ctrl_c_keeps_what_was_computed() {
         .spawn()
         .unwrap();
     // results grow while it runs; a generous wait, for the sake of a busy machine, that only a failure exhausts
-    let part = out.join("results.csv.part");
+    let part = out.join("results.partial.csv.part");
     let patience = Instant::now() + Duration::from_secs(120);
     while std::fs::metadata(&part).map_or(0, |m| m.len()) < 20_000 {
         assert!(Instant::now() < patience, "no results while it runs");

@@ -3,6 +3,7 @@
 use super::{handed, page};
 use diagnose::heldout::HeldOut;
 use diagnose::run::Outcome;
+use output::{Answer, Committed};
 use record::{Campaign, Channel, Recording};
 use std::fmt::Write;
 use std::path::Path;
@@ -27,15 +28,15 @@ fn csv(r: &Recording, y: &[Vec<f64>; 3]) -> String {
     s
 }
 
-fn predictions(c: &Campaign, h: &HeldOut, dir: &Path) -> std::io::Result<()> {
+fn predictions(c: &Campaign, h: &HeldOut, answer: &Answer, folder: &str) -> std::io::Result<()> {
     for (r, y) in c.recordings.iter().zip(h.predictions.of_every_sample()) {
-        output::write(&dir.join(&r.file), csv(r, y).as_bytes())?;
+        answer.write(&format!("{folder}/{}", r.file), csv(r, y).as_bytes())?;
     }
     Ok(())
 }
 
 /// latent_force/<recording>.csv: time, d, and the ends of its 95 % band.
-fn latent(o: &Outcome, dir: &Path) -> std::io::Result<()> {
+fn latent(o: &Outcome, answer: &Answer) -> std::io::Result<()> {
     let Some(l) = &o.findings.latent else { return Ok(()) };
     let u = l.place.unit();
     for r in &l.records {
@@ -43,14 +44,14 @@ fn latent(o: &Outcome, dir: &Path) -> std::io::Result<()> {
         for ((t, f), b) in r.time.iter().zip(&r.force).zip(&r.band) {
             s += &format!("{t:e},{f:e},{:e},{:e}\n", f - b, f + b);
         }
-        output::write(&dir.join(&r.file), s.as_bytes())?;
+        answer.write(&format!("latent_force/{}", r.file), s.as_bytes())?;
     }
     Ok(())
 }
 
 /// without_clipping/<recording>.csv: the clipped channel as its chain would have read it without a limit, a row for each
 /// of the file's.
-fn unclipped(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
+fn unclipped(c: &Campaign, o: &Outcome, answer: &Answer) -> std::io::Result<()> {
     let Some((channel, list)) = &o.findings.unclipped else { return Ok(()) };
     for u in list {
         let Some(r) = c.recordings.iter().find(|r| r.file == u.file) else { continue };
@@ -60,7 +61,7 @@ fn unclipped(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
         for row in r.rows.iter() {
             s += &format!("{:e},{:e}\n", row.time / t.to_si, u.curve[r.judged_sample_of(&row)] / y.to_si);
         }
-        output::write(&dir.join(&u.file), s.as_bytes())?;
+        answer.write(&format!("without_clipping/{}", u.file), s.as_bytes())?;
     }
     Ok(())
 }
@@ -86,25 +87,24 @@ pub fn check_folder(dir: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Writes everything to `dir`, which appears whole or stays as it was.
+/// Writes everything to `dir`, which appears whole or stays as it was; `input` is the hash of all that the answer depends on.
 ///
 /// # Errors
 /// As the file system gives them.
-pub fn write(c: &Campaign, o: &Outcome, dir: &Path) -> std::io::Result<()> {
+pub fn write(c: &Campaign, o: &Outcome, dir: &Path, input: Option<String>) -> std::io::Result<Committed> {
     check_folder(dir)?;
-    output::folder(dir, |dir| {
-        if !o.before.predictions.judged.is_empty() {
-            predictions(c, &o.before, &dir.join("predictions/before"))?;
-            predictions(c, o.after.as_ref().unwrap_or(&o.before), &dir.join("predictions/after"))?;
-        }
-        latent(o, &dir.join("latent_force"))?;
-        unclipped(c, o, &dir.join("without_clipping"))?;
-        if let Ok(e) = &o.element {
-            let fmu = e.fmu(handed::label(c, o, e)).map_err(|e| std::io::Error::other(format!("{e:#}")))?;
-            output::write(&dir.join("HysteresisContact.fmu"), &fmu)?;
-        }
-        output::write(&dir.join("report.html"), page::html(c, o).as_bytes())?;
-        let verdict = o.verdict.json().map_err(std::io::Error::other)?;
-        output::write(&dir.join("verdict.json"), verdict.as_bytes())
-    })
+    let answer = Answer::begin(dir, "diagnose")?.of_input(input);
+    if !o.before.predictions.judged.is_empty() {
+        predictions(c, &o.before, &answer, "predictions/before")?;
+        predictions(c, o.after.as_ref().unwrap_or(&o.before), &answer, "predictions/after")?;
+    }
+    latent(o, &answer)?;
+    unclipped(c, o, &answer)?;
+    if let Ok(e) = &o.element {
+        let fmu = e.fmu(handed::label(c, o, e)).map_err(|e| std::io::Error::other(format!("{e:#}")))?;
+        answer.write("HysteresisContact.fmu", &fmu)?;
+    }
+    answer.write("report.html", page::html(c, o).as_bytes())?;
+    answer.write("verdict.json", o.verdict.json().map_err(std::io::Error::other)?.as_bytes())?;
+    answer.commit()
 }

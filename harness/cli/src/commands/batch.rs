@@ -1,0 +1,88 @@
+//! What became of the campaigns of one call.
+
+use crate::progress::interrupted_code;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Exit code where a campaign is read but cannot be judged.
+const UNJUDGED_CODE: u8 = 3;
+
+/// Campaigns by what became of them, by folder.
+#[derive(Debug, Default)]
+pub struct Batch {
+    pub finished: Vec<String>,
+    /// Those with an answer from before that still holds.
+    pub up_to_date: Vec<String>,
+    /// Those whose answer says why they cannot be judged.
+    pub unjudged: Vec<String>,
+    /// Those that are bad input, or whose answer cannot be written; told as errors.
+    pub failed: Vec<String>,
+    /// The one that was under way when the user ended the command, and those not begun.
+    pub left: Vec<String>,
+}
+
+impl Batch {
+    /// Which campaigns came to what, a line each; nothing of a single one.
+    pub fn summary(&self) -> String {
+        let kinds = [
+            ("finished", &self.finished),
+            ("up to date", &self.up_to_date),
+            ("cannot be judged", &self.unjudged),
+            ("failed", &self.failed),
+            ("not finished", &self.left),
+        ];
+        if kinds.iter().map(|(_, all)| all.len()).sum::<usize>() < 2 && self.up_to_date.is_empty() {
+            return String::new();
+        }
+        let line = |(kind, all): &(&str, &Vec<String>)| format!("{kind}: {} ({})\n", all.len(), all.join(", "));
+        kinds.iter().filter(|(_, all)| !all.is_empty()).map(line).collect()
+    }
+
+    /// What a command that was ended leaves in `out`.
+    pub fn unfinished(&self, out: &Path) -> String {
+        let Some((first, others)) = self.left.split_first() else { return String::new() };
+        let mut text = format!("interrupted: {first} is not finished, nothing of it is written");
+        if !others.is_empty() {
+            text += &format!("\nnot begun: {}", others.join(", "));
+        }
+        match self.finished.len() + self.up_to_date.len() + self.unjudged.len() {
+            0 => {}
+            1 => text += &format!("\nfinished and whole in {}: 1 campaign", out.display()),
+            n => text += &format!("\nfinished and whole in {}: {n} campaigns", out.display()),
+        }
+        text
+    }
+
+    /// The exit code: that of the signal, of what failed, of what cannot be judged, or 0.
+    pub fn exit_code(&self) -> ExitCode {
+        match self {
+            b if !b.left.is_empty() => interrupted_code(),
+            b if !b.failed.is_empty() => ExitCode::from(2),
+            b if !b.unjudged.is_empty() => ExitCode::from(UNJUDGED_CODE),
+            _ => ExitCode::SUCCESS,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(names: &[&str]) -> Vec<String> {
+        names.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn a_batch_says_what_came_of_every_campaign() {
+        let b = Batch { finished: of(&["a", "b"]), failed: of(&["c"]), ..Batch::default() };
+        assert_eq!(b.summary(), "finished: 2 (a, b)\nfailed: 1 (c)\n");
+        assert_eq!(format!("{:?}", b.exit_code()), format!("{:?}", ExitCode::from(2)));
+    }
+
+    #[test]
+    fn of_a_single_campaign_its_answer_is_enough() {
+        let b = Batch { unjudged: of(&["a"]), ..Batch::default() };
+        assert_eq!(b.summary(), "");
+        assert_eq!(format!("{:?}", b.exit_code()), format!("{:?}", ExitCode::from(3)));
+    }
+}
