@@ -10,6 +10,8 @@ const FEWEST: usize = 16;
 const PAUSE: f64 = 5.0;
 /// Samples in a row that have to read as much: a spike is no impact.
 const IN_A_ROW: usize = 3;
+/// Largest reading in SI: no instrument reads more, and powers of more leave the range of a double.
+pub const LARGEST: f64 = 1e30;
 
 /// What a file holds, SI.
 #[derive(Debug)]
@@ -234,10 +236,16 @@ impl Table {
             };
             let line = row.position().map_or(0, |p| p.line() as usize);
             let texts = || fields.iter().map(|f| row.get(*f).unwrap_or_default());
-            let si = |(text, c): (&str, &Column)| Some(text.parse::<f64>().ok()? * c.to_si).filter(|v| v.is_finite());
+            let number = |text: &str| text.parse::<f64>().ok().filter(|v| v.is_finite());
+            let si = |(text, c): (&str, &Column)| Some(number(text)? * c.to_si).filter(|v| v.abs() <= LARGEST);
             let cells: Vec<Option<f64>> = texts().zip(&columns).map(si).collect();
             for (c, (cell, v)) in columns.iter().zip(texts().zip(&cells)) {
                 match v {
+                    None if number(cell).is_some() => {
+                        let what = || format!("{} holds {cell} {}, beyond {LARGEST:e} in SI", c.name, c.unit);
+                        let cure = "correct the number, or the unit in the header";
+                        faults.add(Section::Units, &c.name, line, what, cure);
+                    }
                     None => {
                         let what = || format!("{} holds {cell:?}, not a finite number", c.name);
                         faults.add(
@@ -564,6 +572,20 @@ mod tests {
         assert_eq!(names, ["time", "force", "penetration"]);
         let e = read_text(&text(&|_| 0.5), Kind::DropTest).unwrap_err();
         assert!(e[0].what.starts_with("closed holds \"0.5\", neither 0 nor 1"));
+    }
+
+    #[test]
+    fn a_number_that_its_unit_carries_beyond_any_reading_is_refused_with_line_and_cure() {
+        let rows = |at: &str| -> String {
+            (0..20).map(|i| format!("{i},{}\n", if i == 7 || i == 9 { at } else { "1" })).collect()
+        };
+        for (unit, number) in [("kN", "1e308"), ("kN", "-1e308"), ("N", "1.7e308"), ("N", "1.1e30")] {
+            let e = read_text(&format!("time [s],force [{unit}]\n{}", rows(number)), Kind::DropTest).unwrap_err();
+            assert_eq!((e.len(), e[0].line), (1, 9), "{e:?}");
+            assert_eq!(e[0].what, format!("force holds {number} {unit}, beyond 1e30 in SI, and so does 1 row more"));
+            assert_eq!(e[0].cure, "correct the number, or the unit in the header");
+        }
+        assert!(read_text(&format!("time [s],force [N]\n{}", rows("1e30")), Kind::DropTest).is_ok());
     }
 
     #[test]
