@@ -118,8 +118,12 @@ pub fn from_bytes(b: &[u8]) -> Result<State, &'static str> {
         number(own, n - 8)
     };
     let mut settings = Settings::default();
+    let mut kept = true;
     for i in 0..PARAMETERS {
-        settings.set(i, take());
+        let value = take();
+        settings.set(i, value);
+        // a choice keeps whole numbers alone
+        kept = kept && settings.get(i).to_bits() == value.to_bits();
     }
     let mut memory = Memory { deepest: take(), released: take(), work: take(), stored: take(), ..Memory::default() };
     for f in &mut memory.relaxation {
@@ -135,7 +139,7 @@ pub fn from_bytes(b: &[u8]) -> Result<State, &'static str> {
         acceleration: take(),
         step: take(),
     };
-    if s.is_sound() {
+    if kept && s.is_sound() {
         Ok(s)
     } else {
         Err("of a state that no instance can be in")
