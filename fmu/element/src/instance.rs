@@ -448,7 +448,10 @@ impl Instance {
         let memory = if held { s.memory } else { law.advance(&s.memory, from[0], from[1], to[0], to[1], step) };
         let force = law.force(&memory, to[0], to[1]);
         if !(force.is_finite() && memory.is_finite()) {
-            let message = format!("at penetration {} m, velocity {} m/s force is {} N, work {} J", to[0], to[1], force, memory.work);
+            let message = format!(
+                "at penetration {} m, velocity {} m/s force is {} N, work {} J",
+                to[0], to[1], force, memory.work
+            );
             return Err(Refusal::Discard(message));
         }
         s.memory = memory;

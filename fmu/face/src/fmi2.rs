@@ -568,9 +568,7 @@ unsafe fn set_reals<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, value
 /// As [the module](self) says of `c`; `vr` is null or points to `n` references, `values` is null or to `n`
 /// values.
 pub unsafe fn set_integer<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, values: *const c_int) -> Status {
-    call::<M>(c, |c| {
-        set_all(&mut c.model, Kind::Integer, slice(vr, n, "vr")?, slice(values, n, "value")?)
-    })
+    call::<M>(c, |c| set_all(&mut c.model, Kind::Integer, slice(vr, n, "vr")?, slice(values, n, "value")?))
 }
 
 /// fmi2SetBoolean.
@@ -579,9 +577,7 @@ pub unsafe fn set_integer<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize,
 /// As [the module](self) says of `c`; `vr` is null or points to `n` references, `values` is null or to `n`
 /// values.
 pub unsafe fn set_boolean<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, values: *const c_int) -> Status {
-    call::<M>(c, |c| {
-        set_all(&mut c.model, Kind::Boolean, slice(vr, n, "vr")?, slice(values, n, "value")?)
-    })
+    call::<M>(c, |c| set_all(&mut c.model, Kind::Boolean, slice(vr, n, "vr")?, slice(values, n, "value")?))
 }
 
 /// fmi2SetString: no model has any.
@@ -685,7 +681,11 @@ pub unsafe fn serialize_fmu_state<M: Model>(c: *mut c_void, p: *mut c_void, byte
     call::<M>(c, |_| {
         let k = kept::<M>(p)?;
         if bytes.is_null() || size < M::LAYOUT.length {
-            return Err(Refusal::Error(format!("serializedState is null or {} bytes: give {}", size, M::LAYOUT.length)));
+            return Err(Refusal::Error(format!(
+                "serializedState is null or {} bytes: give {}",
+                size,
+                M::LAYOUT.length
+            )));
         }
         M::write(&k.state, slice_mut(bytes, M::LAYOUT.length, "serializedState")?);
         Ok(())

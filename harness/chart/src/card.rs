@@ -1,6 +1,6 @@
 //! The card on top of a diagnosis: what is wrong, how sure that is, what it does, what to do next.
 
-use super::page::{told, tight, LEAD};
+use super::page::{tight, told, LEAD};
 
 /// A cause and its probability.
 pub struct Chance {

@@ -70,7 +70,10 @@ mod tests {
     #[test]
     fn noise_has_no_colour_and_what_stands_out_has_all() {
         assert_eq!((shade(1.0), shade(50.0), shade(f64::MAX)), (0.0, 1.0, 1.0));
-        let h = Heat::new("a < b", &["force\nloading".into()]).row("0.1 m", &[Some(3.25)]).row("x", &[None, Some(f64::NAN)]).html();
+        let h = Heat::new("a < b", &["force\nloading".into()])
+            .row("0.1 m", &[Some(3.25)])
+            .row("x", &[None, Some(f64::NAN)])
+            .html();
         assert!(
             h.contains("a &lt; b") && h.contains(">3.2<") && h.matches("<td").count() == 4 && h.contains("force<br>")
         );

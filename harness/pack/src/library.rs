@@ -42,7 +42,8 @@ impl Model {
     /// Where it is not there: says where it was looked for.
     pub fn built_library(&self) -> Result<Binary> {
         let path = self.built_path()?;
-        let bytes = input::bytes(&path, input::LIBRARY).with_context(|| format!("{}: cannot be read", path.display()))?;
+        let bytes =
+            input::bytes(&path, input::LIBRARY).with_context(|| format!("{}: cannot be read", path.display()))?;
         Ok(Binary { platform: "linux64".into(), bytes })
     }
 
@@ -123,7 +124,8 @@ impl Model {
             let path = folder.join(platform).join(self.library_name(platform)?);
             let Ok(made) = std::fs::metadata(&path).and_then(|m| m.modified()) else { continue };
             if since.is_none_or(|s| made >= s) {
-                let bytes = input::bytes(&path, input::LIBRARY).with_context(|| format!("{}: cannot be read", path.display()))?;
+                let bytes = input::bytes(&path, input::LIBRARY)
+                    .with_context(|| format!("{}: cannot be read", path.display()))?;
                 found.push(Binary { platform: platform.into(), bytes });
             }
         }
@@ -153,7 +155,8 @@ impl Model {
         let said = String::from_utf8_lossy(&done.stdout);
         let read = |p: &str| {
             let path = root.join("target/platforms").join(p).join(self.library_name(p)?);
-            let bytes = input::bytes(&path, input::LIBRARY).with_context(|| format!("{}: cannot be read", path.display()))?;
+            let bytes =
+                input::bytes(&path, input::LIBRARY).with_context(|| format!("{}: cannot be read", path.display()))?;
             Ok(Binary { platform: p.into(), bytes })
         };
         said.split_whitespace().map(read).collect()
