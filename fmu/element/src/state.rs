@@ -1,7 +1,7 @@
 //! The whole state of an instance, and its bytes.
 
-use crate::variables::{Settings, PARAMETERS};
-use face::bytes::{number, seal, unseal};
+use crate::variables::{Settings, MODEL, PARAMETERS};
+use face::bytes::{number, Layout, HEADER};
 use face::{Life, Phase};
 use law::{Memory, BRANCHES};
 
@@ -40,22 +40,43 @@ impl State {
             step: 0.0,
         }
     }
+
+    /// Whether an instance can be in it: every number finite that has to be, every parameter within its range where it
+    /// is past initialization.
+    fn is_sound(&self) -> bool {
+        let finite = |numbers: &[f64]| numbers.iter().all(|v| v.is_finite());
+        let m = &self.memory;
+        let set = (0..PARAMETERS).all(|i| self.settings.get(i).is_finite());
+        let stepping = matches!(self.life.phase, Phase::Stepping | Phase::Terminated);
+        self.life.is_sound(2)
+            && set
+            && (!stepping || self.settings.validate().is_ok())
+            && finite(&[m.deepest, m.released, m.work, m.stored])
+            && m.deepest >= 0.0
+            && finite(&m.relaxation)
+            && finite(&self.input)
+            && self.slope.iter().all(|v| !v.is_infinite())
+            && finite(&self.last)
+            && self.acceleration.is_finite()
+            && self.step.is_finite()
+            && self.step >= 0.0
+    }
 }
 
-const MAGIC: [u8; 8] = *b"tdstate2";
 const NUMBERS: usize = PARAMETERS + 4 + BRANCHES + 10;
-/// Length of a state in bytes: magic, phase, refused, numbers, checksum; the same on every platform.
-pub const BYTES: usize = 8 + 2 + 8 * NUMBERS + 8;
+/// What the bytes of a state look like: phase, inputs refused, numbers; the same on every platform.
+pub const LAYOUT: Layout = Layout::new(MODEL, 3, 2 + 8 * NUMBERS);
+/// Length of a state in bytes.
+pub const BYTES: usize = LAYOUT.length;
 
 /// The state as bytes, little endian.
 pub fn to_bytes(s: &State) -> [u8; BYTES] {
     let mut o = [0u8; BYTES];
-    let mut n = 0;
+    let mut n = HEADER;
     let mut put = |b: &[u8]| {
         o[n..n + b.len()].copy_from_slice(b);
         n += b.len();
     };
-    put(&MAGIC);
     let life = &s.life;
     put(&[life.phase as u8, life.refused]);
     for i in 0..PARAMETERS {
@@ -80,32 +101,36 @@ pub fn to_bytes(s: &State) -> [u8; BYTES] {
     for v in rest {
         put(&v.to_le_bytes());
     }
-    seal(&mut o);
+    LAYOUT.seal(&mut o);
     o
 }
 
 /// The state of bytes that [`to_bytes`] wrote.
 ///
 /// # Errors
-/// What is wrong with them.
+/// What is wrong with them, or with the state that they hold.
 pub fn from_bytes(b: &[u8]) -> Result<State, &'static str> {
-    unseal(b, BYTES, MAGIC)?;
-    let phase = Phase::from_byte(b[8]).ok_or("of no known phase")?;
-    let mut n = 10;
+    let own = LAYOUT.unseal(b)?;
+    let phase = Phase::from_byte(own[0]).ok_or("of no known phase")?;
+    let mut n = 2;
     let mut take = || {
         n += 8;
-        number(b, n - 8)
+        number(own, n - 8)
     };
     let mut settings = Settings::default();
+    let mut kept = true;
     for i in 0..PARAMETERS {
-        settings.set(i, take());
+        let value = take();
+        settings.set(i, value);
+        // a choice keeps whole numbers alone
+        kept = kept && settings.get(i).to_bits() == value.to_bits();
     }
     let mut memory = Memory { deepest: take(), released: take(), work: take(), stored: take(), ..Memory::default() };
     for f in &mut memory.relaxation {
         *f = take();
     }
-    Ok(State {
-        life: Life { phase, time: take(), stop: take(), refused: b[9] },
+    let s = State {
+        life: Life { phase, time: take(), stop: take(), refused: own[1] },
         settings,
         memory,
         input: [take(), take()],
@@ -113,15 +138,20 @@ pub fn from_bytes(b: &[u8]) -> Result<State, &'static str> {
         last: [take(), take()],
         acceleration: take(),
         step: take(),
-    })
+    };
+    if kept && s.is_sound() {
+        Ok(s)
+    } else {
+        Err("of a state that no instance can be in")
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn bytes_round_trip_and_damage_is_found() {
+    /// A state with something in every place.
+    fn some() -> State {
         let mut s = State::new(Settings::default());
         s.life.phase = Phase::Stepping;
         s.memory.relaxation = [1.0, 2.0, 3.0];
@@ -129,6 +159,12 @@ mod tests {
         s.slope = [4.0, 5.0];
         s.life.time = 7.0;
         s.life.refused = 2;
+        s
+    }
+
+    #[test]
+    fn bytes_round_trip_and_damage_is_found() {
+        let s = some();
         let b = to_bytes(&s);
         assert_eq!(from_bytes(&b), Ok(s));
         for i in 0..BYTES {
@@ -137,5 +173,35 @@ mod tests {
             assert!(from_bytes(&c).is_err(), "byte {}", i);
         }
         assert!(from_bytes(&b[1..]).is_err());
+        assert_eq!(&b[8..40], b"HysteresisContact\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0");
+    }
+
+    #[test]
+    fn a_state_that_no_instance_can_be_in_is_refused_although_its_checksum_is_right() {
+        type Change = fn(&mut State);
+        let changes: [Change; 12] = [
+            |s| s.life.time = f64::NAN,
+            |s| s.life.stop = f64::NAN,
+            |s| s.life.refused = 4,
+            |s| s.memory.stored = f64::INFINITY,
+            |s| s.memory.deepest = -1.0,
+            |s| s.memory.relaxation[2] = f64::NAN,
+            |s| s.input[1] = f64::NAN,
+            |s| s.last[0] = f64::NEG_INFINITY,
+            |s| s.slope[0] = f64::INFINITY,
+            |s| s.step = -1.0,
+            |s| s.acceleration = f64::NAN,
+            |s| s.settings.set(0, -1.0),
+        ];
+        for (i, change) in changes.iter().enumerate() {
+            let mut s = some();
+            change(&mut s);
+            assert_eq!(from_bytes(&to_bytes(&s)), Err("of a state that no instance can be in"), "change {}", i);
+        }
+        // before initialization has ended a parameter may still be out of its range
+        let mut s = some();
+        s.life.phase = Phase::Initialization;
+        s.settings.set(0, -1.0);
+        assert_eq!(from_bytes(&to_bytes(&s)), Ok(s));
     }
 }

@@ -11,7 +11,6 @@
 //! returned for the same model and that [`free_instance`] has not freed, and no other thread calls it meanwhile. A null
 //! pointer and an unknown component get fmi2Error.
 
-use crate::bytes::checksum;
 use crate::life::{Outcome, Refusal};
 use crate::model::{Kind, Model};
 use std::any::Any;
@@ -86,12 +85,12 @@ struct Kept<S> {
     state: S,
 }
 
-/// First bytes of a model's components and of its kept states: another model's are foreign.
+/// First bytes of a model's components and of its kept states: another model's, and another version's, are foreign.
 struct Magic<M>(std::marker::PhantomData<M>);
 
 impl<M: Model> Magic<M> {
-    const COMPONENT: u64 = 0x746f_7563_6864_776e ^ checksum(M::NAME.as_bytes());
-    const STATE: u64 = 0x6b65_7074_5f73_7461 ^ checksum(M::NAME.as_bytes());
+    const COMPONENT: u64 = 0x746f_7563_6864_776e ^ M::LAYOUT.mark();
+    const STATE: u64 = 0x6b65_7074_5f73_7461 ^ M::LAYOUT.mark();
 }
 
 /// Who is called to log, all of it owned: nothing of an instance is borrowed while a host's logger runs.
@@ -240,15 +239,14 @@ unsafe fn target<'a, T>(p: *mut T, what: &str) -> Outcome<&'a mut T> {
     p.as_mut().ok_or_else(|| Refusal::Error(format!("{} is null", what)))
 }
 
-/// Sets values one by one; where one is refused, those before it are undone.
-#[inline(never)]
-fn set_all<M: Model>(m: &mut M, kind: Kind, references: &[c_uint], values: impl Iterator<Item = f64>) -> Outcome<()> {
-    if references.len() == 1 {
-        return values.take(1).try_for_each(|value| m.set(references[0], kind, value));
+/// Does `one` for each of `n` entries; where one is refused, those before it are undone.
+fn all_or_none<M: Model>(m: &mut M, n: usize, mut one: impl FnMut(&mut M, usize) -> Outcome<()>) -> Outcome<()> {
+    if n == 1 {
+        return one(m, 0);
     }
     let before = m.clone();
-    for (r, value) in references.iter().zip(values) {
-        if let Err(e) = m.set(*r, kind, value) {
+    for i in 0..n {
+        if let Err(e) = one(m, i) {
             let refused = m.life().refused;
             *m = before;
             m.life_mut().refused = refused;
@@ -256,6 +254,24 @@ fn set_all<M: Model>(m: &mut M, kind: Kind, references: &[c_uint], values: impl 
         }
     }
     Ok(())
+}
+
+/// Sets values, all or none.
+#[inline(never)]
+fn set_all<M: Model, T: Copy + Into<f64>>(m: &mut M, kind: Kind, references: &[c_uint], values: &[T]) -> Outcome<()> {
+    all_or_none(m, references.len(), |m, i| m.set(references[i], kind, values[i].into()))
+}
+
+/// A number that a host may be given.
+///
+/// # Errors
+/// Discard where it is not finite; `what` says what it is.
+fn finite(value: f64, what: impl FnOnce() -> String) -> Outcome<f64> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(Refusal::Discard(format!("{} is {}: the inputs or parameters are too large for it", what(), value)))
+    }
 }
 
 /// fmi2GetTypesPlatform.
@@ -456,7 +472,7 @@ unsafe fn get_reals<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, value
     call::<M>(c, |c| {
         let (references, values) = (slice(vr, n, "vr")?, slice_mut(values, n, "value")?);
         for (r, value) in references.iter().zip(values) {
-            *value = c.model.get(*r, Kind::Real)?;
+            *value = finite(c.model.get(*r, Kind::Real)?, || format!("the value of reference {}", r))?;
         }
         Ok(())
     })
@@ -542,7 +558,7 @@ pub unsafe fn set_real<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, va
 unsafe fn set_reals<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, values: *const f64) -> Status {
     call::<M>(c, |c| {
         let (references, values) = (slice(vr, n, "vr")?, slice(values, n, "value")?);
-        set_all(&mut c.model, Kind::Real, references, values.iter().copied())
+        set_all(&mut c.model, Kind::Real, references, values)
     })
 }
 
@@ -552,10 +568,7 @@ unsafe fn set_reals<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, value
 /// As [the module](self) says of `c`; `vr` is null or points to `n` references, `values` is null or to `n`
 /// values.
 pub unsafe fn set_integer<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, values: *const c_int) -> Status {
-    call::<M>(c, |c| {
-        let values = slice(values, n, "value")?.iter().map(|v| f64::from(*v));
-        set_all(&mut c.model, Kind::Integer, slice(vr, n, "vr")?, values)
-    })
+    call::<M>(c, |c| set_all(&mut c.model, Kind::Integer, slice(vr, n, "vr")?, slice(values, n, "value")?))
 }
 
 /// fmi2SetBoolean.
@@ -564,10 +577,7 @@ pub unsafe fn set_integer<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize,
 /// As [the module](self) says of `c`; `vr` is null or points to `n` references, `values` is null or to `n`
 /// values.
 pub unsafe fn set_boolean<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, values: *const c_int) -> Status {
-    call::<M>(c, |c| {
-        let values = slice(values, n, "value")?.iter().map(|v| f64::from(*v));
-        set_all(&mut c.model, Kind::Boolean, slice(vr, n, "vr")?, values)
-    })
+    call::<M>(c, |c| set_all(&mut c.model, Kind::Boolean, slice(vr, n, "vr")?, slice(values, n, "value")?))
 }
 
 /// fmi2SetString: no model has any.
@@ -657,7 +667,7 @@ pub unsafe fn free_fmu_state<M: Model>(c: *mut c_void, p: *mut *mut c_void) -> S
 pub unsafe fn serialized_fmu_state_size<M: Model>(c: *mut c_void, p: *mut c_void, size: *mut usize) -> Status {
     call::<M>(c, |_| {
         kept::<M>(p)?;
-        *target(size, "size")? = M::STATE_BYTES;
+        *target(size, "size")? = M::LAYOUT.length;
         Ok(())
     })
 }
@@ -670,10 +680,14 @@ pub unsafe fn serialized_fmu_state_size<M: Model>(c: *mut c_void, p: *mut c_void
 pub unsafe fn serialize_fmu_state<M: Model>(c: *mut c_void, p: *mut c_void, bytes: *mut u8, size: usize) -> Status {
     call::<M>(c, |_| {
         let k = kept::<M>(p)?;
-        if bytes.is_null() || size < M::STATE_BYTES {
-            return Err(Refusal::Error(format!("serializedState is null or {} bytes: give {}", size, M::STATE_BYTES)));
+        if bytes.is_null() || size < M::LAYOUT.length {
+            return Err(Refusal::Error(format!(
+                "serializedState is null or {} bytes: give {}",
+                size,
+                M::LAYOUT.length
+            )));
         }
-        M::write(&k.state, slice_mut(bytes, M::STATE_BYTES, "serializedState")?);
+        M::write(&k.state, slice_mut(bytes, M::LAYOUT.length, "serializedState")?);
         Ok(())
     })
 }
@@ -719,7 +733,7 @@ pub unsafe fn get_directional_derivative<M: Model>(
             for (k, d) in known.iter().zip(seed) {
                 sum += c.model.directional(*u, *k)? * d;
             }
-            *value = sum;
+            *value = finite(sum, || format!("the directional derivative of reference {}", u))?;
         }
         Ok(())
     })
@@ -738,10 +752,8 @@ pub unsafe fn set_real_input_derivatives<M: Model>(
 ) -> Status {
     call::<M>(c, |c| {
         let (order, values) = (slice(order, n, "order")?, slice(values, n, "value")?);
-        for (i, r) in slice(vr, n, "vr")?.iter().enumerate() {
-            c.model.set_input_derivative(*r, order[i], values[i])?;
-        }
-        Ok(())
+        let references = slice(vr, n, "vr")?;
+        all_or_none(&mut c.model, n, |m, i| m.set_input_derivative(references[i], order[i], values[i]))
     })
 }
 
@@ -760,7 +772,8 @@ pub unsafe fn get_real_output_derivatives<M: Model>(
     call::<M>(c, |c| {
         let (order, values) = (slice(order, n, "order")?, slice_mut(values, n, "value")?);
         for (i, r) in slice(vr, n, "vr")?.iter().enumerate() {
-            values[i] = c.model.output_derivative(*r, order[i])?;
+            let rate = c.model.output_derivative(*r, order[i])?;
+            values[i] = finite(rate, || format!("the derivative of reference {}", r))?;
         }
         Ok(())
     })

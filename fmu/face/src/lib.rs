@@ -8,6 +8,8 @@
 //! nothing of the instance is borrowed.
 
 pub mod bytes;
+#[cfg(feature = "drive")]
+pub mod drive;
 mod export;
 pub mod fmi2;
 pub mod life;

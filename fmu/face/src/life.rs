@@ -107,7 +107,8 @@ impl Life {
     #[inline]
     pub fn step_is_good(&self, time: f64, step: f64) -> Outcome<()> {
         // nearly every step, without a maximum: what fits within the step's own tolerance fits within any
-        let near = (time - self.time).abs() <= TIME_TOLERANCE * step && time + step <= self.stop;
+        let end = time + step;
+        let near = (time - self.time).abs() <= TIME_TOLERANCE * step && end <= self.stop && end < f64::INFINITY;
         if self.phase == Phase::Stepping && step > 0.0 && step < f64::INFINITY && near {
             return Ok(());
         }
@@ -119,7 +120,8 @@ impl Life {
         self.require("fmi2DoStep", &[Phase::Stepping])?;
         let tolerance = TIME_TOLERANCE * time.abs().max(self.time.abs()).max(step);
         let good = step.is_finite() && step > 0.0 && time.is_finite();
-        if good && (time - self.time).abs() <= tolerance && time + step <= self.stop + tolerance {
+        let end = time + step;
+        if good && (time - self.time).abs() <= tolerance && end <= self.stop + tolerance && end < f64::INFINITY {
             return Ok(());
         }
         self.why_no_step(time, step, tolerance)
@@ -133,7 +135,12 @@ impl Life {
         if !time.is_finite() || (time - self.time).abs() > tolerance {
             return error(format!("currentCommunicationPoint is {} s, the instance stands at {} s", time, self.time));
         }
-        error(format!("a step to {} s leads past the stop time {} s", time + step, self.stop))
+        error(format!("a step to {} s leads past the stop time {} s, or past all numbers", time + step, self.stop))
+    }
+
+    /// Whether an instance can be in it, with the inputs refused among the first `inputs`.
+    pub fn is_sound(&self, inputs: u32) -> bool {
+        self.time.is_finite() && !self.stop.is_nan() && u32::from(self.refused) >> inputs == 0
     }
 }
 
@@ -157,6 +164,10 @@ mod tests {
         l.set_up(1.0, Some(2.0)).unwrap();
         l.phase = Phase::Stepping;
         assert!(l.set_up(1.0, None).is_err());
+        let endless = Life { phase: Phase::Stepping, time: 1e308, ..Life::default() };
+        assert!(endless.step_is_good(1e308, 1e308).is_err() && endless.step_is_good(1e308, 1e300).is_ok());
+        assert!(l.is_sound(0) && Life { refused: 2, ..l }.is_sound(2) && !Life { refused: 2, ..l }.is_sound(1));
+        assert!(!Life { time: f64::NAN, ..l }.is_sound(1) && !Life { stop: f64::NAN, ..l }.is_sound(1));
         for (time, step) in [(1.0, 1e-3), (1.0 + 1e-12, 1e-3), (1.0 + 1e-9, 1e-3), (1.0, 1.0 + 1e-9)] {
             assert_eq!(l.step_is_good(time, step), Ok(()), "{} {}", time, step);
         }

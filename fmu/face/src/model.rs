@@ -1,5 +1,6 @@
 //! What a model is to the interface.
 
+use crate::bytes::Layout;
 use crate::life::{error, Life, Outcome, Phase};
 use crate::start::GUID_LENGTH;
 
@@ -25,8 +26,8 @@ pub trait Model: Default + Clone {
     const NAME: &'static str;
     /// Log categories: warnings, discards, errors, and the model's own events.
     const LOG_CATEGORIES: [&'static str; 4];
-    /// Length of a state in bytes.
-    const STATE_BYTES: usize;
+    /// What the bytes of a state look like.
+    const LAYOUT: Layout;
 
     /// The GUID that a host has to give.
     fn guid() -> [u8; GUID_LENGTH];
@@ -34,12 +35,12 @@ pub trait Model: Default + Clone {
     fn state(&self) -> Self::State;
     /// Takes up a state that was kept.
     fn restore(&mut self, state: Self::State);
-    /// Writes a state into [`Model::STATE_BYTES`] bytes.
+    /// Writes a state into as many bytes as [`Model::LAYOUT`] has.
     fn write(state: &Self::State, bytes: &mut [u8]);
-    /// Reads a state that [`Model::write`] wrote.
+    /// Reads a state that [`Model::write`] wrote: one that an instance can be in.
     ///
     /// # Errors
-    /// What is wrong with the bytes.
+    /// What is wrong with the bytes, or with the state that they hold.
     fn read(bytes: &[u8]) -> Result<Self::State, &'static str>;
     /// The part of the state that every model has.
     fn life(&self) -> &Life;

@@ -2,7 +2,7 @@
 // `const { }` blocks came with Rust 1.79
 #![allow(clippy::missing_const_for_thread_local)]
 
-use crate::bytes::{number, seal, unseal};
+use crate::bytes::{number, Layout, HEADER};
 use crate::fmi2::{self, CallbackFunctions, Status, DISCARD, ERROR, FATAL, OK};
 use crate::start::{GUID_LENGTH, UNPACKED_GUID};
 use crate::{checked, error, Kind, Life, Model, Outcome, Phase, Refusal};
@@ -18,6 +18,8 @@ const X: u32 = 0;
 const Y: u32 = 1;
 /// Parameter, Integer: what the model does next.
 const DEMAND: u32 = 2;
+/// Length of a state in bytes.
+const LENGTH: usize = <Probe<0> as Model>::LAYOUT.length;
 /// Input, Boolean; refuses nothing.
 const FLAG: u32 = 3;
 
@@ -83,7 +85,7 @@ impl<const N: usize> Model for Probe<N> {
     type State = (Life, f64);
     const NAME: &'static str = if N == 0 { "Probe" } else { "Other" };
     const LOG_CATEGORIES: [&'static str; 4] = ["warnings", "discards", "errors", "events"];
-    const STATE_BYTES: usize = 24;
+    const LAYOUT: Layout = Layout::new(Self::NAME, 1, 8);
 
     fn guid() -> [u8; GUID_LENGTH] {
         UNPACKED_GUID
@@ -96,13 +98,12 @@ impl<const N: usize> Model for Probe<N> {
         self.x = x;
     }
     fn write(state: &Self::State, bytes: &mut [u8]) {
-        bytes[..8].copy_from_slice(b"probe   ");
-        bytes[8..16].copy_from_slice(&state.1.to_le_bytes());
-        seal(bytes);
+        bytes[HEADER..HEADER + 8].copy_from_slice(&state.1.to_le_bytes());
+        Self::LAYOUT.seal(bytes);
     }
     fn read(bytes: &[u8]) -> Result<Self::State, &'static str> {
-        unseal(bytes, 24, *b"probe   ")?;
-        Ok((Life { phase: Phase::Stepping, ..Life::default() }, number(bytes, 8)))
+        let own = Self::LAYOUT.unseal(bytes)?;
+        Ok((Life { phase: Phase::Stepping, ..Life::default() }, number(own, 0)))
     }
     fn life(&self) -> &Life {
         &self.life
@@ -161,11 +162,15 @@ impl<const N: usize> Model for Probe<N> {
     fn directional(&self, _unknown: u32, _known: u32) -> Outcome<f64> {
         Ok(2.0)
     }
-    fn set_input_derivative(&mut self, _reference: u32, _order: i32, _value: f64) -> Outcome<()> {
+    fn set_input_derivative(&mut self, _reference: u32, order: i32, value: f64) -> Outcome<()> {
+        if order != 1 {
+            return error("only order 1 is taken".into());
+        }
+        self.x = value;
         Ok(())
     }
     fn output_derivative(&self, _reference: u32, _order: i32) -> Outcome<f64> {
-        Ok(0.0)
+        Ok(2.0 * self.x)
     }
     fn do_step(&mut self, time: f64, step: f64) -> Outcome<Option<&'static str>> {
         let _inside = Inside::new();
@@ -255,7 +260,7 @@ unsafe fn stepping(host: &Host, demand: f64) -> *mut c_void {
 unsafe fn every(c: *mut c_void) -> Vec<(&'static str, Status)> {
     type P = Probe<0>;
     let (mut d, mut n, mut size, mut state, mut s) = (0.0, 0, 0, null_mut(), null());
-    let mut bytes = [0u8; 24];
+    let mut bytes = [0u8; LENGTH];
     P::write(&(Life::default(), 1.5), &mut bytes);
     let one = 1.0;
     vec![
@@ -273,8 +278,8 @@ unsafe fn every(c: *mut c_void) -> Vec<(&'static str, Status)> {
         ("SetString", fmi2::set_string::<P>(c, null(), 0, null())),
         ("GetFMUstate", fmi2::get_fmu_state::<P>(c, &mut state)),
         ("SerializedFMUstateSize", fmi2::serialized_fmu_state_size::<P>(c, state, &mut size)),
-        ("SerializeFMUstate", fmi2::serialize_fmu_state::<P>(c, state, bytes.as_mut_ptr(), 24)),
-        ("DeSerializeFMUstate", fmi2::de_serialize_fmu_state::<P>(c, bytes.as_ptr(), 24, &mut state)),
+        ("SerializeFMUstate", fmi2::serialize_fmu_state::<P>(c, state, bytes.as_mut_ptr(), LENGTH)),
+        ("DeSerializeFMUstate", fmi2::de_serialize_fmu_state::<P>(c, bytes.as_ptr(), LENGTH, &mut state)),
         ("GetDirectionalDerivative", fmi2::get_directional_derivative::<P>(c, &Y, 1, &X, 1, &one, &mut d)),
         ("SetRealInputDerivatives", fmi2::set_real_input_derivatives::<P>(c, &X, 1, &1, &one)),
         ("GetRealOutputDerivatives", fmi2::get_real_output_derivatives::<P>(c, &Y, 1, &1, &mut d)),
@@ -347,7 +352,7 @@ fn null_arguments_are_refused_and_change_nothing() {
         let c = stepping(&host, 0.0);
         let (mut d, mut n, mut size, one, order) = (0.0, 0, 0, 1.0, 1);
         let mut state = null_mut();
-        let mut bytes = [0u8; 24];
+        let mut bytes = [0u8; LENGTH];
         assert_eq!(fmi2::get_fmu_state::<P>(c, &mut state), OK);
         let many = (1 << 20) + 1;
         let got = [
@@ -374,11 +379,11 @@ fn null_arguments_are_refused_and_change_nothing() {
             fmi2::set_fmu_state::<P>(c, bytes.as_mut_ptr().cast()),
             fmi2::serialized_fmu_state_size::<P>(c, null_mut(), &mut size),
             fmi2::serialized_fmu_state_size::<P>(c, state, null_mut()),
-            fmi2::serialize_fmu_state::<P>(c, null_mut(), bytes.as_mut_ptr(), 24),
-            fmi2::serialize_fmu_state::<P>(c, state, null_mut(), 24),
-            fmi2::serialize_fmu_state::<P>(c, state, bytes.as_mut_ptr(), 23),
-            fmi2::de_serialize_fmu_state::<P>(c, null(), 24, &mut state),
-            fmi2::de_serialize_fmu_state::<P>(c, bytes.as_ptr(), 24, &mut state),
+            fmi2::serialize_fmu_state::<P>(c, null_mut(), bytes.as_mut_ptr(), LENGTH),
+            fmi2::serialize_fmu_state::<P>(c, state, null_mut(), LENGTH),
+            fmi2::serialize_fmu_state::<P>(c, state, bytes.as_mut_ptr(), LENGTH - 1),
+            fmi2::de_serialize_fmu_state::<P>(c, null(), LENGTH, &mut state),
+            fmi2::de_serialize_fmu_state::<P>(c, bytes.as_ptr(), LENGTH, &mut state),
             fmi2::get_directional_derivative::<P>(c, null(), 1, &X, 1, &one, &mut d),
             fmi2::get_directional_derivative::<P>(c, &Y, 1, null(), 1, &one, &mut d),
             fmi2::get_directional_derivative::<P>(c, &Y, 1, &X, 1, null(), &mut d),
@@ -394,7 +399,7 @@ fn null_arguments_are_refused_and_change_nothing() {
         ];
         assert!(got.iter().all(|s| *s == ERROR), "{:?}", got);
         assert_eq!(host.lines.borrow().len(), got.len());
-        assert_eq!((d, n, size, bytes), (0.0, 0, 0, [0; 24]));
+        assert_eq!((d, n, size, bytes), (0.0, 0, 0, [0; LENGTH]));
         // a state is not taken for a component, nor a component for a state
         assert_eq!(fmi2::get_real::<P>(state, &Y, 1, &mut d), ERROR);
         assert_eq!(fmi2::set_fmu_state::<P>(c, c), ERROR);
@@ -564,6 +569,50 @@ fn a_model_may_answer_at_once_what_it_likes_and_is_asked_the_long_way_else() {
 }
 
 #[test]
+fn input_derivatives_set_in_one_call_are_set_all_or_none() {
+    let _turn = turn();
+    type P = Probe<0>;
+    let host = Host::default();
+    unsafe {
+        let c = stepping(&host, 0.0);
+        assert_eq!(fmi2::set_real_input_derivatives::<P>(c, &X, 1, &1, &3.0), OK);
+        let (references, orders) = ([X, X], [1, 2]);
+        let set = |c, orders: [c_int; 2]| {
+            fmi2::set_real_input_derivatives::<P>(c, references.as_ptr(), 2, orders.as_ptr(), [5.0, 7.0].as_ptr())
+        };
+        assert_eq!(set(c, orders), ERROR);
+        let mut x = 0.0;
+        assert_eq!(fmi2::get_real::<P>(c, &X, 1, &mut x), OK);
+        assert_eq!(x, 3.0);
+        assert_eq!(set(c, [1, 1]), OK);
+        assert_eq!(fmi2::get_real::<P>(c, &X, 1, &mut x), OK);
+        assert_eq!(x, 7.0);
+        fmi2::free_instance::<P>(c);
+    }
+}
+
+#[test]
+fn no_number_that_is_not_finite_is_handed_out_with_ok() {
+    let _turn = turn();
+    type P = Probe<0>;
+    let host = Host::default();
+    unsafe {
+        let c = stepping(&host, 0.0);
+        assert_eq!(fmi2::set_real::<P>(c, &X, 1, &1e308), OK);
+        let (mut out, both) = ([0.0; 2], [X, Y]);
+        assert_eq!(fmi2::get_real::<P>(c, both.as_ptr(), 2, out.as_mut_ptr()), DISCARD);
+        assert_eq!(fmi2::get_real_output_derivatives::<P>(c, &Y, 1, &1, &mut out[0]), DISCARD);
+        for seed in [1e308, f64::NAN] {
+            assert_eq!(fmi2::get_directional_derivative::<P>(c, &Y, 1, &X, 1, &seed, &mut out[0]), DISCARD);
+        }
+        assert!(out.iter().all(|v| v.is_finite()));
+        assert_eq!(host.lines.borrow().len(), 4);
+        assert!(host.lines.borrow()[0].2.contains("reference 1 is inf"), "{:?}", host.lines.borrow());
+        fmi2::free_instance::<P>(c);
+    }
+}
+
+#[test]
 fn values_set_in_one_call_are_set_all_or_none() {
     let _turn = turn();
     type P = Probe<0>;
@@ -582,7 +631,7 @@ fn values_set_in_one_call_are_set_all_or_none() {
         assert_eq!(fmi2::set_fmu_state::<P>(c, *state), OK);
         assert_eq!(fmi2::get_real::<P>(c, &X, 1, &mut x), OK);
         assert_eq!(x, 3.0);
-        let (mut size, mut bytes) = (0, [0u8; 24]);
+        let (mut size, mut bytes) = (0, [0u8; LENGTH]);
         assert_eq!(fmi2::serialized_fmu_state_size::<P>(c, *state, &mut size), OK);
         assert_eq!(size, bytes.len());
         assert_eq!(fmi2::serialize_fmu_state::<P>(c, *state, bytes.as_mut_ptr(), size), OK);

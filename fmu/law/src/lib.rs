@@ -59,6 +59,15 @@ impl Memory {
     pub fn dissipated(&self) -> f64 {
         self.work - self.stored
     }
+
+    /// Whether every number in it is finite.
+    pub fn is_finite(&self) -> bool {
+        let energies = self.work.is_finite() && self.stored.is_finite() && self.dissipated().is_finite();
+        energies
+            && self.deepest.is_finite()
+            && self.released.is_finite()
+            && self.relaxation.iter().all(|f| f.is_finite())
+    }
 }
 
 impl Parameters {

@@ -1,5 +1,7 @@
 //! Axes: the unit a reader thinks in, ticks at round numbers, values in as few digits as tell.
 
+use super::number::NONE;
+
 /// How values lie along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scale {
@@ -7,6 +9,13 @@ pub(crate) enum Scale {
     /// By powers of ten; what is not positive is not drawn.
     Logarithmic,
 }
+
+/// Largest value that is drawn: differences and sums of more leave the range of a double.
+pub(crate) const LARGEST: f64 = 1e300;
+/// Its decimal logarithm.
+const LARGEST_POWER: f64 = 300.0;
+/// Value below which ticks are written without a power of ten.
+const PLAIN: f64 = 1e9;
 
 /// An axis over a range of SI values, shown in the unit that suits it.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +67,8 @@ impl Axis {
     /// The axis of `text` (`name [unit]`) from `low` to `high`.
     pub fn new(text: &str, low: f64, high: f64, scale: Scale) -> Axis {
         let (name, unit) = parted(text);
+        let most = if scale == Scale::Linear { LARGEST } else { LARGEST_POWER };
+        let (low, high) = (low.clamp(-most, most), high.clamp(-most, most));
         let (factor, unit) = match scale {
             Scale::Linear => suited(&unit, low.abs().max(high.abs())),
             Scale::Logarithmic => (1.0, unit),
@@ -91,12 +102,15 @@ impl Axis {
             return Vec::new();
         }
         let decimals = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
+        let largest = low.abs().max(high.abs());
+        let apart = (largest / step).log10().ceil().clamp(0.0, 15.0) as usize;
+        let text = |v: f64| if largest < PLAIN { format!("{v:.decimals$}") } else { format!("{v:.apart$e}") };
         let (first, last) = ((low / step).ceil(), (high / step).floor());
         let count = (last - first).clamp(-1.0, 2.0 * most as f64) as i64;
         (0..=count)
             .map(|i| {
                 let v = (first + i as f64) * step;
-                (self.place(v / self.factor), minus(format!("{:.decimals$}", if v == 0.0 { 0.0 } else { v })))
+                (self.place(v / self.factor), minus(text(if v == 0.0 { 0.0 } else { v })))
             })
             .collect()
     }
@@ -140,7 +154,9 @@ fn round_step(raw: f64) -> f64 {
 /// `v` in four digits.
 fn digits(v: f64) -> String {
     let a = v.abs();
-    if a == 0.0 {
+    if !a.is_finite() {
+        NONE.into()
+    } else if a == 0.0 {
         "0".into()
     } else if (1e-3..1e5).contains(&a) {
         let decimals = (3.0 - a.log10().floor()).clamp(0.0, 6.0) as usize;

@@ -1,6 +1,6 @@
 //! The card on top of a diagnosis: what is wrong, how sure that is, what it does, what to do next.
 
-use super::page::{escape, tight, LEAD};
+use super::page::{tight, told, LEAD};
 
 /// A cause and its probability.
 pub struct Chance {
@@ -40,7 +40,7 @@ pub(super) const CLOSE: &str = "</section>";
 
 impl Card {
     pub(super) fn html(&self) -> String {
-        let mut s = format!("{OPEN}\n{LEAD}{}</p>\n{}<dl>", escape(&self.wrong), paragraphs(&self.detail));
+        let mut s = format!("{OPEN}\n{LEAD}{}</p>\n{}<dl>", told(&self.wrong), paragraphs(&self.detail));
         let sure = self.chances() + &paragraphs(&self.sure);
         let does = self.effects() + &paragraphs(&self.does);
         for (name, inner) in [("How sure", sure), ("What it does", does), ("What to do next", self.next())] {
@@ -53,12 +53,12 @@ impl Card {
 
     fn chances(&self) -> String {
         let row = |c: &Chance| {
-            let share = 100.0 * c.probability.clamp(0.0, 1.0);
+            let share = 100.0 * c.probability.max(0.0).min(1.0);
             format!(
                 "<li><span class=\"said\">{}</span><span class=\"bar\" aria-hidden=\"true\"><i style=\"width:{share:.1}%\"></i>\
                  </span><span>{}</span></li>",
-                escape(&c.said),
-                escape(&c.name)
+                told(&c.said),
+                told(&c.name)
             )
         };
         let rows: String = self.chances.iter().map(row).collect();
@@ -71,9 +71,9 @@ impl Card {
 
     fn effects(&self) -> String {
         let one = |e: &Effects| {
-            let name = if e.of.is_empty() { String::new() } else { format!("<p>{}</p>", escape(&e.of)) };
+            let name = if e.of.is_empty() { String::new() } else { format!("<p>{}</p>", told(&e.of)) };
             let change =
-                |(what, by): &(&str, String)| format!("<li><b>{}</b><span>{}</span></li>", escape(by), escape(what));
+                |(what, by): &(&str, String)| format!("<li><b>{}</b><span>{}</span></li>", told(by), told(what));
             let changes: String = e.changes.iter().map(change).collect();
             format!("{name}<ul class=\"effects\">{changes}</ul>")
         };
@@ -81,7 +81,7 @@ impl Card {
     }
 
     fn next(&self) -> String {
-        let steps: String = self.next.iter().map(|n| format!("<li>{}</li>", escape(n))).collect();
+        let steps: String = self.next.iter().map(|n| format!("<li>{}</li>", told(n))).collect();
         if steps.is_empty() {
             steps
         } else {
@@ -91,7 +91,7 @@ impl Card {
 }
 
 fn paragraphs(all: &[String]) -> String {
-    all.iter().map(|t| format!("<p>{}</p>", escape(t))).collect()
+    all.iter().map(|t| format!("<p>{}</p>", told(t))).collect()
 }
 
 #[cfg(test)]

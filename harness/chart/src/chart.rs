@@ -3,9 +3,9 @@
 //! Written here and not by a drawing crate: plotters rounds to whole pixels and writes colours into its shapes, where a page
 //! wants sub-pixel places, classes for light, dark and paper, and text for a screen reader.
 
-use super::axis::{Axis, Scale};
+use super::axis::{Axis, Scale, LARGEST};
 use super::line::{drawn, Stretch};
-use super::page::escape;
+use super::page::{escape, told};
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,10 +152,11 @@ impl Chart {
         self
     }
 
-    /// The part of x that is shown first, from `low` to `high`; the rest is there for who zooms out. Without effect where one
-    /// is not finite, or they are not in order.
+    /// The part of x that is shown first, from `low` to `high`; the rest is there for who zooms out. Without effect by powers of
+    /// ten, and where one is
+    /// not finite or too large to be drawn, or they are not in order.
     pub fn focus(mut self, low: f64, high: f64) -> Chart {
-        self.focus = (low.is_finite() && high.is_finite() && low < high).then_some((low, high));
+        self.focus = (low >= -LARGEST && high <= LARGEST && low < high).then_some((low, high));
         self
     }
 
@@ -203,7 +204,7 @@ impl Chart {
     /// Whether `p` can be drawn.
     fn drawable(&self, p: &(f64, f64)) -> bool {
         let log = self.scale == Scale::Logarithmic;
-        p.0.is_finite() && p.1.is_finite() && !(log && (p.0 <= 0.0 || p.1 <= 0.0))
+        p.0.abs() <= LARGEST && p.1.abs() <= LARGEST && !(log && (p.0 <= 0.0 || p.1 <= 0.0))
     }
 
     /// Axes that hold what is shown first; None where there is nothing to draw.
@@ -217,7 +218,7 @@ impl Chart {
         };
         let (mut x0, mut x1) = span(&mut all().map(|p| p.0))?;
         let whole = span(&mut all().map(|p| p.1))?;
-        if let Some((a, b)) = self.focus {
+        if let Some((a, b)) = self.focus.filter(|_| self.scale == Scale::Linear) {
             (x0, x1) = (a, b);
         } else if self.series.iter().all(|s| s.marks) {
             let pad = PAD * (x1 - x0);
@@ -272,8 +273,8 @@ impl Chart {
         let Some(f) = self.frame() else { return String::new() };
         let title = match (self.title.is_empty(), caption.is_empty()) {
             (true, true) => String::new(),
-            (true, false) => format!("<figcaption>{}</figcaption>", escape(caption)),
-            _ => format!("<figcaption><b>{}</b> {}</figcaption>", escape(&self.title), escape(caption)),
+            (true, false) => format!("<figcaption>{}</figcaption>", told(caption)),
+            _ => format!("<figcaption><b>{}</b> {}</figcaption>", escape(&self.title), told(caption)),
         };
         format!("<figure>{title}{}{}{}</figure>\n", self.keys(), self.picture(&f), self.table(&f))
     }
@@ -379,7 +380,7 @@ impl Chart {
     /// What the script has to know: ends, factors and units of both axes, and the whole span of x.
     fn data(&self, f: &Frame) -> String {
         let all = self.series.iter().flat_map(|s| &s.points).filter(|p| self.drawable(p)).map(|p| f.x.place(p.0));
-        let (least, most) = all.fold((0.0f64, 1.0f64), |(a, b), u| (a.min(u), b.max(u)));
+        let (least, most) = all.filter(|u| u.is_finite()).fold((0.0f64, 1.0f64), |(a, b), u| (a.min(u), b.max(u)));
         let axis = |a: &Axis| format!("{:e} {:e} {:e} {}", a.low, a.high, a.factor, escape(&a.unit));
         let mut s = format!(" data-x=\"{}\" data-y=\"{}\"", axis(&f.x), axis(&f.y));
         s += &format!(" data-whole=\"{least:.4} {most:.4}\"");
@@ -459,6 +460,11 @@ fn path(stretches: &[Stretch], mark: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::collection::vec;
+    use proptest::prelude::*;
+    use proptest::sample::select;
+    use proptest::test_runner::{Config, RngSeed};
+    use proptest::{num, option};
 
     /// Points of the n-th line drawn.
     fn points(svg: &str, n: usize) -> Vec<(f64, f64)> {
@@ -505,6 +511,48 @@ mod tests {
         let all = points(&c.svg(), 0);
         assert!(all.iter().any(|p| p.1 < -1000.0), "outside what is shown, for who zooms out");
         assert!(all.iter().filter(|p| (0.0..=336.0).contains(&p.0)).count() > 300 && all.len() < 5000, "{}", all.len());
+    }
+
+    proptest! {
+        #![proptest_config(Config { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Config::default() })]
+        #[test]
+        fn every_chart_ends_and_shows_no_number_that_is_none(
+            x in vec(any_number(), 0..60),
+            y in vec(any_number(), 0..60),
+            focus in option::of((any_number(), any_number())),
+            logarithmic: bool,
+            marks: bool,
+        ) {
+            let mut c = Chart::new("title", "time [s]", "penetration [m]").band(&x, &y, &x);
+            c = if marks { c.marks("a", &x, &y, Style::Before) } else { c.curve("a", &x, &y, &x, Style::After) };
+            if let Some((a, b)) = focus {
+                c = c.focus(a, b);
+            }
+            if logarithmic {
+                c = c.logarithmic();
+            }
+            for drawn in [c.alone(), c.figure("caption")] {
+                let none = |w: &str| w == "NaN" || w == "inf";
+                prop_assert!(!drawn.split(|c: char| !c.is_alphanumeric()).any(none), "{drawn}");
+                prop_assert!(drawn.len() < 400_000, "{}", drawn.len());
+            }
+        }
+    }
+
+    /// Numbers of any size, and what is none.
+    fn any_number() -> impl Strategy<Value = f64> {
+        const EDGES: &[f64] =
+            &[f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, 1.7e308, -1.7e308, 1e300, 5e-324, 1.0, -0.0];
+        prop_oneof![num::f64::ANY, select(EDGES), -1e3..1e3]
+    }
+
+    #[test]
+    fn a_penetration_of_the_largest_number_is_left_out_and_the_chart_ends() {
+        let x: Vec<f64> = (0..200).map(f64::from).collect();
+        let mut y = x.clone();
+        y[100] = 1.7e308;
+        let svg = Chart::new("", "time [s]", "penetration [m]").series("a", &x, &y, Style::After).svg();
+        assert!(svg.contains("largest 199.0 m at 199.0 s") && svg.len() < 20_000, "{svg}");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Heat tables: rows by columns, a value and its colour in every cell.
 
+use super::number::NONE;
 use super::page::escape;
 
 /// A heat table; values count from 1 (nothing) upwards on a logarithmic colour scale.
@@ -34,12 +35,12 @@ impl Heat {
             .map(|c| format!("<th scope=\"col\">{}</th>", escape(c).replace('\n', "<br>")))
             .collect();
         let cell = |v: &Option<f64>| match v {
-            Some(v) => {
+            Some(v) if v.is_finite() => {
                 let u = shade(*v);
                 let deep = if u > DEEP { " class=\"deep\"" } else { "" };
                 format!("<td{deep} style=\"--u:{:.0}%\">{v:.1}</td>", 100.0 * u)
             }
-            None => "<td class=\"none\">\u{2013}</td>".into(),
+            _ => format!("<td class=\"none\">{NONE}</td>"),
         };
         let rows: String = self
             .rows
@@ -57,13 +58,9 @@ impl Heat {
     }
 }
 
-/// 0 at noise to 1 at `FULL` times noise.
+/// 0 at noise to 1 at `FULL` times noise, of a finite `v`.
 fn shade(v: f64) -> f64 {
-    if v.is_finite() {
-        ((v.max(1e-9) / 1.1).ln() / FULL.ln()).clamp(0.0, 1.0)
-    } else {
-        1.0
-    }
+    ((v.max(1e-9) / 1.1).ln() / FULL.ln()).clamp(0.0, 1.0)
 }
 
 #[cfg(test)]
@@ -72,10 +69,13 @@ mod tests {
 
     #[test]
     fn noise_has_no_colour_and_what_stands_out_has_all() {
-        assert_eq!((shade(1.0), shade(50.0), shade(f64::NAN)), (0.0, 1.0, 1.0));
-        let h = Heat::new("a < b", &["force\nloading".into()]).row("0.1 m", &[Some(3.25)]).row("x", &[None]).html();
+        assert_eq!((shade(1.0), shade(50.0), shade(f64::MAX)), (0.0, 1.0, 1.0));
+        let h = Heat::new("a < b", &["force\nloading".into()])
+            .row("0.1 m", &[Some(3.25)])
+            .row("x", &[None, Some(f64::NAN)])
+            .html();
         assert!(
-            h.contains("a &lt; b") && h.contains(">3.2<") && h.matches("<td").count() == 3 && h.contains("force<br>")
+            h.contains("a &lt; b") && h.contains(">3.2<") && h.matches("<td").count() == 4 && h.contains("force<br>")
         );
     }
 }

@@ -5,10 +5,12 @@ mod card;
 mod chart;
 mod heat;
 mod line;
+mod number;
 mod page;
 
 pub use axis::{interval, quantity};
 pub use card::{Card, Chance, Effects};
 pub use chart::{Chart, Style};
 pub use heat::Heat;
+pub use number::dashed;
 pub use page::{card, is_ours, lead, linked, picture, Page};

@@ -3,6 +3,7 @@
 use super::card::{self, Card};
 use super::chart::{Chart, STYLE};
 use super::heat::Heat;
+use super::number::dashed;
 
 /// Opens a sentence.
 pub(super) const LEAD: &str = "<p class=\"lead\">";
@@ -32,6 +33,11 @@ pub struct Page {
 /// Text safe inside HTML and SVG.
 pub(super) fn escape(s: &str) -> String {
     s.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// A text that is told, safe inside HTML and SVG: a number in it that is not finite is a dash.
+pub(super) fn told(s: &str) -> String {
+    escape(&dashed(s))
 }
 
 /// Numbers as print has them: per cent on the number's line, a minus for a hyphen before a digit.
@@ -94,7 +100,7 @@ impl Page {
 
     /// The sentence a reader should take away.
     pub fn sentence(self, text: &str) -> Page {
-        self.add(&format!("{LEAD}{}</p>\n", escape(text))).list_below()
+        self.add(&format!("{LEAD}{}</p>\n", told(text))).list_below()
     }
 
     /// What is wrong, how sure that is, what it does, what to do next.
@@ -124,19 +130,19 @@ impl Page {
 
     /// A paragraph.
     pub fn paragraph(self, text: &str) -> Page {
-        self.add(&format!("<p>{}</p>\n", tight(&escape(text))))
+        self.add(&format!("<p>{}</p>\n", tight(&told(text))))
     }
 
     /// A list.
     pub fn list(self, items: &[String]) -> Page {
-        let items: String = items.iter().map(|t| format!("<li>{}</li>", escape(t))).collect();
+        let items: String = items.iter().map(|t| format!("<li>{}</li>", told(t))).collect();
         self.add(&format!("<ul class=\"plain\">{items}</ul>\n"))
     }
 
     /// A table.
     pub fn table(self, head: &[&str], rows: &[Vec<String>]) -> Page {
         let cells = |tag: &str, cells: &mut dyn Iterator<Item = &str>| -> String {
-            cells.map(|c| format!("<{tag}>{}</{tag}>", escape(c))).collect()
+            cells.map(|c| format!("<{tag}>{}</{tag}>", told(c))).collect()
         };
         let name = head.first().copied().unwrap_or("table");
         let mut s = format!(
@@ -190,7 +196,7 @@ impl Page {
             "<article class=\"entry\"><h2><a href=\"{}\">{}</a></h2><p>{}</p></article>\n",
             escape(to),
             escape(name),
-            escape(text)
+            told(text)
         ))
     }
 

@@ -315,3 +315,41 @@ fn a_system_of_more_steps_than_can_be_run_is_refused_at_once() {
         assert!(err.contains("a run takes at most 1e9: give an earlier stop or a longer step"), "{err}");
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_or_a_device_in_the_place_of_a_file_is_refused_at_once_by_every_command() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    for name in ["pipe.csv", "pipe.toml", "pipe.fmu", "pipe.ssp", "c/campaign.toml", "d/r01.csv"] {
+        std::fs::create_dir_all(at(name).parent().unwrap()).unwrap();
+        if name == "d/r01.csv" {
+            write_campaign(&at("d"), &Recipe::default()).unwrap();
+            std::fs::remove_file(at(name)).unwrap();
+        }
+        assert!(Command::new("mkfifo").arg(at(name)).status().unwrap().success());
+    }
+    std::os::unix::fs::symlink("/dev/zero", at("zero.toml")).unwrap();
+    let system = "[[fmu]]\nname = \"a\"\nfile = \"pipe.fmu\"\n[run]\nstop_time = 1\n";
+    std::fs::write(at("system.toml"), system).unwrap();
+    let cases: [(&[&str], &str); 9] = [
+        (&["check", "c"], "campaign.toml"),
+        (&["check", "d"], "r01.csv"),
+        (&["run", "pipe.toml", "--out", "o"], "pipe.toml"),
+        (&["run", "zero.toml", "--out", "o"], "zero.toml"),
+        (&["run", "pipe.ssp", "--out", "o"], "pipe.ssp"),
+        (&["run", "system.toml", "--out", "o"], "system.toml"),
+        (&["import", "pipe.csv", "--out", "o"], "pipe.csv"),
+        (&["compare", "pipe.csv", "pipe.csv"], "pipe.csv"),
+        (&["pack", "--binary", "linux64=pipe.fmu", "--out", "o.fmu"], "pipe.fmu"),
+    ];
+    for (arguments, file) in cases {
+        let o = Command::new(env!("CARGO_BIN_EXE_touchdown")).args(arguments).current_dir(dir.path()).output().unwrap();
+        let e = String::from_utf8_lossy(&o.stderr);
+        assert_eq!(o.status.code(), Some(2), "{arguments:?}: {e}");
+        assert!(e.contains(file), "{arguments:?}: {e}");
+        let said = ["a pipe, not a file", "a device, not a file"].iter().any(|w| e.contains(w));
+        assert!(said || file == "system.toml", "{arguments:?}: {e}");
+    }
+    assert!(!at("o").exists() && !at("o.fmu").exists());
+}

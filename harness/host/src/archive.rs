@@ -18,7 +18,7 @@ pub(super) const PLATFORM: &str = if cfg!(target_os = "windows") {
 /// # Errors
 /// Says what is wrong with the file and what to give instead.
 pub(super) fn unpack(path: &Path) -> Result<TempDir, String> {
-    let file = std::fs::File::open(path).map_err(|e| format!("cannot be read ({e}); give the path of an FMU"))?;
+    let file = input::open(path).map_err(|e| format!("cannot be read ({e}); give the path of an FMU"))?;
     let mut zip = zip::ZipArchive::new(std::io::BufReader::new(file))
         .map_err(|e| format!("not a zip archive ({e}), so not an FMU; export it again"))?;
     if zip.index_for_name("modelDescription.xml").is_none() {

@@ -67,6 +67,8 @@ impl Fmu {
             return Err(format!("no co-simulation in it{has}; export it for co-simulation"));
         };
         let library = archive::binary(folder.path(), &capabilities.model_identifier)?;
+        let bytes = input::bytes(&library, input::LIBRARY).map_err(|e| format!("its binary cannot be read ({e})"))?;
+        pack::whole(&bytes).map_err(|why| format!("its binary does not load: {why}"))?;
         // SAFETY: loading runs the binary's initializers; whoever opens an FMU trusts it to run in this process
         let binding = unsafe { Fmi2Binding::new(&library) }
             .map_err(|e| format!("its binary does not load: {}; export it again for this platform", with_cause(&e)))?;

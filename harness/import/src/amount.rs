@@ -24,7 +24,8 @@ pub fn amount(text: &str, quantity: &str) -> Result<f64, String> {
         return Ok(number);
     }
     match units::factor(quantity, unit) {
-        Some(f) => Ok(number * f),
+        Some(f) if (number * f).is_finite() => Ok(number * f),
+        Some(_) => Err(format!("{text:?} is too large in SI: correct the number or its unit")),
         None if quantity.is_empty() => Err(format!("{text:?} has a unit where a plain number is asked for")),
         None => Err(format!("{text:?} is no {quantity}: {}", units::instead(quantity, unit))),
     }
@@ -69,6 +70,7 @@ mod tests {
         assert!(amount("3 N", "mass").unwrap_err().contains("it measures force"));
         assert!(amount("heavy", "mass").is_err() && amount("3 kg", "").is_err());
         assert_eq!(split("2.5mV/N"), Some((2.5, "mV/N")));
+        assert!(amount("1e308 kN/mm", "spring rate").unwrap_err().contains("too large in SI"));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use crate::find::{contact, Contact, Level};
 use crate::split::Track;
 use crate::survey;
 use instruments::Source;
-use record::{Channel, Kind};
+use record::{Channel, Kind, LARGEST};
 use std::ops::ControlFlow;
 
 /// Most samples of a recording; of more, means are taken.
@@ -90,13 +90,18 @@ struct Gather<'a> {
     missing: u64,
 }
 
+/// Whether a value in SI is one that was measured: neither missing, nor beyond what a unit can mean.
+pub(crate) fn is_reading(v: f64) -> bool {
+    v.abs() <= LARGEST
+}
+
 impl Gather<'_> {
     fn add(&mut self, row: u64, time: f64, y: [f64; 3]) {
         if !(self.span.rows.0..self.span.rows.1).contains(&row) {
             return;
         }
         let has = self.track.channels.each_ref().map(Option::is_some);
-        if !time.is_finite() || y.iter().zip(has).any(|(v, h)| h && !v.is_finite()) {
+        if !is_reading(time) || y.iter().zip(has).any(|(v, h)| h && !is_reading(*v)) {
             self.missing += 1;
             return;
         }

@@ -1,6 +1,7 @@
 //! The first look at a file: its groups, what their columns are, and where the impacts lie. Read once, in bounded memory.
 
 use crate::amount::brief;
+use crate::cut::is_reading;
 use crate::envelope::Envelope;
 use crate::find::{find, Found};
 use crate::guess::{self, columns};
@@ -259,7 +260,7 @@ impl Scan<'_> {
             }
         }
         let has = self.track.channels.each_ref().map(Option::is_some);
-        let whole = time.is_finite() && y.iter().zip(has).all(|(v, h)| !h || v.is_finite());
+        let whole = is_reading(time) && y.iter().zip(has).all(|(v, h)| !h || is_reading(*v));
         if !whole {
             if let Some(o) = &mut self.open {
                 let last = o.last;

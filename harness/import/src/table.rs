@@ -19,10 +19,9 @@ impl Table {
     /// Everything wrong with it, with file and line.
     pub fn read(path: &Path) -> Result<Table, Vec<String>> {
         let name = path.display().to_string();
-        let mut reader = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .from_path(path)
+        let file = input::open_at_most(path, input::TEXT)
             .map_err(|e| vec![format!("{name}: cannot be read ({e}); give a CSV file with a column file")])?;
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(file);
         let head = reader.headers().map_err(|e| vec![format!("{name}:1: {e}; write a header")])?.clone();
         let mut faults = Vec::new();
         let columns: Vec<Option<(&'static str, String)>> = head

@@ -140,7 +140,7 @@ pub fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
     use std::io::Read;
     let fault = |e| Fault::unreadable(path, e);
     let mut head = Vec::with_capacity(4096);
-    std::fs::File::open(path).map_err(fault)?.take(4096).read_to_end(&mut head).map_err(fault)?;
+    input::open(path).map_err(fault)?.take(4096).read_to_end(&mut head).map_err(fault)?;
     if head.is_empty() {
         return Err(Fault::new(path, "the file is empty", "give a file with samples"));
     }

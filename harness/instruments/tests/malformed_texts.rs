@@ -226,3 +226,16 @@ fn hostile_texts_end_soon() {
         }
     }
 }
+
+#[test]
+fn names_with_commas_shift_no_column_quoted_or_not() {
+    let (_folder, path) = in_folder("r.csv");
+    let rows: String = (0..40).map(|i| format!("{}.5,{}.5,{}.5\n", i, 10 * i, 2 * i)).collect();
+    for head in ["time [s],\"F[1,2]\",force [N]", "time [s],F[1,2],force [N]"] {
+        write(&path, format!("{head}\n{rows}")).unwrap();
+        let source = instruments::open(&path).unwrap();
+        let names: Vec<&str> = source.groups()[0].channels.iter().map(|c| c.name.as_str()).collect();
+        assert_eq!((names[0], names[2]), ("time", "force"), "{head}: {names:?}");
+        assert_eq!(source.groups()[0].channels[2].unit, "N", "{head}");
+    }
+}

@@ -1,8 +1,9 @@
 //! Shared libraries: found, built, asked what they are, given their start values.
 
 use super::Model;
-use anyhow::{bail, ensure, Context, Result};
+use anyhow::{anyhow, bail, ensure, Context, Result};
 use face::start::{COUNT_OFFSET, GUID_LENGTH, GUID_OFFSET, MARKER, VALUES_OFFSET};
+use object::{Architecture, BinaryFormat, FileKind, Object, ObjectSection, ObjectSegment};
 use std::ffi::{c_char, CStr};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -41,7 +42,8 @@ impl Model {
     /// Where it is not there: says where it was looked for.
     pub fn built_library(&self) -> Result<Binary> {
         let path = self.built_path()?;
-        let bytes = std::fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+        let bytes =
+            input::bytes(&path, input::LIBRARY).with_context(|| format!("{}: cannot be read", path.display()))?;
         Ok(Binary { platform: "linux64".into(), bytes })
     }
 
@@ -122,7 +124,8 @@ impl Model {
             let path = folder.join(platform).join(self.library_name(platform)?);
             let Ok(made) = std::fs::metadata(&path).and_then(|m| m.modified()) else { continue };
             if since.is_none_or(|s| made >= s) {
-                let bytes = std::fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+                let bytes = input::bytes(&path, input::LIBRARY)
+                    .with_context(|| format!("{}: cannot be read", path.display()))?;
                 found.push(Binary { platform: platform.into(), bytes });
             }
         }
@@ -152,7 +155,8 @@ impl Model {
         let said = String::from_utf8_lossy(&done.stdout);
         let read = |p: &str| {
             let path = root.join("target/platforms").join(p).join(self.library_name(p)?);
-            let bytes = std::fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+            let bytes =
+                input::bytes(&path, input::LIBRARY).with_context(|| format!("{}: cannot be read", path.display()))?;
             Ok(Binary { platform: p.into(), bytes })
         };
         said.split_whitespace().map(read).collect()
@@ -162,16 +166,64 @@ impl Model {
 /// Reads a library given as PLATFORM=FILE.
 ///
 /// # Errors
-/// Not of that form; cannot be read; for this machine and no FMI 2.0 co-simulation library.
+/// Not of that form; cannot be read; cut, or of another platform; for this machine and no FMI 2.0 co-simulation library.
 pub fn library(given: &str) -> Result<Binary> {
     let (platform, path) =
         given.split_once('=').with_context(|| format!("--binary {given}: give PLATFORM=FILE, e.g. win64=x.dll"))?;
     Model::contact().library_name(platform)?;
-    let bytes = std::fs::read(path).with_context(|| format!("{path}: cannot be read; give the built library"))?;
+    let bytes = input::bytes(Path::new(path), input::LIBRARY)
+        .with_context(|| format!("{path}: cannot be read; give the built library"))?;
+    whole(&bytes).and_then(|()| is_of(&bytes, platform)).map_err(|why| anyhow!("{path}: {why}"))?;
     if self::platform() == Some(platform) {
         check(&std::fs::canonicalize(path)?)?;
     }
     Ok(Binary { platform: platform.into(), bytes })
+}
+
+/// Holds the headers of a shared library against its bytes: a library is mapped when it is loaded, and one that was cut
+/// ends the process where its missing part is touched.
+///
+/// # Errors
+/// No library; one that is cut; and the cure.
+pub fn whole(bytes: &[u8]) -> Result<(), String> {
+    let cut = |why: &dyn std::fmt::Display| format!("it is cut or damaged ({why}); build or copy the library again");
+    match FileKind::parse(bytes) {
+        // a universal binary of macOS holds one for each processor
+        Ok(FileKind::MachOFat32 | FileKind::MachOFat64) => return Ok(()),
+        Ok(_) => {}
+        Err(_) => return Err("it is no shared library; build or copy the library again".into()),
+    }
+    let file = object::File::parse(bytes).map_err(|e| cut(&e))?;
+    let length = bytes.len() as u64;
+    let segments = file.segments().map(|s| s.file_range());
+    let sections = file.sections().filter_map(|s| s.file_range());
+    for (from, size) in segments.chain(sections) {
+        if from.checked_add(size).is_none_or(|end| end > length) {
+            return Err(cut(&format!("it has {length} bytes and names more")));
+        }
+    }
+    Ok(())
+}
+
+/// Holds the headers of a whole library against the platform it is given for.
+///
+/// # Errors
+/// A library of another platform; and the cure.
+fn is_of(bytes: &[u8], platform: &str) -> Result<(), String> {
+    let wanted = match platform {
+        "linux64" => (BinaryFormat::Elf, Architecture::X86_64),
+        "linux32" => (BinaryFormat::Elf, Architecture::I386),
+        "win64" => (BinaryFormat::Pe, Architecture::X86_64),
+        "win32" => (BinaryFormat::Pe, Architecture::I386),
+        // of processors a universal binary may hold several
+        _ => return Ok(()),
+    };
+    let is = object::File::parse(bytes).map(|f| (f.format(), f.architecture())).ok();
+    if is == Some(wanted) {
+        return Ok(());
+    }
+    let is = is.map_or("another platform".into(), |(format, of)| format!("{format:?} for {of:?}"));
+    Err(format!("it is a library of {is}; give the one that was built for {platform}"))
 }
 
 /// The platform of this machine as FMI 2.0 names it; None where it names none.
@@ -272,6 +324,25 @@ mod tests {
         assert_eq!(found, [("linux64", &b"linux64"[..]), ("win64", b"win64")]);
         let later = SystemTime::now() + std::time::Duration::from_secs(60);
         assert!(m.ready(dir.path(), Some(later)).unwrap().is_empty());
+    }
+
+    #[test]
+    fn a_library_cut_anywhere_is_refused_with_file_and_cure_and_not_loaded() {
+        // this test's own program is a whole ELF file
+        let whole = std::fs::read(std::env::current_exe().unwrap()).unwrap();
+        assert_eq!(super::whole(&whole).and_then(|()| is_of(&whole, "linux64")), Ok(()));
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("cut.so");
+        let n = whole.len();
+        for at in [0, 3, 20, 64, 500, 4096, n / 4, n / 2, n - 4096, n - 1] {
+            std::fs::write(&path, &whole[..at]).unwrap();
+            let e = format!("{:#}", library(&format!("linux64={}", path.display())).unwrap_err());
+            assert!(e.contains("cut.so: ") && e.contains("; "), "{at}: {e}");
+        }
+        for platform in ["win64", "win32", "linux32"] {
+            let e = is_of(&whole, platform).unwrap_err();
+            assert!(e.ends_with(&format!("Elf for X86_64; give the one that was built for {platform}")), "{e}");
+        }
     }
 
     #[test]

@@ -14,7 +14,7 @@ pub(crate) enum Rule {
     Above,
     /// A number from zero on.
     FromZero,
-    /// Any finite number.
+    /// Any number.
     Number,
     Text,
     /// A list of texts.
@@ -22,6 +22,9 @@ pub(crate) enum Rule {
     /// A number or a text.
     Label,
 }
+
+/// Largest value: squares of more leave the range of a double.
+const LARGEST: f64 = 1e100;
 
 /// A key, what its value has to be, and its unit.
 pub(crate) struct Key(pub &'static str, pub Rule, pub &'static str);
@@ -257,9 +260,13 @@ impl Reader<'_> {
                     Rule::FromZero => x >= 0.0,
                     _ => true,
                 };
-                if right && x.is_finite() {
+                if right && x.abs() <= LARGEST {
                     return Some(Value::Number(x));
                 }
+                let (x, cure) = match x.abs() > LARGEST {
+                    true => (format!("{x:e}"), format!("{cure}, {LARGEST:e} at most")),
+                    false => (x.to_string(), cure),
+                };
                 self.error(table, line, format!("{name} = {x} is out of range"), cure);
                 return None;
             }

@@ -10,7 +10,7 @@ pub mod words;
 
 pub use error::{RecordError, RecordErrors, Section};
 pub use load::load;
-pub use samples::{read_file, Signals};
+pub use samples::{read_file, Signals, LARGEST};
 pub use schema::schema;
 use std::path::PathBuf;
 

@@ -19,7 +19,7 @@ const FALL_STD: f64 = 0.03;
 /// Everything that the format `recordings/1` does not allow, each with file, line and cure.
 pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
     let path = dir.join("campaign.toml");
-    let text = std::fs::read_to_string(&path).map_err(|e| {
+    let text = input::text(&path, input::TEXT).map_err(|e| {
         let cure = "name a folder that holds a campaign.toml of format recordings/1";
         RecordErrors(vec![RecordError::new(Section::FormatKey, &path, 0, format!("cannot be read ({e})"), cure)])
     })?;

@@ -10,6 +10,8 @@ const FEWEST: usize = 16;
 const PAUSE: f64 = 5.0;
 /// Samples in a row that have to read as much: a spike is no impact.
 const IN_A_ROW: usize = 3;
+/// Largest reading in SI: no instrument reads more, and powers of more leave the range of a double.
+pub const LARGEST: f64 = 1e30;
 
 /// What a file holds, SI.
 #[derive(Debug)]
@@ -192,10 +194,9 @@ impl Table {
     fn read(path: &Path, purpose: Use) -> Result<Table, Vec<RecordError>> {
         let error =
             |section: Section, line: usize, what: String, cure: &str| RecordError::new(section, path, line, what, cure);
-        let mut reader = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .from_path(path)
+        let file = input::open_at_most(path, input::RECORDING)
             .map_err(|e| vec![error(Section::Recording, 0, format!("cannot be read ({e})"), purpose.cure())])?;
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(file);
         let head = match reader.headers() {
             Ok(h) => h.clone(),
             Err(e) => {
@@ -207,21 +208,27 @@ impl Table {
                 )])
             }
         };
+        let mut records = reader.records().peekable();
+        let width = records.peek().and_then(|r| r.as_ref().ok()).map_or(head.len(), csv::StringRecord::len);
+        let head: csv::StringRecord = input::whole_names(head.iter().map(String::from).collect(), width).into();
         let Header { columns, fields, left_out, mut errors } = header(path, &head, purpose);
         let mut data: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
         let mut lines: Vec<usize> = Vec::new();
         let mut faults = Faults::default();
         let mut rows = 0;
-        for row in reader.records() {
+        for row in records {
             rows += 1;
             let row = match row {
+                Ok(r) if r.len() != head.len() => {
+                    let line = r.position().map_or(0, |p| p.line() as usize);
+                    let what = || "this row has another number of cells than the header".to_string();
+                    faults.add(Section::CsvHeader, "", line, what, "complete or remove it");
+                    continue;
+                }
                 Ok(r) => r,
                 Err(e) => {
                     let line = e.position().map_or(0, |p| p.line() as usize);
                     let (what, cure) = match e.kind() {
-                        csv::ErrorKind::UnequalLengths { .. } => {
-                            ("this row has another number of cells than the header", "complete or remove it")
-                        }
                         csv::ErrorKind::Utf8 { .. } => ("this row is no UTF-8 text", "write it as plain numbers"),
                         _ => ("this row cannot be read", "copy the file again"),
                     };
@@ -234,10 +241,16 @@ impl Table {
             };
             let line = row.position().map_or(0, |p| p.line() as usize);
             let texts = || fields.iter().map(|f| row.get(*f).unwrap_or_default());
-            let si = |(text, c): (&str, &Column)| Some(text.parse::<f64>().ok()? * c.to_si).filter(|v| v.is_finite());
+            let number = |text: &str| text.parse::<f64>().ok().filter(|v| v.is_finite());
+            let si = |(text, c): (&str, &Column)| Some(number(text)? * c.to_si).filter(|v| v.abs() <= LARGEST);
             let cells: Vec<Option<f64>> = texts().zip(&columns).map(si).collect();
             for (c, (cell, v)) in columns.iter().zip(texts().zip(&cells)) {
                 match v {
+                    None if number(cell).is_some() => {
+                        let what = || format!("{} holds {cell} {}, beyond {LARGEST:e} in SI", c.name, c.unit);
+                        let cure = "correct the number, or the unit in the header";
+                        faults.add(Section::Units, &c.name, line, what, cure);
+                    }
                     None => {
                         let what = || format!("{} holds {cell:?}, not a finite number", c.name);
                         faults.add(
@@ -362,6 +375,14 @@ impl Table {
     }
 }
 
+/// Name and unit of a column: the unit stands in the last brackets, unless these hold an index such as `[1,2]`.
+fn parted(head: &str) -> (&str, Option<&str>) {
+    match head.rsplit_once('[') {
+        Some((name, inside)) if !inside.contains(',') => (name.trim(), inside.strip_suffix(']').map(str::trim)),
+        _ => (head, None),
+    }
+}
+
 /// What a header says, and what is wrong with it.
 struct Header {
     columns: Vec<Column>,
@@ -379,10 +400,7 @@ fn header(path: &Path, head: &csv::StringRecord, purpose: Use) -> Header {
         |section: Section, what: String, cure: String| errors.push(RecordError::new(section, path, 1, what, cure));
     let (mut columns, mut fields, mut left_out): (Vec<Column>, Vec<usize>, Vec<String>) = Default::default();
     for (field, h) in head.iter().enumerate() {
-        let (name, unit) = match h.split_once('[') {
-            Some((n, u)) => (n.trim(), u.strip_suffix(']').map(str::trim)),
-            None => (h, None),
-        };
+        let (name, unit) = parted(h);
         let known = units::COLUMNS.contains(&name);
         if !known && purpose == Use::Alone {
             left_out.push(name.into());
@@ -561,6 +579,26 @@ mod tests {
     }
 
     #[test]
+    fn names_with_commas_shift_no_column_quoted_or_not() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("r.csv");
+        let rows: String = (0..16).map(|i| format!("{i},{},{},{}\n", 10 * i, 2 * i, 3 * i)).collect();
+        for head in [
+            "time [s],\"F[1,2]\",force [N],\"bar.F[2,1] [N]\"",
+            "time [s],F[1,2],force [N],bar.F[2,1] [N]",
+            "time [s],F[1 ,2],force [N],\"bar.F[2,1] [N]\"",
+        ] {
+            std::fs::write(&path, format!("{head}\n{rows}")).unwrap();
+            let s = read_file(&path).unwrap_or_else(|e| panic!("{head}: {e}"));
+            assert_eq!(s.channels[0].as_ref().unwrap()[3], 6.0, "{head}");
+            assert!(s.notes[0].ends_with("F[1,2], bar.F[2,1].") || head.contains("F[1 ,2]"), "{:?}", s.notes);
+        }
+        // more names than cells that no bracket explains stay an error
+        std::fs::write(&path, format!("time [s],a,b,force [N],c\n{rows}")).unwrap();
+        assert!(read_file(&path).unwrap_err().to_string().contains("another number of cells"));
+    }
+
+    #[test]
     fn events_of_a_campaign_are_checked_and_go_no_farther() {
         let text = |closed: &dyn Fn(i32) -> f64| simulated("penetration [m],closed [1]", closed).replace("NaN", "0");
         let s = read_text(&text(&|_| 1.0), Kind::DropTest).unwrap();
@@ -568,6 +606,20 @@ mod tests {
         assert_eq!(names, ["time", "force", "penetration"]);
         let e = read_text(&text(&|_| 0.5), Kind::DropTest).unwrap_err();
         assert!(e[0].what.starts_with("closed holds \"0.5\", neither 0 nor 1"));
+    }
+
+    #[test]
+    fn a_number_that_its_unit_carries_beyond_any_reading_is_refused_with_line_and_cure() {
+        let rows = |at: &str| -> String {
+            (0..20).map(|i| format!("{i},{}\n", if i == 7 || i == 9 { at } else { "1" })).collect()
+        };
+        for (unit, number) in [("kN", "1e308"), ("kN", "-1e308"), ("N", "1.7e308"), ("N", "1.1e30")] {
+            let e = read_text(&format!("time [s],force [{unit}]\n{}", rows(number)), Kind::DropTest).unwrap_err();
+            assert_eq!((e.len(), e[0].line), (1, 9), "{e:?}");
+            assert_eq!(e[0].what, format!("force holds {number} {unit}, beyond 1e30 in SI, and so does 1 row more"));
+            assert_eq!(e[0].cure, "correct the number, or the unit in the header");
+        }
+        assert!(read_text(&format!("time [s],force [N]\n{}", rows("1e30")), Kind::DropTest).is_ok());
     }
 
     #[test]

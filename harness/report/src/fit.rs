@@ -1,6 +1,6 @@
 //! What an estimation leaves behind: fit.json, certificate.json and report.html.
 
-use chart::{Chart, Page, Style};
+use chart::{dashed, Chart, Page, Style};
 use estimate::case::{Case, Estimate, Interval, Method, CLOSE};
 use estimate::levels::{name as name_of, nrmse, Level, Readings};
 use record::{pulse, Campaign, Channel, Kind};
@@ -101,10 +101,10 @@ impl Answer<'_> {
             (_, Some(why)) => format!("not converged: {why} after {} iterations", e.iterations),
             _ => format!("not converged after {} iterations: see the certificate", e.iterations),
         };
-        format!(
+        dashed(&format!(
             "k = {k:.4e} N/m^p, p = {p:.4}, mu_d = {mu:.4e} N s/m^(p+1); misfit {:.2} % of range; {end}.",
             100.0 * self.misfit()
-        )
+        ))
     }
 
     /// How far the law is from each level, a line each.
@@ -128,7 +128,7 @@ impl Answer<'_> {
             }
             out = out.trim_end_matches(';').to_string() + "\n";
         }
-        out
+        dashed(&out)
     }
 
     /// Mean nrmse over recordings and channels.

@@ -231,7 +231,7 @@ impl Scenario {
     /// Names the file, the line and the cure.
     pub fn load(path: &Path) -> Result<Scenario> {
         let name = path.display();
-        let text = std::fs::read_to_string(path)
+        let text = input::text(path, input::TEXT)
             .with_context(|| format!("{name}: cannot be read; give the path of a scenario file"))?;
         let dir = path.parent().unwrap_or(Path::new(""));
         Scenario::parse(&text).and_then(|s| s.check_files(&text, dir).map(|()| s)).map_err(|(line, what)| match line {

@@ -66,7 +66,7 @@ pub fn export_ssp(s: &System, out: &Path) -> Result<()> {
             None => {
                 let path = file_of(s, c, folder.path())?;
                 foreign = Some((Fmu::open(&path)?, &c.set));
-                std::fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?
+                input::bytes(&path, input::LIBRARY).with_context(|| format!("{}: cannot be read", path.display()))?
             }
         };
         zip.start_file(source.as_str(), options)?;

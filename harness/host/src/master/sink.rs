@@ -53,7 +53,11 @@ impl Sink {
             Form::Parquet { writer, columns: vec![Vec::new(); head.len()] }
         } else {
             let mut writer = BufWriter::new(file);
-            writeln!(writer, "{}", head.join(",")).with_context(named)?;
+            // names of FMU variables may hold commas
+            let mut line = csv::Writer::from_writer(&mut writer);
+            line.write_record(head).with_context(named)?;
+            line.flush().with_context(named)?;
+            drop(line);
             Form::Csv(writer)
         };
         Ok(Sink { form, part, path: path.to_path_buf(), line: String::new() })
@@ -120,4 +124,24 @@ fn flush(writer: &mut SerializedFileWriter<File>, columns: &mut [Vec<f64>]) -> R
     }
     group.close()?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_with_commas_and_quotes_stand_in_one_cell_each() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("r.csv");
+        let head = ["time [s]", "bar.F[1,2] [N]", "a \"b\", c", "x"].map(String::from);
+        let mut sink = Sink::new(&path, &head, false).unwrap();
+        sink.row(&[0.0, 1.0, 2.0, 3.0]).unwrap();
+        sink.finish().unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.starts_with("time [s],\"bar.F[1,2] [N]\",\"a \"\"b\"\", c\",x\n0e0,1e0,"), "{text}");
+        let mut reader = csv::Reader::from_path(&path).unwrap();
+        assert_eq!(reader.headers().unwrap(), &head[..]);
+        assert_eq!(reader.records().next().unwrap().unwrap().len(), 4);
+    }
 }

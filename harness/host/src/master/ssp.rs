@@ -104,7 +104,7 @@ fn bindings(n: &Node, folder: &Path) -> Result<Vec<(String, Value)>> {
         let set = match b.attributes.get("source") {
             Some(source) => {
                 let path = folder.join(source);
-                let text = std::fs::read_to_string(&path).with_context(|| format!("{source}: cannot be read"))?;
+                let text = input::text(&path, input::TEXT).with_context(|| format!("{source}: cannot be read"))?;
                 file = Node::parse(&text).with_context(|| source.clone())?;
                 Some(&file)
             }
@@ -136,12 +136,12 @@ fn bindings(n: &Node, folder: &Path) -> Result<Vec<(String, Value)>> {
 /// # Errors
 /// Says what is wrong with the archive, with the line of SystemStructure.ssd, and the cure.
 pub(super) fn load(path: &Path) -> Result<System> {
-    let file = std::fs::File::open(path).context("cannot be read; give the path of an SSP archive")?;
+    let file = input::open(path).context("cannot be read; give the path of an SSP archive")?;
     let mut zip =
         zip::ZipArchive::new(std::io::BufReader::new(file)).context("not a zip archive, so not an SSP archive")?;
     let folder = tempfile::Builder::new().prefix("touchdown-ssp-").tempdir()?;
     zip.extract(folder.path()).context("cannot be unpacked")?;
-    let text = std::fs::read_to_string(folder.path().join("SystemStructure.ssd"))
+    let text = input::text(&folder.path().join("SystemStructure.ssd"), input::TEXT)
         .context("has no SystemStructure.ssd at its top, so it is no SSP archive")?;
     let root = Node::parse(&text).context("SystemStructure.ssd")?;
     ensure!(root.name == "SystemStructureDescription", "SystemStructure.ssd: the root element is {}", root.name);

@@ -217,7 +217,7 @@ impl System {
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ssp")) {
             return true;
         }
-        let text = std::fs::read_to_string(path).unwrap_or_default();
+        let text = input::text(path, input::TEXT).unwrap_or_default();
         text.lines().any(|l| l.trim_start().starts_with("[[fmu]]"))
     }
 
@@ -230,7 +230,7 @@ impl System {
             return super::ssp::load(path).with_context(|| format!("{}", path.display()));
         }
         let name = path.display();
-        let text = std::fs::read_to_string(path)
+        let text = input::text(path, input::TEXT)
             .with_context(|| format!("{name}: cannot be read; give the path of a system file"))?;
         let mut s: System = toml::from_str(&text).map_err(|e| {
             let line = e.span().map_or(String::new(), |s| format!("{}:", line_of(&text, s.start)));

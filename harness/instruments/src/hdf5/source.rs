@@ -39,7 +39,7 @@ struct Hdf5 {
 /// # Errors
 /// Where the file is cut, damaged, or holds no channels.
 pub(crate) fn open(path: &Path, dialect: Dialect) -> Result<Box<dyn Source>, Fault> {
-    let length = std::fs::metadata(path).map_err(|e| Fault::unreadable(path, e))?.len();
+    let length = input::open(path).and_then(|f| f.metadata()).map_err(|e| Fault::unreadable(path, e))?.len();
     guarded(path, || {
         let file = Hdf5File::open_with_options(path, options()).map_err(|e| damaged(path, &e))?;
         let end = file.superblock().eof_address;

@@ -32,7 +32,7 @@ struct Table {
 fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
     guarded(path, || {
         let unreadable = |e| Fault::unreadable(path, e);
-        let file = File::open(path).map_err(unreadable)?;
+        let file = input::open(path).map_err(unreadable)?;
         let length = file.metadata().map_err(unreadable)?.len();
         let file = SerializedFileReader::new(file).map_err(|e| damaged(path, &e))?;
         let mut table = Table { path: path.into(), file, groups: Vec::new(), columns: Vec::new(), notes: Vec::new() };

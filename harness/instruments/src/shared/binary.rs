@@ -3,7 +3,6 @@
 use super::lines::decode;
 use crate::Fault;
 use std::collections::HashMap;
-use std::fs::File;
 use std::io::{Cursor, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -73,7 +72,7 @@ impl Bytes {
     /// The bytes of the file at `path`.
     pub(crate) fn open(path: &Path) -> Result<Bytes, Fault> {
         let unreadable = |e| Fault::unreadable(path, e);
-        let file = File::open(path).map_err(unreadable)?;
+        let file = input::open(path).map_err(unreadable)?;
         let length = file.metadata().map_err(unreadable)?.len();
         Ok(Bytes::new(path, String::new(), Box::new(file), length))
     }

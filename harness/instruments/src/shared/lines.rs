@@ -101,7 +101,7 @@ impl Lines {
     pub fn open(path: &Path) -> Result<Lines, Fault> {
         let unreadable = |e| Fault::unreadable(path, e);
         let mut head = Vec::with_capacity(4096);
-        let mut file = File::open(path).map_err(unreadable)?;
+        let mut file = input::open(path).map_err(unreadable)?;
         (&mut file).take(4096).read_to_end(&mut head).map_err(unreadable)?;
         let (encoding, mark) = encoding(&head);
         let mut lines = Lines {

@@ -41,7 +41,7 @@ fn sheet<'a, E: std::fmt::Display>(
 }
 
 fn buffered(path: &Path) -> Result<BufReader<File>, Fault> {
-    File::open(path).map(BufReader::new).map_err(|e| Fault::unreadable(path, e))
+    input::open(path).map(BufReader::new).map_err(|e| Fault::unreadable(path, e))
 }
 
 /// Reads a workbook in XML.

@@ -53,7 +53,7 @@ fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
     use std::io::Read;
     let fault = |e| Fault::unreadable(path, e);
     let mut head = Vec::new();
-    std::fs::File::open(path).map_err(fault)?.take(4096).read_to_end(&mut head).map_err(fault)?;
+    input::open(path).map_err(fault)?.take(4096).read_to_end(&mut head).map_err(fault)?;
     let extension = path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase());
     let book = match kind(&head, &extension) {
         Some(Sheets::Ods) => ods::read(path),

@@ -12,7 +12,7 @@ const UNPACKED: u64 = 2 << 30;
 /// The archive at `path`, whose parts can all be unpacked and stay within the limit.
 pub(super) fn archive(path: &Path) -> Result<ZipArchive<BufReader<File>>, Fault> {
     let damaged = |e: &dyn std::fmt::Display| Fault::new(path, e, "copy or write the file whole");
-    let file = File::open(path).map_err(|e| Fault::unreadable(path, e))?;
+    let file = input::open(path).map_err(|e| Fault::unreadable(path, e))?;
     let mut archive = ZipArchive::new(BufReader::new(file)).map_err(|e| damaged(&e))?;
     let mut left = UNPACKED;
     for index in 0..archive.len() {

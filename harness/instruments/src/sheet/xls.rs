@@ -29,7 +29,7 @@ const SPARSE: u64 = 16;
 pub(super) fn checked(path: &Path) -> Result<Vec<u8>, Fault> {
     let unreadable = |e| Fault::unreadable(path, e);
     let damaged = |e: std::io::Error| Fault::new(path, e, "take an undamaged copy of the file");
-    let file = std::fs::File::open(path).map_err(unreadable)?;
+    let file = input::open(path).map_err(unreadable)?;
     if file.metadata().map_err(unreadable)?.len() > LARGEST {
         return Err(Fault::new(path, "the file has more than 1 GiB", "save it as XLSX or as text (CSV)"));
     }

@@ -54,7 +54,7 @@ fn row_cells(line: &[u8], dialect: Dialect, width: usize) -> Vec<String> {
             let other = [b'\t', b';', b',', b'|'].map(Delimiter::Byte).map(with).into_iter().find(|c| c.len() == width);
             return other.unwrap_or(own);
         }
-        return own;
+        return input::whole_names(own, width);
     }
     let others = || [b'\t', b';', b',', b'|'].map(Delimiter::Byte).map(with).into_iter();
     if own.len() == width {

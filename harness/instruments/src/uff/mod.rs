@@ -44,7 +44,7 @@ struct Uff {
 }
 
 fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
-    let file = File::open(path).map_err(|e| Fault::unreadable(path, e))?;
+    let file = input::open(path).map_err(|e| Fault::unreadable(path, e))?;
     let mut file = BufReader::with_capacity(1 << 18, file);
     let found = scan::scan(path, &mut file)?;
     if found.sets.is_empty() {

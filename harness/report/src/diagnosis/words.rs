@@ -1,5 +1,6 @@
 //! The answer in words: one sentence, and a short text for the terminal.
 
+use chart::dashed;
 use diagnose::bias::Bias;
 use diagnose::element::Packed;
 use diagnose::figure::figure;
@@ -275,5 +276,67 @@ pub fn summary(o: &Outcome) -> String {
     for c in &o.findings.caveats {
         s += &format!("  note: {c}\n");
     }
-    s
+    dashed(&s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::page::mechanism;
+    use chart::{Card, Chance, Effects, Heat, Page};
+    use diagnose::verdict::Parameter;
+    use proptest::prelude::*;
+    use proptest::test_runner::{Config, RngSeed};
+
+    /// A mechanism with these values.
+    fn missing([value, low, high, p]: [f64; 4]) -> Missing {
+        let parameter = Parameter { value, unit: "N", ci95: Some([low, high]), held: false };
+        Missing {
+            mechanism: "fluid_drag",
+            form: "quadratic",
+            text: String::new(),
+            equation: "F = c v^2",
+            source: "Newton 1687",
+            sentence: "the air drags",
+            cure: "add it",
+            probability: p,
+            parameters: [("drag".to_string(), parameter)].into(),
+            intervals_by: "curvature",
+            also_possible: Vec::new(),
+            tie: None,
+        }
+    }
+
+    proptest! {
+        #![proptest_config(Config { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Config::default() })]
+        #[test]
+        fn no_page_prints_a_number_that_is_none(values in prop::array::uniform4(prop_oneof![
+            prop::num::f64::ANY,
+            Just(f64::NAN),
+            Just(f64::INFINITY),
+            Just(f64::NEG_INFINITY),
+            Just(1.7e308),
+        ])) {
+            let [a, b, percent, s] = values;
+            let moved = Bias { name: "k", before: a, after: b, percent, sigmas: s, unit: "N/m".into() };
+            let effect = Effect { peak_force: Some(a), restitution: Some(b), contact_time: Some(percent), depth: None };
+            let texts = vec![share(&moved), sigmas(s), material(&effect), format!("{:.2} % of range", 100.0 * a)];
+            let card = Card {
+                wrong: sigmas(a),
+                detail: texts.clone(),
+                chances: vec![Chance { name: "none".into(), probability: a, said: probability(a) }],
+                sure: texts.clone(),
+                effects: vec![Effects { of: String::new(), changes: vec![("peak force", format!("{b:+.2} %"))] }],
+                does: texts.clone(),
+                next: texts.clone(),
+            };
+            let heat = Heat::new("misfit", &["force".into()]).row("1 m", &[Some(a)]);
+            let page = Page::new("x").card(&card).list(&texts).heat(&heat).table(&["a"], std::slice::from_ref(&texts));
+            let html = mechanism(page, &missing(values)).html();
+            let body = html.split("<main").nth(1).or(html.split("<body").nth(1)).unwrap();
+            let text = body.split("<script").next().unwrap();
+            let none = |w: &str| w == "NaN" || w == "inf";
+            prop_assert!(!text.split(|c: char| !c.is_alphanumeric()).any(none), "{text}");
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! A scenario on the terminal.
 
 use super::summary::{ComparisonRow, Done, RunSummary, Summary};
+use chart::dashed;
 
 /// Most impacts of a run, and most comparisons, that are printed.
 const SHOWN: usize = 5;
@@ -93,7 +94,7 @@ pub fn lines(done: &[Done], s: &Summary) -> Vec<String> {
     }
     out.extend(comparison(&s.comparison));
     out.extend(s.remarks.iter().take(SHOWN).map(|r| format!("remark: {r}")));
-    out
+    out.iter().map(|line| dashed(line)).collect()
 }
 
 /// Comparisons as a table whose columns line up.
