@@ -7,6 +7,7 @@ mod completions;
 mod demo;
 mod diagnose;
 mod fit;
+mod fmus;
 mod form;
 mod impact;
 mod import;
@@ -30,6 +31,7 @@ const CODES: &str = "\
 Exit codes:
   0    done
   2    bad input, or something cannot be read or written; what and where is on standard error, with the cure
+  3    somebody else's FMU crashed, ended its process or went beyond a limit; what was computed so far is written
   130  ended by Ctrl-C, SIGTERM or SIGHUP; what is written is whole
   141  nobody reads the answer any more, as behind `| head`
 
@@ -124,6 +126,9 @@ impl Command {
     }
 }
 
+/// Exit code where the process of somebody else's FMU died.
+const DIED_CODE: u8 = 3;
+
 /// Runs the command line; exit code 2 for bad input.
 pub fn main() -> ExitCode {
     command(Cli::parse()).unwrap_or_else(|e| {
@@ -131,7 +136,8 @@ pub fn main() -> ExitCode {
             return ExitCode::from(CLOSED_CODE);
         }
         print::error(&format!("{e:#}"));
-        ExitCode::from(2)
+        let died = e.chain().filter_map(|c| c.downcast_ref::<host::HostError>()).any(host::HostError::is_death);
+        ExitCode::from(if died { DIED_CODE } else { 2 })
     })
 }
 

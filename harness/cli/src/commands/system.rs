@@ -1,16 +1,19 @@
 //! `touchdown run` on a system of FMUs, and `touchdown export-ssp`.
 
+use super::fmus::Fmus;
 use super::form::Form;
 use crate::print;
 use crate::progress::{catch_interrupts, interrupted, Progress, INTERRUPTED_CODE};
 use anyhow::{Context, Result};
 use host::master::{build, export_ssp, run as step, Sink, System};
+use host::Isolation;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Runs a system file or an SSP archive: results.csv (or .parquet) while it runs, log.txt, summary.json.
-pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCode> {
-    let s = System::load(path)?;
+pub fn run(path: &Path, out: &Path, parquet: bool, isolation: Isolation, form: Form) -> Result<ExitCode> {
+    let mut s = System::load(path)?;
+    s.isolation = isolation;
     let mut b = build(&s)?;
     for n in &b.notes {
         print::warning(n);
@@ -57,11 +60,23 @@ pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCod
         let path = out.join("log.txt");
         output::write(&path, log.as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))?;
     }
+    let order: Vec<String> = b.network.stepping_order().into_iter().map(String::from).collect();
+    let notes = std::mem::take(&mut b.notes);
+    for c in b.end() {
+        print::warning(&format!("{c}; the results are not touched by it"));
+    }
+    let done = match done {
+        Err(_) if interrupted() => {
+            print::beside(&format!("interrupted; the results so far are in {}\n", out.join(name).display()));
+            return Ok(ExitCode::from(INTERRUPTED_CODE));
+        }
+        done => done,
+    };
     let done =
         done.with_context(|| format!("{}: the results so far are in {}", path.display(), out.join(name).display()))?;
     let summary = serde_json::json!({
         "system": s.title(),
-        "order": b.network.stepping_order(),
+        "order": order,
         "end": done.time,
         "interrupted": done.interrupted,
         "macro_steps": done.steps,
@@ -69,7 +84,7 @@ pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCod
         "do_step_calls": done.slave_steps,
         "touches": done.touches,
         "energy_made_up": done.created,
-        "notes": b.notes,
+        "notes": notes,
     });
     let file = out.join("summary.json");
     let text = serde_json::to_string_pretty(&summary)? + "\n";
@@ -82,7 +97,7 @@ pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCod
             done.steps,
             done.rejected,
             done.slave_steps,
-            b.network.stepping_order().join(", ")
+            order.join(", ")
         );
         if !done.touches.is_empty() {
             said += &format!("touches located: {}\n", done.touches.len());
@@ -112,10 +127,14 @@ pub struct ExportArguments {
     /// The archive to write
     #[arg(long)]
     pub out: PathBuf,
+    #[command(flatten)]
+    fmus: Fmus,
 }
 
 pub fn export(a: &ExportArguments) -> Result<ExitCode> {
-    export_ssp(&System::load(&a.system)?, &a.out)?;
+    let mut s = System::load(&a.system)?;
+    s.isolation = a.fmus.isolation()?;
+    export_ssp(&s, &a.out)?;
     print::beside(&format!("{}\n", a.out.display()));
     Ok(ExitCode::SUCCESS)
 }
