@@ -191,7 +191,8 @@ impl Instance {
     #[inline]
     pub(super) fn alive(&self) -> Result<(), HostError> {
         if self.is_dead() {
-            return Err(self.misuse("an instance of this FMU answered fmi2Fatal: none may be called any more, start again"));
+            let why = "after fmi2Fatal or its process' end nothing of this FMU may be called any more; start again";
+            return Err(self.misuse(why));
         }
         Ok(())
     }

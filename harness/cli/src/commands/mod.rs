@@ -23,6 +23,7 @@ mod system;
 
 use crate::place::Place;
 use crate::print::{self, Unprinted, CLOSED_CODE};
+use crate::progress::{interrupted, INTERRUPTED_CODE};
 use anyhow::Result;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
@@ -137,7 +138,11 @@ pub fn main() -> ExitCode {
         }
         print::error(&format!("{e:#}"));
         let died = e.chain().filter_map(|c| c.downcast_ref::<host::HostError>()).any(host::HostError::is_death);
-        ExitCode::from(if died { DIED_CODE } else { 2 })
+        ExitCode::from(match died {
+            true if interrupted() => INTERRUPTED_CODE,
+            true => DIED_CODE,
+            false => 2,
+        })
     })
 }
 

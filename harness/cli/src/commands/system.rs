@@ -14,11 +14,11 @@ use std::process::ExitCode;
 pub fn run(path: &Path, out: &Path, parquet: bool, isolation: Isolation, form: Form) -> Result<ExitCode> {
     let mut s = System::load(path)?;
     s.isolation = isolation;
+    catch_interrupts();
     let mut b = build(&s)?;
     for n in &b.notes {
         print::warning(n);
     }
-    catch_interrupts();
     let name = if parquet || b.parquet { "results.parquet" } else { "results.csv" };
     let mut head: Vec<String> = vec!["time [s]".into()];
     head.extend(b.columns.iter().map(|c| c.head.clone()));

@@ -124,15 +124,23 @@ impl Place {
 
     /// `touchdown run` of a file with this text; no temporary file and no process of it may stay.
     pub fn run(&self, text: &str, options: &[&str]) -> Ended {
-        let (path, tmp) = (self.folder.path(), self.folder.path().join("tmp"));
-        std::fs::write(path.join("file.toml"), text).unwrap();
-        let o = Command::new(env!("CARGO_BIN_EXE_touchdown"))
-            .args(["run", "file.toml", "--out", "out"])
-            .args(options)
-            .current_dir(path)
-            .env("TMPDIR", &tmp)
-            .output()
-            .unwrap();
+        std::fs::write(self.path().join("file.toml"), text).unwrap();
+        let mut arguments = vec!["run", "file.toml", "--out", "out"];
+        arguments.extend(options);
+        self.touchdown(&arguments)
+    }
+
+    /// The command, here, with its own folder for temporary files.
+    pub fn command(&self, arguments: &[&str]) -> Command {
+        let mut c = Command::new(env!("CARGO_BIN_EXE_touchdown"));
+        c.args(arguments).current_dir(self.path()).env("TMPDIR", self.path().join("tmp"));
+        c
+    }
+
+    /// The command to its end; no temporary file and no process of it may stay.
+    pub fn touchdown(&self, arguments: &[&str]) -> Ended {
+        let path = self.folder.path();
+        let o = self.command(arguments).output().unwrap();
         let text = |name: &str| std::fs::read_to_string(path.join("out").join(name)).unwrap_or_default();
         let ended = Ended {
             code: o.status.code(),
@@ -141,20 +149,29 @@ impl Place {
             rows: text("results.csv").lines().skip(1).map(String::from).collect(),
             log: text("log.txt"),
         };
-        let left: Vec<_> = std::fs::read_dir(&tmp).unwrap().flatten().map(|e| e.path()).collect();
+        let left: Vec<_> = std::fs::read_dir(path.join("tmp")).unwrap().flatten().map(|e| e.path()).collect();
         assert!(left.is_empty(), "temporary files stay: {left:?}; {}", ended.said);
-        assert!(none_run_with(&tmp), "a process stays; {}", ended.said);
+        self.holds_no_process();
         ended
     }
 
-    /// A system of the FMU alone, 10 ms in steps of 0.1 ms.
-    pub fn system(&self, behaviour: Behaviour, options: &[&str]) -> Ended {
-        let text = format!(
+    /// No process that was started here runs any more.
+    pub fn holds_no_process(&self) {
+        assert!(none_run_with(&self.path().join("tmp")), "a process stays");
+    }
+
+    /// Text of a system of the FMU alone, 10 ms in steps of 0.1 ms.
+    pub fn text(behaviour: Behaviour) -> String {
+        format!(
             "[[fmu]]\nname = \"bad\"\nfile = \"hostile.fmu\"\n[fmu.set]\nbehaviour = {}\nat = 0.005\n\
              [master]\nstop = 0.01\nstep = 1e-4\n",
             behaviour as i32
-        );
-        self.run(&text, options)
+        )
+    }
+
+    /// `touchdown run` of that system.
+    pub fn system(&self, behaviour: Behaviour, options: &[&str]) -> Ended {
+        self.run(&Place::text(behaviour), options)
     }
 }
 

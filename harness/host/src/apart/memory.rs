@@ -20,8 +20,10 @@ const MESSAGE: usize = RING + SIZE;
 pub(super) const WHOLE: usize = MESSAGE + LONGEST;
 
 /// Longest and shortest time that is waited awake, ns.
-const AWAKE: u64 = 20_000;
-const LEAST_AWAKE: u64 = 1_000;
+const AWAKE: u64 = 100_000;
+const LEAST_AWAKE: u64 = 5_000;
+/// Of that, the time before others are let on the processor between two looks, ns.
+const ALONE: u64 = 1_000;
 /// Looks between two looks at the clock.
 const LOOKS: u32 = 16;
 
@@ -51,20 +53,18 @@ pub(super) struct Shared {
 /// How long to wait awake: longer where that has helped, shorter where it has not.
 pub(super) struct Patience {
     awake: u64,
-    most: u64,
 }
 
 impl Patience {
     pub(super) fn new() -> Patience {
-        let alone = std::thread::available_parallelism().is_ok_and(|n| n.get() == 1);
-        Patience { awake: AWAKE, most: if alone { 0 } else { AWAKE } }
+        Patience { awake: AWAKE }
     }
 
     fn awake(&mut self, done: impl Fn() -> bool) -> bool {
         if done() {
             return true;
         }
-        let limit = Duration::from_nanos(self.awake.min(self.most));
+        let (limit, alone) = (Duration::from_nanos(self.awake), Duration::from_nanos(ALONE));
         let start = Instant::now();
         loop {
             for _ in 0..LOOKS {
@@ -74,7 +74,12 @@ impl Patience {
                 }
                 std::hint::spin_loop();
             }
-            if start.elapsed() >= limit {
+            let past = start.elapsed();
+            // where processors are fewer than what runs, the other side needs this one
+            if past >= alone {
+                std::thread::yield_now();
+            }
+            if past >= limit {
                 self.awake = (self.awake / 2).max(LEAST_AWAKE);
                 return done();
             }
