@@ -56,8 +56,7 @@ pub(super) fn unpack(path: &Path, sort: &Sort) -> Result<TempDir, String> {
 
 fn unpack_by(path: &Path, sort: &Sort, policy: &Policy) -> Result<TempDir, String> {
     let Sort { name, needs, prefix } = sort;
-    let file =
-        std::fs::File::open(path).map_err(|e| format!("cannot be read ({e}); give the path of an {name}"))?;
+    let file = std::fs::File::open(path).map_err(|e| format!("cannot be read ({e}); give the path of an {name}"))?;
     let packed = file.metadata().map_or(0, |m| m.len());
     let mut zip = zip::ZipArchive::new(std::io::BufReader::new(file))
         .map_err(|e| format!("not a zip archive ({e}), so not an {name}; export it again"))?;
@@ -65,7 +64,11 @@ fn unpack_by(path: &Path, sort: &Sort, policy: &Policy) -> Result<TempDir, Strin
         return Err(format!("no {needs} at the top of the archive, so not an {name}; export it again"));
     }
     if zip.len() > policy.entries {
-        return Err(format!("{} entries, more than {}; export it without what it does not need", zip.len(), policy.entries));
+        return Err(format!(
+            "{} entries, more than {}; export it without what it does not need",
+            zip.len(),
+            policy.entries
+        ));
     }
     let folder = tempfile::Builder::new()
         .prefix(prefix)
@@ -75,7 +78,8 @@ fn unpack_by(path: &Path, sort: &Sort, policy: &Policy) -> Result<TempDir, Strin
     let mut left = most;
     for i in 0..zip.len() {
         let mut entry = zip.by_index(i).map_err(|e| format!("cannot be unpacked ({e}); export it again"))?;
-        let name = entry.name().map_err(|e| format!("an entry's name cannot be read ({e}); export it again"))?.into_owned();
+        let name =
+            entry.name().map_err(|e| format!("an entry's name cannot be read ({e}); export it again"))?.into_owned();
         let written = one(&mut entry, &name.replace('\\', "/"), folder.path(), left, policy.depth)
             .map_err(|why| format!("{:?} in it {why}", name.chars().take(200).collect::<String>()))?;
         let Some(rest) = left.checked_sub(written) else {
@@ -90,13 +94,7 @@ fn unpack_by(path: &Path, sort: &Sort, policy: &Policy) -> Result<TempDir, Strin
 }
 
 /// Unpacks one entry, at most one byte more than `left`. Bytes written.
-fn one<R: Read>(
-    entry: &mut ZipFile<'_, R>,
-    name: &str,
-    folder: &Path,
-    left: u64,
-    depth: usize,
-) -> Result<u64, String> {
+fn one<R: Read>(entry: &mut ZipFile<'_, R>, name: &str, folder: &Path, left: u64, depth: usize) -> Result<u64, String> {
     const AGAIN: &str = "export it again, with plain files alone";
     if entry.is_symlink() {
         return Err(format!("is a link; {AGAIN}"));
@@ -147,7 +145,9 @@ pub(super) fn identifier(name: &str) -> Result<(), String> {
         return Ok(());
     }
     let shown: String = name.chars().take(200).collect();
-    Err(format!("modelIdentifier {shown:?} is no name of a file; FMI 2.0 wants a C identifier, export it again with one"))
+    Err(format!(
+        "modelIdentifier {shown:?} is no name of a file; FMI 2.0 wants a C identifier, export it again with one"
+    ))
 }
 
 /// The binary of `model` for this platform.
@@ -244,7 +244,8 @@ mod tests {
 
     #[test]
     fn links_are_refused() {
-        let e = unpacked(|zip| zip.add_symlink("resources", "/etc", SimpleFileOptions::default()).unwrap()).unwrap_err();
+        let e =
+            unpacked(|zip| zip.add_symlink("resources", "/etc", SimpleFileOptions::default()).unwrap()).unwrap_err();
         assert!(e.contains("\"resources\" in it is a link"), "{e}");
     }
 

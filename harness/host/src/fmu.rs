@@ -3,10 +3,10 @@
 use super::archive;
 use super::description::{Capabilities, Description};
 use super::error::HostError;
-use fmi::fmi2::binding::Fmi2Binding;
 use super::here;
-use super::xml;
 use super::isolation::{Isolation, Limits};
+use super::xml;
+use fmi::fmi2::binding::Fmi2Binding;
 use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize};

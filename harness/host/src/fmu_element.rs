@@ -1,7 +1,7 @@
 //! A contact element made of an FMU.
 
-use super::error::HostError;
 use super::description::{Causality, Description, Kind, Variable};
+use super::error::HostError;
 use super::fmu::Fmu;
 use super::instance::Instance;
 use super::state::State;

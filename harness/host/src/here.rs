@@ -124,7 +124,7 @@ impl Here {
     /// Makes a slave; `fatal` is shared by the FMU's slaves.
     ///
     /// # Errors
-    /// The binary has no fmi2Instantiate, or makes none: with what it logged.
+    /// The binary has no fmi2Instantiate, or makes none; the log may tell why.
     pub(super) fn new(
         binding: Arc<Fmi2Binding>,
         making: &Making,
@@ -156,9 +156,8 @@ impl Here {
         };
         if component.is_null() {
             return Err(format!(
-                "fmi2Instantiate made no instance; {}; the usual cause is a binary that does not belong to this \
-                 description (GUID {}): export the FMU again",
-                log.said(),
+                "fmi2Instantiate made no instance; the usual cause is a binary that does not belong to this description \
+                 (GUID {}): export the FMU again",
                 making.guid.to_string_lossy()
             ));
         }
@@ -259,12 +258,7 @@ impl Here {
         Ok(pointers.into_iter().map(copy).collect())
     }
 
-    pub(super) fn set_real_input_derivatives(
-        &mut self,
-        references: &[u32],
-        orders: &[i32],
-        values: &[f64],
-    ) -> Answer {
+    pub(super) fn set_real_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Answer {
         let n = references.len();
         call!(self, fmi2SetRealInputDerivatives, references.as_ptr(), n, orders.as_ptr(), values.as_ptr())
     }

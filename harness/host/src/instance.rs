@@ -116,10 +116,11 @@ impl Fmu {
             patience: PATIENCE,
         };
         let log = Arc::new(Log::new());
+        let not_made = |why: String| refuse(format!("{why}; {}", log.said()));
         let mut fatal = loaded.fatal.clone();
         let component = match (&loaded.binding, loaded.limits.as_ref()) {
             (Some(binding), _) => {
-                Component::Here(Here::new(binding.clone(), &making, log.clone(), fatal.clone()).map_err(refuse)?)
+                Component::Here(Here::new(binding.clone(), &making, log.clone(), fatal.clone()).map_err(not_made)?)
             }
             (None, limits) => {
                 fatal = Arc::new(AtomicBool::new(false));
@@ -128,7 +129,7 @@ impl Fmu {
                 let made = Apart::start(&loaded.library, making, limits, log.clone());
                 Component::Apart(Box::new(made.map_err(|e| match e {
                     NotMade::NotLoaded(why) => HostError::Open { path: path(), why },
-                    NotMade::Refused(why) => refuse(why),
+                    NotMade::Refused(why) => not_made(why),
                     NotMade::Died(function, how) => {
                         HostError::Died { path: path(), instance: name.to_string(), function, time: None, how }
                     }
@@ -429,11 +430,7 @@ impl Instance {
         }
         self.same_length(knowns.len(), direction.len())?;
         self.same_length(unknowns.len(), answer.len())?;
-        call!(
-            self,
-            "fmi2GetDirectionalDerivative",
-            get_directional_derivative(unknowns, knowns, direction, answer)
-        )
+        call!(self, "fmi2GetDirectionalDerivative", get_directional_derivative(unknowns, knowns, direction, answer))
     }
 
     /// Steps from `time` s over `step` s, > 0, and waits where the FMU steps asynchronously.

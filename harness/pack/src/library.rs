@@ -230,7 +230,8 @@ pub fn is_ours(library: &[u8]) -> bool {
     [Model::contact(), Model::moving_bar()].iter().any(|m| {
         let count = m.defaults.len();
         let Some(plain) = plain(library, count) else { return false };
-        let ready = m.libraries(None).unwrap_or_default().into_iter().filter(|b| Some(b.platform.as_str()) == platform());
+        let ready =
+            m.libraries(None).unwrap_or_default().into_iter().filter(|b| Some(b.platform.as_str()) == platform());
         ready.chain(m.built_library()).any(|own| self::plain(&own.bytes, count).is_some_and(|own| own == plain))
     })
 }

@@ -10,11 +10,11 @@ use anyhow::{bail, Result};
 use host::Element;
 use mechanisms::physics::Physics;
 use plant::integrate::{Advance, Control, State, Stepper};
-use plant::simulate::Setup;
 use plant::motion::{
     Contact, Motion, BODY_SURFACE, BODY_TURN, CENTRE, FORCE_RATE, FORCE_SIGN, SPRUNG_SURFACE, SPRUNG_TURN, SURFACE,
     TURN,
 };
+use plant::simulate::Setup;
 
 /// How a case is integrated: to an error a step of 1e-11 of the impact's depth and speed.
 pub const CONTROL: Control = Control::exact(1e-11);

@@ -130,10 +130,7 @@ fn our_own_stay_in_this_process_by_their_bytes_and_not_by_their_name() {
     // a byte behind everything that is loaded
     library.push(0);
     let xml = std::fs::read(fmu.folder().join("modelDescription.xml")).unwrap();
-    spring::archive(
-        &path,
-        &[("modelDescription.xml", &xml), ("binaries/linux64/HysteresisContact.so", &library)],
-    );
+    spring::archive(&path, &[("modelDescription.xml", &xml), ("binaries/linux64/HysteresisContact.so", &library)]);
     let other = Fmu::open_in(&path, &isolation()).unwrap();
     assert!(other.is_apart());
     let mut i = other.instantiate("it", false).unwrap();

@@ -45,7 +45,10 @@ fn an_identifier_that_climbs_is_refused() {
     let xml = "<fmiModelDescription fmiVersion=\"2.0\" modelName=\"x\" guid=\"x\">\
                <CoSimulation modelIdentifier=\"../../../x\"/></fmiModelDescription>";
     let said = fmu_refused(&[("modelDescription.xml", xml.as_bytes())]);
-    assert!(said.contains("modelIdentifier \"../../../x\" is no name of a file; FMI 2.0 wants a C identifier"), "{said}");
+    assert!(
+        said.contains("modelIdentifier \"../../../x\" is no name of a file; FMI 2.0 wants a C identifier"),
+        "{said}"
+    );
 }
 
 #[test]

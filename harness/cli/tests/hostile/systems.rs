@@ -108,7 +108,7 @@ fn one_that_crashes_when_it_is_loaded_is_named_as_that() {
 fn one_that_makes_no_instance_is_bad_input() {
     let e = Place::compiled("MAKES_NOTHING").system(Behaviour::Good, &[]);
     assert_eq!(e.code, Some(2), "{}", e.said);
-    assert!(e.said.contains("fmi2Instantiate made no instance; it logged nothing"), "{}", e.said);
+    assert!(e.said.contains("fmi2Instantiate made no instance") && e.said.contains("it logged nothing"), "{}", e.said);
 }
 
 #[test]

@@ -20,10 +20,8 @@ const MESSAGE: usize = RING + SIZE;
 pub(super) const WHOLE: usize = MESSAGE + LONGEST;
 
 /// Longest and shortest time that is waited awake, ns.
-const AWAKE: u64 = 100_000;
-const LEAST_AWAKE: u64 = 5_000;
-/// Of that, the time before others are let on the processor between two looks, ns.
-const ALONE: u64 = 1_000;
+const AWAKE: u64 = 20_000;
+const LEAST_AWAKE: u64 = 500;
 /// Looks between two looks at the clock.
 const LOOKS: u32 = 16;
 
@@ -64,7 +62,7 @@ impl Patience {
         if done() {
             return true;
         }
-        let (limit, alone) = (Duration::from_nanos(self.awake), Duration::from_nanos(ALONE));
+        let limit = Duration::from_nanos(self.awake);
         let start = Instant::now();
         loop {
             for _ in 0..LOOKS {
@@ -74,12 +72,8 @@ impl Patience {
                 }
                 std::hint::spin_loop();
             }
-            let past = start.elapsed();
-            // where processors are fewer than what runs, the other side needs this one
-            if past >= alone {
-                std::thread::yield_now();
-            }
-            if past >= limit {
+            // asleep after it, not yielding: on a busy machine who is woken runs sooner than who has yielded
+            if start.elapsed() >= limit {
                 self.awake = (self.awake / 2).max(LEAST_AWAKE);
                 return done();
             }

@@ -15,7 +15,10 @@ pub(super) type References<'a> = Cow<'a, [u32]>;
 #[derive(Serialize, Deserialize)]
 pub(super) enum Request<'a> {
     /// To load the binary, with at most so many bytes of memory.
-    Load { library: PathBuf, memory: Option<u64> },
+    Load {
+        library: PathBuf,
+        memory: Option<u64>,
+    },
     /// To make the instance.
     Instantiate(Making),
     /// To free the instance.
@@ -41,7 +44,11 @@ pub(super) enum Request<'a> {
     SetRealInputDerivatives(References<'a>, Cow<'a, [i32]>, Cow<'a, [f64]>),
     GetRealOutputDerivatives(References<'a>, Cow<'a, [i32]>),
     GetDirectionalDerivative(References<'a>, References<'a>, Cow<'a, [f64]>),
-    DoStep { time: f64, step: f64, never_back: bool },
+    DoStep {
+        time: f64,
+        step: f64,
+        never_back: bool,
+    },
     GetState(usize),
     SetState(usize),
     FreeState(usize),

@@ -62,12 +62,7 @@ impl Apart {
     ///
     /// # Errors
     /// See [`NotMade`].
-    pub(super) fn start(
-        library: &Path,
-        making: Making,
-        limits: &Limits,
-        log: Arc<Log>,
-    ) -> Result<Apart, NotMade> {
+    pub(super) fn start(library: &Path, making: Making, limits: &Limits, log: Arc<Log>) -> Result<Apart, NotMade> {
         let system = |e: std::io::Error| NotMade::Refused(format!("no process of its own can be started ({e})"));
         let shared = Shared::new().map_err(system)?;
         let process = Process::start(limits, &shared).map_err(system)?;
@@ -84,24 +79,21 @@ impl Apart {
             over: false,
         };
         let load = Request::Load { library: library.to_path_buf(), memory: limits.memory };
-        let made = |reply, function| match reply {
-            Ok(Reply::Done) => Ok(()),
-            Ok(Reply::NotMade(why)) => Err(why),
-            Ok(_) => Err("its process answered what makes no sense".into()),
-            Err(Trouble::Died(how)) => return Err(NotMade::Died(function, how)),
-            Err(_) => Err("its process cannot be asked".into()),
-        }
-        .map_err(|why| if function == LOADING { NotMade::NotLoaded(why) } else { NotMade::Refused(why) });
+        let made = |reply, function| {
+            match reply {
+                Ok(Reply::Done) => Ok(()),
+                Ok(Reply::NotMade(why)) => Err(why),
+                Ok(_) => Err("its process answered what makes no sense".into()),
+                Err(Trouble::Died(how)) => return Err(NotMade::Died(function, how)),
+                Err(_) => Err("its process cannot be asked".into()),
+            }
+            .map_err(|why| if function == LOADING { NotMade::NotLoaded(why) } else { NotMade::Refused(why) })
+        };
         let reply = a.ask(&load, limits.time).map_err(|t| *t);
         made(reply, LOADING)?;
         a.log.begin();
         let reply = a.ask(&Request::Instantiate(making), limits.time).map_err(|t| *t);
-        let refused = |n| match n {
-            // the lines came by way of the ring
-            NotMade::Refused(why) => NotMade::Refused(why.replace("it logged nothing", &a.log.said())),
-            other => other,
-        };
-        made(reply, "fmi2Instantiate").map_err(refused)?;
+        made(reply, "fmi2Instantiate")?;
         Ok(a)
     }
 
@@ -285,8 +277,7 @@ impl Apart {
         direction: &[f64],
         answer: &mut [f64],
     ) -> Answer {
-        let request =
-            Request::GetDirectionalDerivative(Borrowed(unknowns), Borrowed(knowns), Borrowed(direction));
+        let request = Request::GetDirectionalDerivative(Borrowed(unknowns), Borrowed(knowns), Borrowed(direction));
         self.reals(&request, answer)
     }
 

@@ -4,6 +4,7 @@ use super::memory::Shared;
 use crate::isolation::{Limits, ARGUMENT};
 use rustix::process::{kill_process_group, waitid, Pid, Signal, WaitId, WaitIdOptions, WaitIdStatus};
 use std::os::fd::AsFd;
+use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -20,7 +21,9 @@ impl Process {
     /// As the system gives them.
     pub(super) fn start(limits: &Limits, memory: &Shared) -> std::io::Result<Process> {
         let printed = std::io::stderr().as_fd().try_clone_to_owned().map_or_else(|_| Stdio::null(), Stdio::from);
+        // the program may be /proc/self/exe, which tells whoever looks at processes nothing
         let child = Command::new(&limits.program)
+            .arg0("touchdown")
             .arg(ARGUMENT)
             .stdin(memory.file().try_clone()?)
             .stdout(printed)

@@ -7,7 +7,7 @@ use crate::here::{self, Here, Making};
 use crate::log::Log;
 use crate::trouble::{misuse, Answer};
 use fmi::fmi2::binding::Fmi2Binding;
-use rustix::process::{getppid, setrlimit, setsid, set_parent_process_death_signal, Resource, Rlimit, Signal};
+use rustix::process::{getppid, set_parent_process_death_signal, setrlimit, setsid, Resource, Rlimit, Signal};
 use std::fs::File;
 use std::os::fd::AsFd;
 use std::process::ExitCode;
