@@ -309,7 +309,7 @@ mod tests {
                 whole: None,
                 channels: [None, Some(y), None],
                 columns: Vec::new(),
-                rows: Vec::new(),
+                rows: record::Rows::alike(Vec::new()),
             }
         });
         Campaign {

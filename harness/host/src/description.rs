@@ -4,10 +4,11 @@
 //! not know, which vendors' files have, and it cannot tell an output without a list of dependencies (FMI 2.0: depends
 //! on everything) from one with an empty list (depends on nothing).
 
+use super::xml::{self, Walk};
 use crate::value::Value;
 use quick_xml::events::{BytesStart, Event};
 use record::words;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::str::FromStr;
 
 macro_rules! words {
@@ -202,17 +203,11 @@ pub struct Description {
 }
 
 /// Attributes of one element.
-struct Attributes(HashMap<String, String>);
+struct Attributes(BTreeMap<String, String>);
 
 impl Attributes {
     fn of(e: &BytesStart) -> Result<Self, String> {
-        let mut m = HashMap::new();
-        for a in e.attributes() {
-            let a = a.map_err(|e| e.to_string())?;
-            let value = a.normalized_value(quick_xml::XmlVersion::Implicit1_0).map_err(|e| e.to_string())?.into_owned();
-            m.insert(AsRef::<str>::as_ref(&a.key).to_string(), value);
-        }
-        Ok(Attributes(m))
+        Ok(Attributes(xml::attributes(e)?))
     }
 
     fn text(&mut self, key: &str) -> String {
@@ -423,27 +418,16 @@ impl Description {
     /// Names the line, what is wrong there and the cure.
     pub fn read(bytes: &[u8]) -> Result<Description, String> {
         let text = decode(bytes)?;
-        let mut xml = quick_xml::Reader::from_str(&text);
-        xml.config_mut().expand_empty_elements = true;
-        let mut path: Vec<String> = Vec::new();
+        let mut walk = Walk::new(&text);
         let mut reading = Reading::default();
         loop {
-            let event = xml.read_event();
-            let at = xml.buffer_position().max(xml.error_position()).min(text.len() as u64) as usize;
-            let line = || 1 + text.as_bytes()[..at].iter().filter(|&&b| b == b'\n').count();
-            match event.map_err(|e| format!("modelDescription.xml:{}: not well formed ({e})", line()))? {
+            let (event, line) = walk.event().map_err(|why| format!("modelDescription.xml:{why}"))?;
+            match event {
                 Event::Start(e) => {
-                    path.push(AsRef::<str>::as_ref(&e.name()).to_string());
-                    reading.element(&path, &e).map_err(|why| format!("modelDescription.xml:{}: {why}", line()))?;
+                    let element = reading.element(walk.open(), &e);
+                    element.map_err(|why| format!("modelDescription.xml:{line}: {why}"))?;
                 }
-                Event::End(_) => {
-                    path.pop();
-                }
-                Event::Eof if path.is_empty() => return reading.finish(),
-                Event::Eof => {
-                    let open = path.pop().unwrap_or_default();
-                    return Err(format!("modelDescription.xml:{}: ends inside {open}; export it again", line()));
-                }
+                Event::Eof => return reading.finish(),
                 _ => {}
             }
         }

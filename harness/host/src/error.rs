@@ -2,11 +2,12 @@
 
 use super::log::LogLine;
 use super::status::Status;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::PathBuf;
 
 /// What an FMU tells of a step it discarded.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Discarded {
     /// End of the part of the step that was done, s; None where the FMU does not tell.
     pub last_successful_time: Option<f64>,
@@ -69,6 +70,20 @@ pub enum HostError {
     /// A call failed.
     #[error("{0}")]
     Call(Box<CallError>),
+    /// The process that an FMU has of its own ended, or was ended.
+    #[error("{}: {instance}: its process ended in {function}{}: {how}", path.display(), at(*time))]
+    Died {
+        /// The FMU.
+        path: PathBuf,
+        /// Name of the instance.
+        instance: String,
+        /// C function under way, or what else was done.
+        function: &'static str,
+        /// Simulation time, s; None before it is told the start.
+        time: Option<f64>,
+        /// How, with the signal, the exit code or the limit.
+        how: String,
+    },
     /// The host was asked for what cannot be.
     #[error("{instance}: {why}")]
     Use {
@@ -79,7 +94,16 @@ pub enum HostError {
     },
 }
 
+fn at(time: Option<f64>) -> String {
+    time.map_or(String::new(), |t| format!(" at simulation time {t} s"))
+}
+
 impl HostError {
+    /// Whether the FMU's process died.
+    pub fn is_death(&self) -> bool {
+        matches!(self, HostError::Died { .. })
+    }
+
     /// The failed call; None where no call was made.
     pub fn call(&self) -> Option<&CallError> {
         match self {

@@ -1,13 +1,16 @@
-//! An FMU: its archive unpacked, its description read, its binary loaded.
+//! An FMU: its archive unpacked, its description read, its binary loaded where it runs in this process.
 
 use super::archive;
 use super::description::{Capabilities, Description};
 use super::error::HostError;
+use super::here;
+use super::isolation::{Isolation, Limits};
+use super::xml;
 use fmi::fmi2::binding::Fmi2Binding;
-use std::ffi::{c_char, CStr, CString};
+use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// An FMI 2.0 co-simulation FMU, ready to be instantiated. Clones share it; the unpacked folder and the loaded binary
 /// live as long as any clone or instance. Threads may share it and make instances each for itself.
@@ -16,7 +19,11 @@ pub struct Fmu(Arc<Loaded>);
 
 /// Fields drop in this order: the binary is unloaded before its file goes.
 pub(super) struct Loaded {
-    pub(super) binding: Fmi2Binding,
+    /// None where its instances have processes of their own.
+    pub(super) binding: Option<Arc<Fmi2Binding>>,
+    /// What holds those.
+    pub(super) limits: Option<Limits>,
+    pub(super) library: PathBuf,
     pub(super) description: Description,
     pub(super) capabilities: Capabilities,
     pub(super) guid: CString,
@@ -24,7 +31,8 @@ pub(super) struct Loaded {
     /// Instances there are.
     pub(super) alive: AtomicUsize,
     /// An instance has answered fmi2Fatal: none may be called any more.
-    pub(super) fatal: AtomicBool,
+    pub(super) fatal: Arc<AtomicBool>,
+    complaints: Mutex<Vec<String>>,
     path: PathBuf,
     folder: tempfile::TempDir,
 }
@@ -35,32 +43,38 @@ impl std::fmt::Debug for Fmu {
     }
 }
 
-/// The text a function without arguments hands out.
-fn answer(f: &Result<unsafe extern "C" fn() -> *const c_char, impl std::fmt::Display>) -> Option<String> {
-    let f = f.as_ref().ok()?;
-    // SAFETY: FMI 2.0 section 2.1.4: a terminated string, callable at any time
-    let s = unsafe { f() };
-    if s.is_null() {
-        return None;
+impl Loaded {
+    /// Keeps what went wrong where nobody could be told.
+    pub(super) fn complain(&self, what: String) {
+        self.complaints.lock().unwrap_or_else(PoisonError::into_inner).push(what);
     }
-    Some(unsafe { CStr::from_ptr(s) }.to_string_lossy().into_owned())
 }
 
 impl Fmu {
-    /// Unpacks `path` into a temporary folder, reads its description and loads its binary.
+    /// Unpacks `path` into a temporary folder, reads its description and loads its binary into this process.
     ///
     /// # Errors
     /// Names the file, what is wrong and the cure: not a zip archive, no modelDescription.xml or a bad one, another
     /// version of FMI, no co-simulation, no binary for this platform (and for which there is one), a binary that does
     /// not load.
     pub fn open(path: &Path) -> Result<Fmu, HostError> {
-        Fmu::load(path).map_err(|why| HostError::Open { path: path.to_path_buf(), why })
+        Fmu::open_in(path, &Isolation::None)
     }
 
-    fn load(path: &Path) -> Result<Fmu, String> {
-        let folder = archive::unpack(path)?;
-        let xml = std::fs::read(folder.path().join("modelDescription.xml"))
-            .map_err(|e| format!("modelDescription.xml cannot be read ({e})"))?;
+    /// As [`Fmu::open`]. With [`Isolation::Process`] each instance gets a process of its own, which loads the binary,
+    /// so that what is wrong with the binary is told by [`Fmu::instantiate`]; but for the libraries of our own FMUs,
+    /// known by their bytes, which are loaded here.
+    ///
+    /// # Errors
+    /// As [`Fmu::open`].
+    pub fn open_in(path: &Path, isolation: &Isolation) -> Result<Fmu, HostError> {
+        Fmu::load(path, isolation).map_err(|why| HostError::Open { path: path.to_path_buf(), why })
+    }
+
+    fn load(path: &Path, isolation: &Isolation) -> Result<Fmu, String> {
+        let folder = archive::unpack(path, &archive::FMU)?;
+        let xml = xml::read(&folder.path().join("modelDescription.xml"))
+            .map_err(|why| format!("modelDescription.xml {why}"))?;
         let description = Description::read(&xml).map_err(with_cure)?;
         let Some(capabilities) = description.co_simulation.clone() else {
             let has = if description.model_exchange { ", only model exchange" } else { "" };
@@ -69,28 +83,25 @@ impl Fmu {
         let library = archive::binary(folder.path(), &capabilities.model_identifier)?;
         let bytes = input::bytes(&library, input::LIBRARY).map_err(|e| format!("its binary cannot be read ({e})"))?;
         pack::whole(&bytes).map_err(|why| format!("its binary does not load: {why}"))?;
-        // SAFETY: loading runs the binary's initializers; whoever opens an FMU trusts it to run in this process
-        let binding = unsafe { Fmi2Binding::new(&library) }
-            .map_err(|e| format!("its binary does not load: {}; export it again for this platform", with_cause(&e)))?;
-        if let Some(version) = answer(&binding.fmi2GetVersion).filter(|v| v != "2.0" && !v.starts_with("2.0.")) {
-            return Err(format!("its description says FMI 2.0 and its binary FMI {version}; export it again"));
-        }
-        if let Some(types) = answer(&binding.fmi2GetTypesPlatform).filter(|t| t != "default") {
-            return Err(format!(
-                "its binary is built for the types of platform {types}, this host has the default ones"
-            ));
-        }
+        let limits = match isolation.limits() {
+            Some(limits) if !pack::is_ours(&bytes) => Some(limits.clone()),
+            _ => None,
+        };
+        let binding = if limits.is_some() { None } else { Some(Arc::new(here::load(&library)?)) };
         let guid = CString::new(description.guid.as_str()).map_err(|_| "its GUID holds a zero byte".to_string())?;
         let resources = CString::new(archive::uri(&folder.path().join("resources")))
             .map_err(|_| "the temporary folder's name holds a zero byte".to_string())?;
         Ok(Fmu(Arc::new(Loaded {
             binding,
+            limits,
+            library,
             description,
             capabilities,
             guid,
             resources,
             alive: AtomicUsize::new(0),
-            fatal: AtomicBool::new(false),
+            fatal: Arc::new(AtomicBool::new(false)),
+            complaints: Mutex::default(),
             path: path.to_path_buf(),
             folder,
         })))
@@ -116,6 +127,16 @@ impl Fmu {
         self.0.folder.path()
     }
 
+    /// What went wrong while instances in processes of their own were freed and unloaded, each told once.
+    pub fn complaints(&self) -> Vec<String> {
+        std::mem::take(&mut *self.0.complaints.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Whether its instances have processes of their own.
+    pub fn is_apart(&self) -> bool {
+        self.0.binding.is_none()
+    }
+
     #[inline]
     pub(super) fn loaded(&self) -> &Loaded {
         &self.0
@@ -129,12 +150,4 @@ fn with_cure(why: String) -> String {
     } else {
         why + "; export it again"
     }
-}
-
-fn with_cause(e: &dyn std::error::Error) -> String {
-    let mut text = e.to_string();
-    if let Some(cause) = e.source() {
-        text += &format!(" ({cause})");
-    }
-    text
 }

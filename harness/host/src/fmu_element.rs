@@ -1,6 +1,7 @@
 //! A contact element made of an FMU.
 
 use super::description::{Causality, Description, Kind, Variable};
+use super::error::HostError;
 use super::fmu::Fmu;
 use super::instance::Instance;
 use super::state::State;
@@ -91,7 +92,7 @@ impl FmuElement {
     pub fn new(fmu: &Fmu, parameters: &[(String, f64)], names: &Names) -> Result<FmuElement> {
         let mut e = FmuElement::build(fmu, parameters, names, Coupling::Direct)?;
         let declared = fmu.description().feedthrough(&names.force, &names.penetration);
-        if declared != Some(false) && e.follows_at_once() {
+        if declared != Some(false) && e.follows_at_once()? {
             // what was tried out is thrown away
             drop(e);
             return FmuElement::build(fmu, parameters, names, Coupling::Direct);
@@ -174,8 +175,11 @@ impl FmuElement {
         })
     }
 
-    /// Whether the force moves with the penetration without a step.
-    fn follows_at_once(&mut self) -> bool {
+    /// Whether the force moves with the penetration without a step; not where the FMU refuses to be tried.
+    ///
+    /// # Errors
+    /// Where the FMU's process dies of it.
+    fn follows_at_once(&mut self) -> Result<bool> {
         let tried = |e: &mut Self| -> Result<bool> {
             e.start(0.0, 0.0)?;
             let first = e.read()?;
@@ -187,7 +191,10 @@ impl FmuElement {
             }
             Ok(false)
         };
-        tried(self).unwrap_or(false)
+        match tried(self) {
+            Err(e) if e.downcast_ref::<HostError>().is_some_and(HostError::is_death) => Err(e),
+            tried => Ok(tried.unwrap_or(false)),
+        }
     }
 
     /// Initializes the slave at (x, v).

@@ -1,43 +1,39 @@
-//! One slave of an FMU, on the raw binding of the crate `fmi`.
-//!
-//! The crate's own instance type panics on fmi2Pending, has no input or output derivatives and no logger of one's own,
-//! and lets instances outlive the folder they were unpacked to; this one does not.
+//! One slave of an FMU, in this process or in one of its own.
 
+use super::apart::{Apart, NotMade};
 use super::error::{CallError, Discarded, HostError};
 use super::fmu::Fmu;
-use super::log::{step_finished, touchdown_host_logger, Log, LogLine};
+use super::here::{Here, Making};
+use super::log::{Log, LogLine};
 use super::status::Status;
-use fmi::fmi2::binding;
-use fmi::fmi2::CallbackFunctions;
-use std::ffi::{c_int, c_void, CStr, CString};
-use std::rc::Rc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use super::trouble::Trouble;
+use std::ffi::{c_int, CString};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// How long an asynchronous step may take where nothing else is said.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Longest sleep between two looks at an asynchronous step.
-const NAP: Duration = Duration::from_millis(1);
 
 static IDS: AtomicU64 = AtomicU64::new(0);
 
-/// Calls a C function with the component first, and turns its status into a result.
+/// Where a slave is.
+pub(super) enum Component {
+    Here(Here),
+    Apart(Box<Apart>),
+}
+
+/// Calls a function of the component, and makes an error of what is not well.
 macro_rules! call {
-    ($self:ident, $f:ident $(, $a:expr)*) => {{
-        if $self.is_dead() {
-            Err($self.misuse("an instance of this FMU answered fmi2Fatal: none may be called any more, start again"))
-        } else {
-            $self.log.begin();
-            match &$self.fmu.loaded().binding.$f {
-                // SAFETY: the component is alive until drop, pointers and lengths are of slices alive during the call
-                Ok(f) => {
-                    let status = unsafe { f($self.component $(, $a)*) };
-                    if status == 0 { Ok(()) } else { $self.judge(stringify!($f), status) }
-                }
-                Err(_) => Err($self.missing(stringify!($f))),
-            }
+    ($self:ident, $f:literal, $method:ident($($a:expr),*)) => {{
+        $self.alive()?;
+        $self.log.begin();
+        match &mut $self.component {
+            Some($crate::instance::Component::Here(c)) => c.$method($($a),*),
+            Some($crate::instance::Component::Apart(c)) => c.$method($($a),*),
+            None => Ok(Default::default()),
         }
+        .map_err(|t| $self.error($f, *t))
     }};
 }
 pub(super) use call;
@@ -45,13 +41,17 @@ pub(super) use call;
 /// A co-simulation slave. Freed when dropped, with its saved states, before its callbacks, its log and the FMU's
 /// folder go. Not `Send`: FMI 2.0 promises nothing about an instance that changes threads; make one in each thread.
 pub struct Instance {
-    pub(super) component: binding::fmi2Component,
-    pub(super) states: Vec<binding::fmi2FMUstate>,
+    /// There until this is dropped.
+    pub(super) component: Option<Component>,
+    /// Slots of saved states there are, and those that hold none.
+    pub(super) slots: usize,
     pub(super) free_slots: Vec<usize>,
     pub(super) id: u64,
     name: String,
-    patience: Duration,
-    _callbacks: Rc<CallbackFunctions>,
+    /// Simulation time reached, s.
+    time: Option<f64>,
+    /// An instance that shares its process has answered fmi2Fatal: none may be called any more.
+    fatal: Arc<AtomicBool>,
     pub(super) log: Arc<Log>,
     pub(super) fmu: Fmu,
 }
@@ -66,21 +66,14 @@ impl Drop for Instance {
     fn drop(&mut self) {
         let loaded = self.fmu.loaded();
         loaded.alive.fetch_sub(1, Ordering::Relaxed);
-        // after fmi2Fatal nothing may be called, freeing included
-        if self.is_dead() {
-            return;
-        }
-        if let Ok(free) = &loaded.binding.fmi2FreeFMUstate {
-            for s in &mut self.states {
-                if !s.is_null() {
-                    // SAFETY: handed out by this component, not freed yet
-                    unsafe { free(self.component, s) };
-                }
+        if let Some(Component::Apart(a)) = self.component.take() {
+            // after fmi2Fatal nothing may be called, freeing included
+            if self.is_dead() {
+                return;
             }
-        }
-        if let Ok(free) = &loaded.binding.fmi2FreeInstance {
-            // SAFETY: alive until here
-            unsafe { free(self.component) };
+            if let Err((function, how)) = a.end() {
+                loaded.complain(self.died(function, how).to_string());
+            }
         }
     }
 }
@@ -90,82 +83,74 @@ impl Fmu {
     ///
     /// # Errors
     /// Where the FMU makes none (a GUID that does not match its binary is the usual cause), allows one instance only,
-    /// or lacks fmi2Instantiate; with what it logged.
+    /// or lacks fmi2Instantiate; with what it logged. In a process of its own: where the binary does not load, or the
+    /// process dies.
     pub fn instantiate(&self, name: &str, logging: bool) -> Result<Instance, HostError> {
-        Instance::new(self, name, logging)
+        let refuse = |why: String| HostError::Use { instance: name.to_string(), why };
+        let loaded = self.loaded();
+        let here = loaded.binding.as_ref();
+        if here.is_some() && loaded.fatal.load(Ordering::Relaxed) {
+            return Err(refuse("an instance of this FMU answered fmi2Fatal: none may be made any more".into()));
+        }
+        let once = loaded.capabilities.can_be_instantiated_only_once_per_process;
+        if loaded.alive.fetch_add(1, Ordering::Relaxed) > 0 && once && here.is_some() {
+            loaded.alive.fetch_sub(1, Ordering::Relaxed);
+            return Err(refuse("this FMU allows one instance in a process, and there is one; drop it first".into()));
+        }
+        let made = self.make(name, logging);
+        if made.is_err() {
+            loaded.alive.fetch_sub(1, Ordering::Relaxed);
+        }
+        made
+    }
+
+    fn make(&self, name: &str, logging: bool) -> Result<Instance, HostError> {
+        let refuse = |why: String| HostError::Use { instance: name.to_string(), why };
+        let loaded = self.loaded();
+        let making = Making {
+            name: CString::new(name).map_err(|_| refuse("the name holds a zero byte".into()))?,
+            guid: loaded.guid.clone(),
+            resources: loaded.resources.clone(),
+            logging,
+            asynchronous: loaded.capabilities.can_run_asynchronuously,
+            patience: PATIENCE,
+        };
+        let log = Arc::new(Log::new());
+        let not_made = |why: String| refuse(format!("{why}; {}", log.said()));
+        let mut fatal = loaded.fatal.clone();
+        let component = match (&loaded.binding, loaded.limits.as_ref()) {
+            (Some(binding), _) => {
+                Component::Here(Here::new(binding.clone(), &making, log.clone(), fatal.clone()).map_err(not_made)?)
+            }
+            (None, limits) => {
+                fatal = Arc::new(AtomicBool::new(false));
+                let path = || self.path().to_path_buf();
+                let limits = limits.ok_or_else(|| refuse("its binary is not loaded".into()))?;
+                let made = Apart::start(&loaded.library, making, limits, log.clone());
+                Component::Apart(Box::new(made.map_err(|e| match e {
+                    NotMade::NotLoaded(why) => HostError::Open { path: path(), why },
+                    NotMade::Refused(why) => not_made(why),
+                    NotMade::Died(function, how) => {
+                        HostError::Died { path: path(), instance: name.to_string(), function, time: None, how }
+                    }
+                })?))
+            }
+        };
+        Ok(Instance {
+            component: Some(component),
+            slots: 0,
+            free_slots: Vec::new(),
+            id: IDS.fetch_add(1, Ordering::Relaxed),
+            name: name.to_string(),
+            time: None,
+            fatal,
+            log,
+            fmu: self.clone(),
+        })
     }
 }
 
 impl Instance {
-    fn new(fmu: &Fmu, name: &str, logging: bool) -> Result<Instance, HostError> {
-        let refuse = |why: String| HostError::Use { instance: name.to_string(), why };
-        let loaded = fmu.loaded();
-        if loaded.fatal.load(Ordering::Relaxed) {
-            return Err(refuse("an instance of this FMU answered fmi2Fatal: none may be made any more".into()));
-        }
-        if loaded.alive.fetch_add(1, Ordering::Relaxed) > 0
-            && loaded.capabilities.can_be_instantiated_only_once_per_process
-        {
-            loaded.alive.fetch_sub(1, Ordering::Relaxed);
-            return Err(refuse("this FMU allows one instance in a process, and there is one; drop it first".into()));
-        }
-        let made = Instance::make(fmu, name, logging);
-        if made.is_err() {
-            loaded.alive.fetch_sub(1, Ordering::Relaxed);
-        }
-        made.map_err(refuse)
-    }
-
-    fn make(fmu: &Fmu, name: &str, logging: bool) -> Result<Instance, String> {
-        let loaded = fmu.loaded();
-        let c_name = CString::new(name).map_err(|_| "the name holds a zero byte".to_string())?;
-        let Ok(instantiate) = &loaded.binding.fmi2Instantiate else {
-            return Err("its binary has no fmi2Instantiate; export it again".into());
-        };
-        let log = Arc::new(Log::new());
-        let callbacks = Rc::new(CallbackFunctions {
-            logger: Some(touchdown_host_logger),
-            step_finished: Some(step_finished),
-            component_environment: Arc::as_ptr(&log).cast_mut().cast::<c_void>(),
-            ..CallbackFunctions::default()
-        });
-        log.begin();
-        // SAFETY: the strings live during the call, callbacks and log as long as the instance; CallbackFunctions is
-        // repr(C) with the fields of fmi2CallbackFunctions
-        let component = unsafe {
-            instantiate(
-                c_name.as_ptr(),
-                binding::fmi2Type_fmi2CoSimulation,
-                loaded.guid.as_ptr(),
-                loaded.resources.as_ptr(),
-                Rc::as_ptr(&callbacks).cast(),
-                0,
-                c_int::from(logging),
-            )
-        };
-        if component.is_null() {
-            let lines: Vec<String> = log.all().into_iter().map(|l| format!("\"{}\"", l.message)).collect();
-            let said =
-                if lines.is_empty() { "it logged nothing".into() } else { format!("it logged {}", lines.join(", ")) };
-            return Err(format!(
-                "fmi2Instantiate made no instance; {said}; the usual cause is a binary that does not belong to this \
-                 description (GUID {}): export the FMU again",
-                loaded.description.guid
-            ));
-        }
-        Ok(Instance {
-            component,
-            states: Vec::new(),
-            free_slots: Vec::new(),
-            id: IDS.fetch_add(1, Ordering::Relaxed),
-            name: name.to_string(),
-            patience: PATIENCE,
-            _callbacks: callbacks,
-            log,
-            fmu: fmu.clone(),
-        })
-    }
-
     /// The FMU it is of.
     pub fn fmu(&self) -> &Fmu {
         &self.fmu
@@ -176,19 +161,41 @@ impl Instance {
         &self.name
     }
 
-    /// What it has logged so far, the last thousand lines.
+    /// Whether it is in a process of its own.
+    pub fn is_apart(&self) -> bool {
+        matches!(self.component, Some(Component::Apart(_)))
+    }
+
+    /// What it has logged so far: the last thousand lines, at most 1 MiB.
     pub fn log(&self) -> Vec<LogLine> {
         self.log.all()
     }
 
+    /// Lines it has logged that are not kept any more.
+    pub fn log_dropped(&self) -> u64 {
+        self.log.dropped()
+    }
+
     /// How long an asynchronous step may take, 60 s unless set; then it is cancelled and an error.
-    pub fn set_patience(&mut self, patience: Duration) {
-        self.patience = patience;
+    ///
+    /// # Errors
+    /// Where the FMU's process died.
+    pub fn set_patience(&mut self, patience: Duration) -> Result<(), HostError> {
+        call!(self, "the setting of its patience", set_patience(patience))
     }
 
     #[inline]
-    pub(super) fn is_dead(&self) -> bool {
-        self.fmu.loaded().fatal.load(Ordering::Relaxed)
+    fn is_dead(&self) -> bool {
+        self.fatal.load(Ordering::Relaxed)
+    }
+
+    #[inline]
+    pub(super) fn alive(&self) -> Result<(), HostError> {
+        if self.is_dead() {
+            let why = "after fmi2Fatal or its process' end nothing of this FMU may be called any more; start again";
+            return Err(self.misuse(why));
+        }
+        Ok(())
     }
 
     #[cold]
@@ -196,20 +203,33 @@ impl Instance {
         HostError::Use { instance: self.name.clone(), why: why.into() }
     }
 
-    #[cold]
-    pub(super) fn missing(&self, function: &str) -> HostError {
-        self.misuse(format!("its binary has no {function}, which FMI 2.0 requires; export it again"))
+    fn died(&self, function: &'static str, how: String) -> HostError {
+        let path = self.fmu.path().to_path_buf();
+        HostError::Died { path, instance: self.name.clone(), function, time: self.time, how }
     }
 
-    /// The error of a call that answered anything but fmi2OK; warnings stay in the log.
+    /// The error of a call that is not well; warnings stay in the log.
     #[cold]
-    pub(super) fn judge(&self, function: &'static str, status: u32) -> Result<(), HostError> {
-        match Status::from(status) {
-            Status::Ok | Status::Warning => return Ok(()),
-            Status::Fatal => self.fmu.loaded().fatal.store(true, Ordering::Relaxed),
-            _ => {}
+    pub(super) fn error(&self, function: &'static str, t: Trouble) -> HostError {
+        match t {
+            Trouble::Missing => {
+                self.misuse(format!("its binary has no {function}, which FMI 2.0 requires; export it again"))
+            }
+            Trouble::Misuse(why) => self.misuse(why),
+            Trouble::Died(mut how) => {
+                self.fatal.store(true, Ordering::Relaxed);
+                if let Some(last) = self.log.of_call().last() {
+                    how += &format!("; it logged \"{}\"", last.message);
+                }
+                self.died(function, how)
+            }
+            Trouble::Answered { status, detail, discarded } => {
+                if Status::from(status) == Status::Fatal {
+                    self.fatal.store(true, Ordering::Relaxed);
+                }
+                self.failed(function, status, detail, discarded)
+            }
         }
-        Err(self.failed(function, status, String::new(), None))
     }
 
     fn failed(&self, function: &'static str, status: u32, detail: String, discarded: Option<Discarded>) -> HostError {
@@ -237,8 +257,7 @@ impl Instance {
     /// Where the FMU refuses.
     pub fn set_debug_logging(&mut self, on: bool, categories: &[&str]) -> Result<(), HostError> {
         let names = self.c_strings(categories)?;
-        let pointers: Vec<_> = names.iter().map(|s| s.as_ptr()).collect();
-        call!(self, fmi2SetDebugLogging, c_int::from(on), pointers.len(), pointers.as_ptr())
+        call!(self, "fmi2SetDebugLogging", set_debug_logging(on, &names))
     }
 
     /// Tells start, stop and tolerance of the simulation; times in s.
@@ -246,9 +265,8 @@ impl Instance {
     /// # Errors
     /// Where the FMU refuses.
     pub fn setup_experiment(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Result<(), HostError> {
-        let (tol, end) = (tolerance.unwrap_or(0.0), stop.unwrap_or(0.0));
-        let (has_tol, has_end) = (c_int::from(tolerance.is_some()), c_int::from(stop.is_some()));
-        call!(self, fmi2SetupExperiment, has_tol, tol, start, has_end, end)
+        self.time = Some(start);
+        call!(self, "fmi2SetupExperiment", setup_experiment(tolerance, start, stop))
     }
 
     /// Begins initialization.
@@ -256,7 +274,7 @@ impl Instance {
     /// # Errors
     /// Where the FMU refuses.
     pub fn enter_initialization(&mut self) -> Result<(), HostError> {
-        call!(self, fmi2EnterInitializationMode)
+        call!(self, "fmi2EnterInitializationMode", enter_initialization())
     }
 
     /// Ends initialization; steps may follow.
@@ -264,7 +282,7 @@ impl Instance {
     /// # Errors
     /// Where the FMU refuses.
     pub fn exit_initialization(&mut self) -> Result<(), HostError> {
-        call!(self, fmi2ExitInitializationMode)
+        call!(self, "fmi2ExitInitializationMode", exit_initialization())
     }
 
     /// Sets Reals, a value for each reference, in the variables' units.
@@ -274,7 +292,7 @@ impl Instance {
     #[inline]
     pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), HostError> {
         self.same_length(references.len(), values.len())?;
-        call!(self, fmi2SetReal, references.as_ptr(), references.len(), values.as_ptr())
+        call!(self, "fmi2SetReal", set_real(references, values))
     }
 
     /// Reads Reals into `values`, in the variables' units.
@@ -284,7 +302,7 @@ impl Instance {
     #[inline]
     pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), HostError> {
         self.same_length(references.len(), values.len())?;
-        call!(self, fmi2GetReal, references.as_ptr(), references.len(), values.as_mut_ptr())
+        call!(self, "fmi2GetReal", get_real(references, values))
     }
 
     /// Reads one Real.
@@ -304,7 +322,7 @@ impl Instance {
     /// Where lengths differ or the FMU refuses.
     pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), HostError> {
         self.same_length(references.len(), values.len())?;
-        call!(self, fmi2SetInteger, references.as_ptr(), references.len(), values.as_ptr())
+        call!(self, "fmi2SetInteger", set_integer(references, values))
     }
 
     /// Reads Integers and Enumerations.
@@ -313,7 +331,7 @@ impl Instance {
     /// Where lengths differ or the FMU refuses.
     pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), HostError> {
         self.same_length(references.len(), values.len())?;
-        call!(self, fmi2GetInteger, references.as_ptr(), references.len(), values.as_mut_ptr())
+        call!(self, "fmi2GetInteger", get_integer(references, values))
     }
 
     /// Sets Booleans.
@@ -323,7 +341,7 @@ impl Instance {
     pub fn set_boolean(&mut self, references: &[u32], values: &[bool]) -> Result<(), HostError> {
         self.same_length(references.len(), values.len())?;
         let values: Vec<c_int> = values.iter().map(|&b| c_int::from(b)).collect();
-        call!(self, fmi2SetBoolean, references.as_ptr(), references.len(), values.as_ptr())
+        call!(self, "fmi2SetBoolean", set_boolean(references, &values))
     }
 
     /// Reads Booleans.
@@ -332,7 +350,7 @@ impl Instance {
     /// Where the FMU refuses.
     pub fn get_boolean(&mut self, references: &[u32]) -> Result<Vec<bool>, HostError> {
         let mut values: Vec<c_int> = vec![0; references.len()];
-        call!(self, fmi2GetBoolean, references.as_ptr(), references.len(), values.as_mut_ptr())?;
+        call!(self, "fmi2GetBoolean", get_boolean(references, &mut values))?;
         Ok(values.into_iter().map(|b| b != 0).collect())
     }
 
@@ -343,8 +361,7 @@ impl Instance {
     pub fn set_string(&mut self, references: &[u32], values: &[&str]) -> Result<(), HostError> {
         self.same_length(references.len(), values.len())?;
         let texts = self.c_strings(values)?;
-        let pointers: Vec<_> = texts.iter().map(|s| s.as_ptr()).collect();
-        call!(self, fmi2SetString, references.as_ptr(), references.len(), pointers.as_ptr())
+        call!(self, "fmi2SetString", set_string(references, &texts))
     }
 
     /// Reads Strings, copied at once; what is not UTF-8 is replaced.
@@ -352,16 +369,7 @@ impl Instance {
     /// # Errors
     /// Where the FMU refuses.
     pub fn get_string(&mut self, references: &[u32]) -> Result<Vec<String>, HostError> {
-        let mut pointers = vec![std::ptr::null(); references.len()];
-        call!(self, fmi2GetString, references.as_ptr(), references.len(), pointers.as_mut_ptr())?;
-        let copy = |p: *const std::ffi::c_char| {
-            if p.is_null() {
-                return String::new();
-            }
-            // SAFETY: FMI 2.0 section 2.1.7: a terminated string, good until the next call
-            unsafe { CStr::from_ptr(p) }.to_string_lossy().into_owned()
-        };
-        Ok(pointers.into_iter().map(copy).collect())
+        call!(self, "fmi2GetString", get_string(references))
     }
 
     fn c_strings(&self, texts: &[&str]) -> Result<Vec<CString>, HostError> {
@@ -384,14 +392,7 @@ impl Instance {
         }
         self.same_length(references.len(), orders.len())?;
         self.same_length(references.len(), values.len())?;
-        call!(
-            self,
-            fmi2SetRealInputDerivatives,
-            references.as_ptr(),
-            references.len(),
-            orders.as_ptr(),
-            values.as_ptr()
-        )
+        call!(self, "fmi2SetRealInputDerivatives", set_real_input_derivatives(references, orders, values))
     }
 
     /// Reads time derivatives of Real outputs; orders from 1 to maxOutputDerivativeOrder.
@@ -410,14 +411,7 @@ impl Instance {
         }
         self.same_length(references.len(), orders.len())?;
         self.same_length(references.len(), values.len())?;
-        call!(
-            self,
-            fmi2GetRealOutputDerivatives,
-            references.as_ptr(),
-            references.len(),
-            orders.as_ptr(),
-            values.as_mut_ptr()
-        )
+        call!(self, "fmi2GetRealOutputDerivatives", get_real_output_derivatives(references, orders, values))
     }
 
     /// The derivative of each of `unknowns` along `direction` in `knowns`, into `answer`.
@@ -436,16 +430,7 @@ impl Instance {
         }
         self.same_length(knowns.len(), direction.len())?;
         self.same_length(unknowns.len(), answer.len())?;
-        call!(
-            self,
-            fmi2GetDirectionalDerivative,
-            unknowns.as_ptr(),
-            unknowns.len(),
-            knowns.as_ptr(),
-            knowns.len(),
-            direction.as_ptr(),
-            answer.as_mut_ptr()
-        )
+        call!(self, "fmi2GetDirectionalDerivative", get_directional_derivative(unknowns, knowns, direction, answer))
     }
 
     /// Steps from `time` s over `step` s, > 0, and waits where the FMU steps asynchronously.
@@ -455,74 +440,11 @@ impl Instance {
     /// lasted longer than the patience and was cancelled.
     #[inline]
     pub fn do_step(&mut self, time: f64, step: f64) -> Result<(), HostError> {
-        if self.is_dead() {
-            return Err(self.misuse("an instance of this FMU answered fmi2Fatal: none may be called any more"));
-        }
-        self.log.begin();
-        let Ok(f) = &self.fmu.loaded().binding.fmi2DoStep else { return Err(self.missing("fmi2DoStep")) };
-        let never_back = c_int::from(!self.holds_states());
-        if self.fmu.capabilities().can_run_asynchronuously {
-            self.log.forget_finished();
-        }
-        // SAFETY: the component is alive
-        let status = unsafe { f(self.component, time, step, never_back) };
-        if status == binding::fmi2Status_fmi2OK {
-            return Ok(());
-        }
-        self.step_not_ok(status)
-    }
-
-    #[cold]
-    fn step_not_ok(&mut self, mut status: u32) -> Result<(), HostError> {
-        if status == binding::fmi2Status_fmi2Pending {
-            status = self.wait()?;
-        }
-        if status != binding::fmi2Status_fmi2Discard {
-            return self.judge("fmi2DoStep", status);
-        }
-        let (mut time, mut end) = (0.0, 0);
-        let b = &self.fmu.loaded().binding;
-        // SAFETY: the component is alive, the pointers are to locals
-        let (timed, ended) = unsafe {
-            (
-                b.fmi2GetRealStatus
-                    .as_ref()
-                    .is_ok_and(|f| f(self.component, binding::fmi2StatusKind_fmi2LastSuccessfulTime, &mut time) == 0),
-                b.fmi2GetBooleanStatus
-                    .as_ref()
-                    .is_ok_and(|f| f(self.component, binding::fmi2StatusKind_fmi2Terminated, &mut end) == 0),
-            )
-        };
-        let discarded = Discarded { last_successful_time: timed.then_some(time), terminated: ended && end != 0 };
-        Err(self.failed("fmi2DoStep", status, String::new(), Some(discarded)))
-    }
-
-    /// Waits for an asynchronous step: the FMU rings stepFinished or answers fmi2GetStatus. Its status.
-    fn wait(&mut self) -> Result<u32, HostError> {
-        let until = Instant::now() + self.patience;
-        loop {
-            let rung = self.log.wait_finished(NAP);
-            let mut status = 0;
-            if let Ok(f) = &self.fmu.loaded().binding.fmi2GetStatus {
-                // SAFETY: the component is alive, the pointer is to a local
-                let answer = unsafe { f(self.component, binding::fmi2StatusKind_fmi2DoStepStatus, &mut status) };
-                if answer <= 1 && status != binding::fmi2Status_fmi2Pending {
-                    return Ok(status);
-                }
-            }
-            if let Some(status) = rung.filter(|&s| s != binding::fmi2Status_fmi2Pending) {
-                return Ok(status);
-            }
-            if Instant::now() >= until {
-                let cancelled = self.fmu.loaded().binding.fmi2CancelStep.as_ref().is_ok_and(|f| {
-                    // SAFETY: the component is alive
-                    unsafe { f(self.component) == 0 }
-                });
-                let end = if cancelled { "it was cancelled" } else { "it could not be cancelled" };
-                let detail = format!("the step was not done after {} s, {end}", self.patience.as_secs_f64());
-                return Err(self.failed("fmi2DoStep", binding::fmi2Status_fmi2Pending, detail, None));
-            }
-        }
+        let never_back = !self.holds_states();
+        self.time = Some(time);
+        call!(self, "fmi2DoStep", do_step(time, step, never_back))?;
+        self.time = Some(time + step);
+        Ok(())
     }
 
     /// Gives up an asynchronous step. The instance can then only be reset or dropped.
@@ -530,7 +452,7 @@ impl Instance {
     /// # Errors
     /// Where there is none, or the FMU refuses.
     pub fn cancel_step(&mut self) -> Result<(), HostError> {
-        call!(self, fmi2CancelStep)
+        call!(self, "fmi2CancelStep", cancel_step())
     }
 
     /// Ends the simulation; values can still be read.
@@ -538,7 +460,7 @@ impl Instance {
     /// # Errors
     /// Where the FMU refuses.
     pub fn terminate(&mut self) -> Result<(), HostError> {
-        call!(self, fmi2Terminate)
+        call!(self, "fmi2Terminate", terminate())
     }
 
     /// Back to as made: every value at its start, saved states kept.
@@ -546,6 +468,6 @@ impl Instance {
     /// # Errors
     /// Where the FMU refuses.
     pub fn reset(&mut self) -> Result<(), HostError> {
-        call!(self, fmi2Reset)
+        call!(self, "fmi2Reset", reset())
     }
 }

@@ -1,25 +1,33 @@
 //! What stands in for the contact while a scenario runs: the law called directly, or any FMI 2.0 co-simulation FMU.
 //!
-//! [`Fmu`] is an unpacked archive with its binary loaded; [`Instance`] is one slave of it, on the raw binding of the
-//! crate `fmi`; [`FmuElement`] is a contact [`Element`] made of one.
+//! [`Fmu`] is an unpacked archive; [`Instance`] is one slave of it, in this process on the raw binding of the crate `fmi`
+//! or, by [`Isolation`], in a process of its own; [`FmuElement`] is a contact [`Element`] made of one.
 
+#[cfg_attr(not(target_os = "linux"), path = "apart_nowhere.rs")]
+mod apart;
 mod archive;
 mod description;
 mod error;
 mod fmu;
 mod fmu_element;
+mod here;
 mod instance;
+mod isolation;
 mod log;
 pub mod master;
 mod state;
 mod status;
+mod trouble;
 mod value;
+mod xml;
 
+pub use apart::serve;
 pub use description::{Capabilities, Causality, Description, Kind, Start, Unit, Variability, Variable};
 pub use error::{CallError, Discarded, HostError};
 pub use fmu::Fmu;
 pub use fmu_element::{Coupling, FmuElement, Names};
 pub use instance::Instance;
+pub use isolation::{Isolation, Limits, ARGUMENT, TIME};
 pub use log::LogLine;
 pub use plant::element::{Direct, Element};
 pub use state::State;

@@ -5,8 +5,11 @@
 
 /* First field of what the host passes as componentEnvironment; see log.rs. */
 struct host_log {
-    void (*line)(void *environment, int status, const char *category, const char *text);
+    void (*line)(void *environment, int status, const char *category, const char *text, size_t length);
 };
+
+/* Bytes formatted of a message, its end included; log.rs keeps no more. */
+#define LONGEST 65537
 
 void touchdown_host_logger(void *environment, const char *instance, int status, const char *category,
                            const char *message, ...) {
@@ -24,19 +27,20 @@ void touchdown_host_logger(void *environment, const char *instance, int status, 
     length = vsnprintf(small, sizeof small, message, arguments);
     va_end(arguments);
     if (length < 0) {
-        host->line(environment, status, category, message);
+        host->line(environment, status, category, message, 0);
         return;
     }
     if ((size_t)length >= sizeof small) {
-        text = malloc((size_t)length + 1);
+        const size_t size = length < LONGEST ? (size_t)length + 1 : LONGEST;
+        text = malloc(size);
         if (text) {
             va_start(arguments, message);
-            vsnprintf(text, (size_t)length + 1, message, arguments);
+            vsnprintf(text, size, message, arguments);
             va_end(arguments);
         } else {
             text = small;
         }
     }
-    host->line(environment, status, category, text);
+    host->line(environment, status, category, text, (size_t)length);
     if (text != small) free(text);
 }

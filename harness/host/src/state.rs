@@ -2,7 +2,6 @@
 
 use super::error::HostError;
 use super::instance::{call, Instance};
-use std::ffi::c_char;
 
 /// A saved state. It belongs to the instance that made it and goes with it at the latest.
 #[derive(Debug)]
@@ -28,22 +27,25 @@ impl Instance {
     }
 
     fn slot(&self, s: &State) -> Result<usize, HostError> {
-        if s.owner == self.id && s.slot < self.states.len() {
+        if s.owner == self.id && s.slot < self.slots {
             return Ok(s.slot);
         }
         Err(self.misuse("a state of another instance; write it to bytes there and read it here instead"))
     }
 
-    fn keep(&mut self, raw: fmi::fmi2::binding::fmi2FMUstate) -> Result<State, HostError> {
-        if raw.is_null() {
-            return Err(self.misuse("the FMU answered fmi2OK and handed out no state"));
-        }
+    /// Fills a slot that holds no state.
+    fn fill(&mut self, fill: impl FnOnce(&mut Self, usize) -> Result<(), HostError>) -> Result<State, HostError> {
         let slot = self.free_slots.pop().unwrap_or_else(|| {
-            self.states.push(std::ptr::null_mut());
-            self.states.len() - 1
+            self.slots += 1;
+            self.slots - 1
         });
-        self.states[slot] = raw;
-        Ok(State { owner: self.id, slot })
+        match fill(self, slot) {
+            Ok(()) => Ok(State { owner: self.id, slot }),
+            Err(e) => {
+                self.free_slots.push(slot);
+                Err(e)
+            }
+        }
     }
 
     /// Saves the state.
@@ -52,9 +54,7 @@ impl Instance {
     /// Where the FMU cannot, or refuses.
     pub fn save(&mut self) -> Result<State, HostError> {
         self.can_save()?;
-        let mut raw = std::ptr::null_mut();
-        call!(self, fmi2GetFMUstate, &mut raw)?;
-        self.keep(raw)
+        self.fill(|i, slot| call!(i, "fmi2GetFMUstate", get_state(slot)))
     }
 
     /// Saves the state over an earlier one, whose memory the FMU uses again.
@@ -63,11 +63,7 @@ impl Instance {
     /// As [`Instance::save`], and where the state is of another instance.
     pub fn save_into(&mut self, s: &State) -> Result<(), HostError> {
         let slot = self.slot(s)?;
-        let mut raw = self.states[slot];
-        let done = call!(self, fmi2GetFMUstate, &mut raw);
-        // the FMU may have replaced it whatever it answered
-        self.states[slot] = raw;
-        done
+        call!(self, "fmi2GetFMUstate", get_state(slot))
     }
 
     /// Goes back to a saved state: memory, inputs, parameters and time. The state stays good.
@@ -75,8 +71,8 @@ impl Instance {
     /// # Errors
     /// Where the FMU refuses, or the state is of another instance.
     pub fn restore(&mut self, s: &State) -> Result<(), HostError> {
-        let raw = self.states[self.slot(s)?];
-        call!(self, fmi2SetFMUstate, raw)
+        let slot = self.slot(s)?;
+        call!(self, "fmi2SetFMUstate", set_state(slot))
     }
 
     /// Frees a saved state sooner than the instance does.
@@ -85,9 +81,8 @@ impl Instance {
     /// Where the FMU refuses, or the state is of another instance.
     pub fn free(&mut self, s: State) -> Result<(), HostError> {
         let slot = self.slot(&s)?;
-        let mut raw = std::mem::replace(&mut self.states[slot], std::ptr::null_mut());
         self.free_slots.push(slot);
-        call!(self, fmi2FreeFMUstate, &mut raw)
+        call!(self, "fmi2FreeFMUstate", free_state(slot))
     }
 
     /// A saved state as bytes, for another instance or another process.
@@ -96,12 +91,8 @@ impl Instance {
     /// Where the FMU cannot, or refuses.
     pub fn serialize(&mut self, s: &State) -> Result<Vec<u8>, HostError> {
         self.can_serialize()?;
-        let raw = self.states[self.slot(s)?];
-        let mut size = 0;
-        call!(self, fmi2SerializedFMUstateSize, raw, &mut size)?;
-        let mut bytes = vec![0u8; size];
-        call!(self, fmi2SerializeFMUstate, raw, bytes.as_mut_ptr().cast::<c_char>(), size)?;
-        Ok(bytes)
+        let slot = self.slot(s)?;
+        call!(self, "fmi2SerializeFMUstate", serialize(slot))
     }
 
     /// A saved state from the bytes of one; [`Instance::restore`] then goes to it.
@@ -110,13 +101,11 @@ impl Instance {
     /// Where the FMU cannot, or does not take the bytes.
     pub fn deserialize(&mut self, bytes: &[u8]) -> Result<State, HostError> {
         self.can_serialize()?;
-        let mut raw = std::ptr::null_mut();
-        call!(self, fmi2DeSerializeFMUstate, bytes.as_ptr().cast::<c_char>(), bytes.len(), &mut raw)?;
-        self.keep(raw)
+        self.fill(|i, slot| call!(i, "fmi2DeSerializeFMUstate", deserialize(slot, bytes)))
     }
 
     /// Whether any saved state could still be restored.
     pub(super) fn holds_states(&self) -> bool {
-        self.states.len() > self.free_slots.len()
+        self.slots > self.free_slots.len()
     }
 }

@@ -35,6 +35,21 @@ impl From<u32> for Status {
     }
 }
 
+impl Status {
+    /// The number that FMI 2.0 gives it.
+    pub(super) fn number(self) -> u32 {
+        match self {
+            Status::Ok => 0,
+            Status::Warning => 1,
+            Status::Discard => 2,
+            Status::Error => 3,
+            Status::Fatal => 4,
+            Status::Pending => 5,
+            Status::Unknown(n) => n,
+        }
+    }
+}
+
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

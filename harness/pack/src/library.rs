@@ -277,17 +277,41 @@ fn check(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// A library with GUID and start values of its own.
-pub(super) fn patch(library: &[u8], guid: &str, values: &[f64]) -> Result<Vec<u8>> {
+/// Whether a library is the one of a model as it lies ready or was built here, whatever its GUID and start values.
+pub fn is_ours(library: &[u8]) -> bool {
+    [Model::contact(), Model::moving_bar()].iter().any(|m| {
+        let count = m.defaults.len();
+        let Some(plain) = plain(library, count) else { return false };
+        let ready =
+            m.libraries(None).unwrap_or_default().into_iter().filter(|b| Some(b.platform.as_str()) == platform());
+        ready.chain(m.built_library()).any(|own| self::plain(&own.bytes, count).is_some_and(|own| own == plain))
+    })
+}
+
+/// A library with its GUID and start values blanked; None where its block is not there once.
+fn plain(library: &[u8], parameters: usize) -> Option<Vec<u8>> {
+    let [at] = blocks(library, parameters)[..] else { return None };
     let mut o = library.to_vec();
-    let length = VALUES_OFFSET + 8 * values.len();
-    let found: Vec<usize> = o
-        .windows(length)
+    o[at + GUID_OFFSET..at + COUNT_OFFSET].fill(0);
+    o[at + VALUES_OFFSET..at + VALUES_OFFSET + 8 * parameters].fill(0);
+    Some(o)
+}
+
+/// Where a library has blocks of start values.
+fn blocks(library: &[u8], parameters: usize) -> Vec<usize> {
+    library
+        .windows(VALUES_OFFSET + 8 * parameters)
         .enumerate()
         // the marker alone may also stand in code that searches for it
         .filter(|(_, w)| w.starts_with(&MARKER) && w[GUID_OFFSET] == b'{' && w[GUID_OFFSET + GUID_LENGTH - 1] == b'}')
         .map(|(i, _)| i)
-        .collect();
+        .collect()
+}
+
+/// A library with GUID and start values of its own.
+pub(super) fn patch(library: &[u8], guid: &str, values: &[f64]) -> Result<Vec<u8>> {
+    let mut o = library.to_vec();
+    let found = blocks(&o, values.len());
     let [at] = found[..] else {
         bail!("has its block of start values {} times, not once: give the library that touchdown builds", found.len());
     };

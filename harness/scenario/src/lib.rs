@@ -24,7 +24,7 @@ pub use outcome::{Balance, Bounce, Event, Exact, Moment, Outcome, Row};
 pub use plan::{Case, Start};
 pub use results::{peak, table, SensorPeak, Table};
 pub use rig::{Bodies, Link, Places, Rig, Spring};
-pub use simulate::{simulate, CONTROL};
+pub use simulate::{simulate, simulate_as_far, CONTROL};
 pub use source::{Source, Through};
 
 pub use mechanisms::physics::GRAVITY;

@@ -14,6 +14,7 @@ use plant::motion::{
     Contact, Motion, BODY_SURFACE, BODY_TURN, CENTRE, FORCE_RATE, FORCE_SIGN, SPRUNG_SURFACE, SPRUNG_TURN, SURFACE,
     TURN,
 };
+use plant::simulate::Setup;
 
 /// How a case is integrated: to an error a step of 1e-11 of the impact's depth and speed.
 pub const CONTROL: Control = Control::exact(1e-11);
@@ -32,16 +33,39 @@ const WATCHED: usize = 64;
 /// # Errors
 /// Where the element refuses, or the motion never ends: too many steps, or a step too small to take.
 pub fn simulate(case: &Case, element: &mut dyn Element, watch: &mut dyn FnMut(&Moment) -> bool) -> Result<Outcome> {
+    let (outcome, end) = simulate_as_far(case, element, watch);
+    end.map(|()| outcome)
+}
+
+/// As [`simulate`], with what there is where it fails, as interrupted.
+pub fn simulate_as_far(
+    case: &Case,
+    element: &mut dyn Element,
+    watch: &mut dyn FnMut(&Moment) -> bool,
+) -> (Outcome, Result<()>) {
     let rig = &case.rig;
     let physics = [rig.gravity_before, rig.gravity_after].map(|g| rig.physics(&case.law, g));
     let setup = rig.setup();
     let contact = Contact::new(element);
+    let mut m = Run::new(case, &contact);
+    let end = go(&mut m, &physics, &setup, watch);
+    m.o.interrupted |= end.is_err();
+    (m.o, end)
+}
+
+/// Steps to the end, or until `watch` says no.
+fn go<'a>(
+    m: &mut Run<'a>,
+    physics: &'a [Physics; 2],
+    setup: &'a Setup,
+    watch: &mut dyn FnMut(&Moment) -> bool,
+) -> Result<()> {
+    let (case, contact) = (m.case, m.contact);
     let remembers = case.law.relaxes() || case.fmu.is_some();
-    let mut motion = Motion::new([&physics[0], &physics[1]], &setup, &contact, remembers);
+    let mut motion = Motion::new([&physics[0], &physics[1]], setup, contact, remembers);
     let (t, x, v) = start(case)?;
     let y = motion.start(t, x, v);
-    let mut observed = Observed::new(case, motion, &setup, &physics[0]);
-    let mut m = Run::new(case, &contact);
+    let mut observed = Observed::new(case, motion, setup, &physics[0]);
     if x == 0.0 {
         m.touch(&observed, t, &observed.row(&y), v);
     }
@@ -54,7 +78,7 @@ pub fn simulate(case: &Case, element: &mut dyn Element, watch: &mut dyn FnMut(&M
             let now = Moment { time: t, impacts: m.o.bounces.len(), steps: m.o.rows.len() };
             if !watch(&now) {
                 m.o.interrupted = true;
-                return Ok(m.o);
+                return Ok(());
             }
         }
         if m.observe(&observed, t, stepper.state(), stepper.rates()) {
@@ -85,7 +109,7 @@ pub fn simulate(case: &Case, element: &mut dyn Element, watch: &mut dyn FnMut(&M
     for b in &mut m.o.bounces {
         b.exact = compare_exact(case, b);
     }
-    Ok(m.o)
+    Ok(())
 }
 
 /// Time s, position m and velocity m/s at which a case begins.

@@ -3,7 +3,7 @@
 use super::contact::{named, Variables};
 use super::plan::Case;
 use anyhow::{Context, Result};
-use host::{Causality, Direct, Element, Fmu, FmuElement, Kind, Names, Start};
+use host::{Causality, Direct, Element, Fmu, FmuElement, Isolation, Kind, Names, Start};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -25,12 +25,18 @@ pub struct Source {
     own: Option<Fmu>,
     given: HashMap<PathBuf, Fmu>,
     folder: Option<tempfile::TempDir>,
+    isolation: Isolation,
 }
 
 impl Source {
-    /// Nothing is opened yet.
-    pub fn new() -> Source {
-        Source::default()
+    /// Nothing is opened yet; somebody else's FMUs will run where `isolation` says.
+    pub fn new(isolation: Isolation) -> Source {
+        Source { isolation, ..Source::default() }
+    }
+
+    /// What went wrong while FMUs were freed and unloaded, each told once; after their elements were dropped.
+    pub fn complaints(&self) -> Vec<String> {
+        self.given.values().flat_map(Fmu::complaints).collect()
     }
 
     /// The contact element of a case, and the name of what stands behind it. An FMU given gets the parameters the
@@ -51,7 +57,7 @@ impl Source {
                 let fmu = match self.given.get(path) {
                     Some(f) => f.clone(),
                     None => {
-                        let f = Fmu::open(path)?;
+                        let f = Fmu::open_in(path, &self.isolation)?;
                         self.given.insert(path.clone(), f.clone());
                         f
                     }

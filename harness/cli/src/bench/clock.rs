@@ -14,6 +14,11 @@ pub fn cpu_seconds() -> f64 {
             return t.tv_sec as f64 + 1e-9 * t.tv_nsec as f64;
         }
     }
+    wall_seconds()
+}
+
+/// Seconds of the wall since it was first asked.
+pub fn wall_seconds() -> f64 {
     static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
     START.get_or_init(Instant::now).elapsed().as_secs_f64()
 }

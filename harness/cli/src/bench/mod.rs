@@ -11,7 +11,7 @@ mod python;
 mod scenario;
 pub mod table;
 
-pub use clock::{cpu_seconds, taken, Taken};
+pub use clock::{cpu_seconds, taken, wall_seconds, Taken};
 pub use python::{Python, FMPY_SIDE};
 pub use scenario::{drop_test, DropTest};
 
@@ -195,6 +195,14 @@ impl Walker {
     /// # Errors
     /// Where the FMU refuses.
     pub fn walk(&mut self, steps: usize, inputs: Inputs) -> Result<f64> {
+        self.walk_by(cpu_seconds, steps, inputs)
+    }
+
+    /// As [`Walker::walk`], by a clock that tells seconds.
+    ///
+    /// # Errors
+    /// Where the FMU refuses.
+    pub fn walk_by(&mut self, clock: fn() -> f64, steps: usize, inputs: Inputs) -> Result<f64> {
         let [x, v, f] = self.references;
         let h = self.walk.h;
         // the first half of the walk is in contact; its very first point only touches
@@ -206,7 +214,7 @@ impl Walker {
         self.instance.set_real(&[x, v], &points[0])?;
         let mut sum = 0.0;
         let mut point = 0;
-        let start = cpu_seconds();
+        let start = clock();
         for _ in 0..steps {
             if inputs != Inputs::Held {
                 self.instance.set_real(&[x, v], &points[point])?;
@@ -219,7 +227,7 @@ impl Walker {
             self.done += 1;
             sum += self.instance.real(f)?;
         }
-        let ns = (cpu_seconds() - start) * 1e9 / steps as f64;
+        let ns = (clock() - start) * 1e9 / steps as f64;
         black_box(sum);
         Ok(ns)
     }
@@ -254,6 +262,23 @@ pub fn against_empty(
     for _ in 0..rounds {
         pair.rounds.push((ours.walk(steps, inputs)?, empty.walk(steps, inputs)?));
         done();
+    }
+    Ok(pair)
+}
+
+/// A step of an FMU in a process of its own beside one in ours, ns of the wall, `rounds` times in turn.
+///
+/// # Errors
+/// Where the FMU refuses, or its process does.
+pub fn apart_against_here(apart: &Fmu, here: &Fmu, rounds: usize, steps: usize) -> Result<Pair> {
+    let (mut apart, mut here) = (Walker::new(apart, &[])?, Walker::new(here, &[])?);
+    let mut pair = Pair::default();
+    for round in 0..=rounds {
+        let ns = |w: &mut Walker| w.walk_by(wall_seconds, steps, Inputs::Moving);
+        let both = (ns(&mut apart)?, ns(&mut here)?);
+        if round > 0 {
+            pair.rounds.push(both);
+        }
     }
     Ok(pair)
 }

@@ -45,7 +45,7 @@ fn last_with<'a>(v: &'a Value, keys: &[&str]) -> Option<&'a Value> {
 fn inside(scenario: &Scenario, fmu: &Path) -> Result<f64> {
     let start = cpu_seconds();
     for mut case in scenario.cases() {
-        let (mut element, _) = Source::new().element(&Through::Fmu(fmu.into()), &mut case)?;
+        let (mut element, _) = Source::default().element(&Through::Fmu(fmu.into()), &mut case)?;
         black_box(simulate(&case, element.as_mut(), &mut |_| true)?);
     }
     Ok((cpu_seconds() - start) * 1e3)

@@ -7,7 +7,7 @@ use crate::bench::{self, diagnosis, pow, Inputs, Python, Spread, FMPY_SIDE};
 use crate::print;
 use crate::progress::Progress;
 use anyhow::{Context, Result};
-use host::Fmu;
+use host::{Fmu, Isolation, Limits};
 use plant::recipe::{write_campaign, Recipe};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -36,6 +36,8 @@ pub struct Arguments {
 const DIAGNOSES: usize = 3;
 /// Steps and calls a round.
 const STEPS: usize = 200_000;
+/// What setting, stepping and reading an FMU in a process of its own may take, us.
+const APART: f64 = 3.0;
 
 /// The campaigns: one to fit, whose simulation holds all its physics, and one to diagnose, with hidden friction.
 fn campaigns(given: Option<&Path>, folder: &Path) -> Result<[PathBuf; 2]> {
@@ -81,7 +83,8 @@ fn diagnoses(campaign: &Path, folder: &Path, rows: &mut Vec<Row>, progress: &Pro
 }
 
 fn steps(fmu: &Fmu, folder: &Path, rounds: usize, rows: &mut Vec<Row>, progress: &Progress) -> Result<()> {
-    let empty = Fmu::open(&bench::empty_fmu(folder)?)?;
+    let path = bench::empty_fmu(folder)?;
+    let empty = Fmu::open(&path)?;
     for (law, p) in bench::LAWS {
         for (inputs, what) in [
             (Inputs::Held, "doStep + getReal, inputs held"),
@@ -100,6 +103,14 @@ fn steps(fmu: &Fmu, folder: &Path, rounds: usize, rows: &mut Vec<Row>, progress:
             progress.add(1);
         }
     }
+    progress.stage("an FMU in a process of its own");
+    let apart = Fmu::open_in(&path, &Isolation::Process(Limits::new()))?;
+    let pair = bench::apart_against_here(&apart, &empty, rounds, STEPS / 10)?;
+    let what = "setReal + doStep + getReal, an empty FMU in a process of its own, wall time";
+    rows.push(Row::of(what, "the same FMU inside our process", &pair, "ns", Aim::None));
+    let us = Spread::of(pair.rounds.iter().map(|r| r.0 * 1e-3));
+    rows.push(Row::limit("the three calls to a process of its own", us, "us", APART));
+    progress.add(1);
     for (law, p) in bench::LAWS {
         for (ask, what) in [(Ask::Force, "force tried"), (Ask::Step, "step and force")] {
             progress.stage(&format!("{what}, {law}"));
@@ -169,7 +180,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let campaign = crate::campaign::load(&to_fit)?;
     let ours = bench::our_fmu(folder.path())?;
     let fmu = Fmu::open(&ours)?;
-    let parts = DIAGNOSES + 5 * bench::LAWS.len() + pow::COMMON.len() + pow::OTHERS.len();
+    let parts = DIAGNOSES + 1 + 5 * bench::LAWS.len() + pow::COMMON.len() + pow::OTHERS.len();
     let progress = Progress::new("bench", (parts + if a.python.is_some() { 3 } else { 0 }) as u64);
     let mut rows = Vec::new();
     let mut words = Vec::new();

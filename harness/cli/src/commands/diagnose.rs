@@ -223,7 +223,9 @@ fn alone(
         match outcome.recv_timeout(LOOK) {
             // what was finished while the user ended the command is finished
             Ok(o) => return Some(o),
-            Err(RecvTimeoutError::Timeout) if interrupted() && left.is_zero() => return Some(Err(Failure::Interrupted)),
+            Err(RecvTimeoutError::Timeout) if interrupted() && left.is_zero() => {
+                return Some(Err(Failure::Interrupted))
+            }
             Err(RecvTimeoutError::Timeout) if interrupted() => left = left.saturating_sub(LOOK),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return None,

@@ -8,6 +8,7 @@ mod completions;
 mod demo;
 mod diagnose;
 mod fit;
+mod fmus;
 mod form;
 mod impact;
 mod import;
@@ -23,7 +24,7 @@ mod system;
 
 use crate::place::Place;
 use crate::print::{self, Unprinted, CLOSED_CODE};
-use crate::progress::end_cleanly;
+use crate::progress::{end_cleanly, interrupted, interrupted_code};
 use anyhow::Result;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
@@ -33,6 +34,7 @@ Exit codes:
   0    done
   2    bad input, or something cannot be read or written; what and where is on standard error, with the cure
   3    a campaign is read but cannot be judged; its answer says why
+  4    somebody else's FMU crashed, ended its process or went beyond a limit; what was computed so far is written
   129  ended by SIGHUP, 130 by Ctrl-C, 143 by SIGTERM; what is written is whole
   141  nobody reads the answer any more, as behind `| head`
 
@@ -127,6 +129,9 @@ impl Command {
     }
 }
 
+/// Exit code where the process of somebody else's FMU died.
+const DIED_CODE: u8 = 4;
+
 /// Runs the command line; exit code 2 for bad input.
 pub fn main() -> ExitCode {
     let command_line = Cli::parse();
@@ -136,7 +141,12 @@ pub fn main() -> ExitCode {
             return ExitCode::from(CLOSED_CODE);
         }
         print::error(&format!("{e:#}"));
-        ExitCode::from(2)
+        let died = e.chain().filter_map(|c| c.downcast_ref::<host::HostError>()).any(host::HostError::is_death);
+        match died {
+            true if interrupted() => interrupted_code(),
+            true => ExitCode::from(DIED_CODE),
+            false => ExitCode::from(2),
+        }
     })
 }
 

@@ -1,12 +1,14 @@
 //! `touchdown run`.
 
+use super::fmus::Fmus;
 use super::form::Form;
 use crate::place;
 use crate::print;
 use crate::progress::{catch_interrupts, hand_out, interrupted, interrupted_code, Progress};
 use anyhow::{Context, Result};
+use host::HostError;
 use report::run::{page, Done};
-use scenario::{simulate, table, Case, Outcome, Scenario, Source, Through};
+use scenario::{simulate_as_far, table, Case, Outcome, Scenario, Source, Through};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -14,7 +16,8 @@ const EXAMPLES: &str = "Examples:
   touchdown run harness/examples/drop_test.toml --out drop      # then open drop/report.html
   touchdown run harness/examples/drop_test.toml --direct --out drop --parquet
   touchdown run drop_test.toml --fmu Other.fmu --out drop       # through somebody else's FMU
-  touchdown run machine.ssp --out machine                       # a system of FMUs";
+  touchdown run machine.ssp --out machine                       # a system of FMUs
+  touchdown run machine.ssp --out machine --fmu-seconds 5       # a call that takes longer is an error";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -34,6 +37,8 @@ pub struct Arguments {
     #[arg(long)]
     parquet: bool,
     #[command(flatten)]
+    fmus: Fmus,
+    #[command(flatten)]
     form: Form,
 }
 
@@ -48,40 +53,63 @@ impl Arguments {
     }
 }
 
+/// Whether an error is of an FMU that was running.
+fn of_fmu(e: &anyhow::Error) -> bool {
+    e.chain().any(|c| c.downcast_ref::<HostError>().is_some())
+}
+
 pub fn run(a: &Arguments) -> Result<ExitCode> {
+    let isolation = a.fmus.isolation()?;
     if host::master::System::is_one(&a.scenario) {
-        return super::system::run(&a.scenario, &a.out, a.parquet, a.form);
+        return super::system::run(&a.scenario, &a.out, a.parquet, isolation, a.form);
     }
     let scenario = Scenario::load(&a.scenario)?;
     let mut cases = scenario.cases();
-    let mut source = Source::new();
+    let mut source = Source::new(isolation);
     catch_interrupts();
     let progress = Progress::new("run", cases.len() as u64);
     let mut outcomes: Vec<(usize, Outcome, String)> = Vec::new();
+    let mut failure = None;
     for (i, case) in cases.iter_mut().enumerate() {
         let of = if case.name.is_empty() { String::new() } else { format!(" ({})", case.name) };
         let named = || format!("{}{of}", a.scenario.display());
-        let (mut element, name) = source.element(&a.through(case), case).with_context(named)?;
+        let (mut element, name) = match source.element(&a.through(case), case) {
+            Ok(made) => made,
+            Err(e) => {
+                failure = Some(e.context(named()));
+                break;
+            }
+        };
         let case = &*case;
         let mut watch = |m: &scenario::Moment| {
             progress.note(&|| format!("{:.6} s simulated, impact {}, {} steps", m.time, m.impacts, m.steps));
             !interrupted()
         };
-        let o = simulate(case, element.as_mut(), &mut watch).with_context(named)?;
+        let (o, end) = simulate_as_far(case, element.as_mut(), &mut watch);
         progress.add(1);
+        failure = end.err().filter(|_| !interrupted()).map(|e| e.context(named()));
         let stop = o.interrupted || interrupted();
-        outcomes.push((i, o, name));
+        // a motion that cannot be computed is no result; one that an FMU broke off is
+        if !o.rows.is_empty() && failure.as_ref().is_none_or(of_fmu) {
+            outcomes.push((i, o, name));
+        }
         if stop {
             break;
         }
     }
     drop(progress);
+    for c in source.complaints() {
+        print::warning(&format!("{c}; the results are not touched by it"));
+    }
+    if let Some(e) = failure.take_if(|_| outcomes.is_empty()) {
+        return Err(e);
+    }
     hand_out();
     let cut = interrupted() && (outcomes.len() < cases.len() || outcomes.last().is_some_and(|o| o.1.interrupted));
     let title = a.scenario.file_stem().map_or(String::from("run"), |n| n.to_string_lossy().into_owned());
     let done: Vec<Done> =
         outcomes.iter().map(|(i, o, element)| Done { case: &cases[*i], outcome: o, element }).collect();
-    let summary = report::run::summary(&title, &done, cases.len(), cut);
+    let summary = report::run::summary(&title, &done, cases.len(), cut || failure.is_some());
     let pairs: Vec<(&Case, &Outcome)> = done.iter().map(|d| (d.case, d.outcome)).collect();
     let rows = table(&pairs);
     let json = serde_json::to_string_pretty(&summary)? + "\n";
@@ -104,5 +132,10 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         lines.join("\n") + "\n"
     };
     print::beside(&a.form.of(&summary, words)?);
+    if let Some(e) = failure {
+        let whole = done.iter().filter(|d| !d.outcome.interrupted).count();
+        let (all, out) = (cases.len(), a.out.display());
+        return Err(e.context(format!("{whole} of {all} runs are whole, what there is of all is in {out}")));
+    }
     Ok(if cut { interrupted_code() } else { ExitCode::SUCCESS })
 }

@@ -1,24 +1,27 @@
 //! `touchdown run` on a system of FMUs, and `touchdown export-ssp`.
 
+use super::fmus::Fmus;
 use super::form::Form;
 use crate::place;
 use crate::print;
 use crate::progress::{catch_interrupts, hand_out, interrupted, interrupted_code, Progress};
 use anyhow::{Context, Result};
 use host::master::{build, export_ssp, run as step, Sink, System};
+use host::Isolation;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Runs a system file or an SSP archive: results.csv (or .parquet), log.txt, summary.json. Rows are in
 /// results.partial.csv.part while it runs, and in results.partial.csv where it ends with an error; the answer before stays
 /// then.
-pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCode> {
-    let s = System::load(path)?;
+pub fn run(path: &Path, out: &Path, parquet: bool, isolation: Isolation, form: Form) -> Result<ExitCode> {
+    let mut s = System::load(path)?;
+    s.isolation = isolation;
+    catch_interrupts();
     let mut b = build(&s)?;
     for n in &b.notes {
         print::warning(n);
     }
-    catch_interrupts();
     let (name, partial) = match parquet || b.parquet {
         true => ("results.parquet", "results.partial.parquet"),
         false => ("results.csv", "results.partial.csv"),
@@ -65,10 +68,22 @@ pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCod
         let path = out.join("log.partial.txt");
         output::write(&path, log.as_bytes()).with_context(|| place::unwritten(&path))?;
     }
-    let done = done.with_context(|| format!("{}: the results so far are in {}", path.display(), rows.display()))?;
+    let order: Vec<String> = b.network.stepping_order().into_iter().map(String::from).collect();
+    let notes = std::mem::take(&mut b.notes);
+    for c in b.end() {
+        print::warning(&format!("{c}; the results are not touched by it"));
+    }
+    let so_far = || format!("the results so far are in {}", rows.display());
+    let done = match done {
+        Err(_) if interrupted() => {
+            print::beside(&format!("interrupted; {}\n", so_far()));
+            return Ok(interrupted_code());
+        }
+        done => done.with_context(|| format!("{}: {}", path.display(), so_far()))?,
+    };
     let summary = serde_json::json!({
         "system": s.title(),
-        "order": b.network.stepping_order(),
+        "order": order,
         "end": done.time,
         "interrupted": done.interrupted,
         "macro_steps": done.steps,
@@ -76,7 +91,7 @@ pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCod
         "do_step_calls": done.slave_steps,
         "touches": done.touches,
         "energy_made_up": done.created,
-        "notes": b.notes,
+        "notes": notes,
     });
     let text = serde_json::to_string_pretty(&summary)? + "\n";
     let written = output::Answer::begin(out, "run").and_then(|mut a| {
@@ -96,7 +111,7 @@ pub fn run(path: &Path, out: &Path, parquet: bool, form: Form) -> Result<ExitCod
             done.steps,
             done.rejected,
             done.slave_steps,
-            b.network.stepping_order().join(", ")
+            order.join(", ")
         );
         if !done.touches.is_empty() {
             said += &format!("touches located: {}\n", done.touches.len());
@@ -126,10 +141,14 @@ pub struct ExportArguments {
     /// The archive to write
     #[arg(long)]
     pub out: PathBuf,
+    #[command(flatten)]
+    fmus: Fmus,
 }
 
 pub fn export(a: &ExportArguments) -> Result<ExitCode> {
-    export_ssp(&System::load(&a.system)?, &a.out)?;
+    let mut s = System::load(&a.system)?;
+    s.isolation = a.fmus.isolation()?;
+    export_ssp(&s, &a.out)?;
     print::beside(&format!("{}\n", a.out.display()));
     Ok(ExitCode::SUCCESS)
 }

@@ -267,7 +267,7 @@ fn pending_steps_are_waited_for() {
     let mut i = running(&f, 10);
     assert_eq!(i.do_step(0.0, 1.0).unwrap_err().status(), Some(Status::Error));
     let mut i = running(&f, 4);
-    i.set_patience(Duration::from_millis(20));
+    i.set_patience(Duration::from_millis(20)).unwrap();
     let e = i.do_step(0.0, 1.0).unwrap_err();
     assert_eq!(e.status(), Some(Status::Pending));
     assert!(e.to_string().contains("was cancelled"), "{e}");

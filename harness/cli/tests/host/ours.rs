@@ -295,7 +295,7 @@ fn a_life_goes_from_instantiation_to_the_end_and_again() {
 #[test]
 fn it_is_never_pending_and_says_so_when_cancelled() {
     let mut i = running(&law(1.5));
-    i.set_patience(std::time::Duration::ZERO);
+    i.set_patience(std::time::Duration::ZERO).unwrap();
     wander(&mut i, 0, 20);
     let e = i.cancel_step().unwrap_err();
     assert_eq!(e.status(), Some(Status::Error));

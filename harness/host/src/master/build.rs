@@ -41,7 +41,16 @@ pub struct Built {
     pub parquet: bool,
     /// What was noticed: algebraic loops, connections of unlike units.
     pub notes: Vec<String>,
+    fmus: Vec<Fmu>,
     _folder: tempfile::TempDir,
+}
+
+impl Built {
+    /// Frees the FMUs. What went wrong with that.
+    pub fn end(self) -> Vec<String> {
+        drop(self.network);
+        self.fmus.iter().flat_map(Fmu::complaints).collect()
+    }
 }
 
 /// An FMU opened, before it is a part.
@@ -87,7 +96,8 @@ pub fn build(s: &System) -> Result<Built> {
         if name.is_empty() || name.contains('.') {
             return Err(s.at(c.name.span(), &format!("{name:?} is no name: give one without a dot")));
         }
-        let fmu = Fmu::open(&file_of(s, c, folder.path())?).map_err(|e| s.at(c.file.span(), &e.to_string()))?;
+        let file = file_of(s, c, folder.path())?;
+        let fmu = Fmu::open_in(&file, &s.isolation).map_err(|e| s.within(c.file.span(), e))?;
         opened.push(Opened { name: name.clone(), fmu, inputs: Vec::new(), outputs: Vec::new() });
     }
     let mut notes = Vec::new();
@@ -190,7 +200,8 @@ pub fn build(s: &System) -> Result<Built> {
         p.slave.ready().with_context(|| format!("{}", s.path.display()))?;
     }
     network.propagate(&mut start).with_context(|| format!("{}", s.path.display()))?;
-    Ok(Built { network, start, options, columns, every, parquet: s.results.parquet, notes, _folder: folder })
+    let fmus = opened.into_iter().map(|o| o.fmu).collect();
+    Ok(Built { network, start, options, columns, every, parquet: s.results.parquet, notes, fmus, _folder: folder })
 }
 
 /// Place of a variable among those listed, put there where it is not yet.
@@ -391,7 +402,7 @@ fn columns(s: &System, opened: &[Opened]) -> Result<Vec<Column>> {
 
 /// Makes an instance, sets what the file sets and enters initialization.
 fn initialize(s: &System, c: &Component, o: &Opened, options: &Options) -> Result<FmuSlave> {
-    let refuse = |e: anyhow::Error| s.at(c.name.span(), &format!("{e:#}"));
+    let refuse = |e: anyhow::Error| s.within(c.name.span(), e);
     let mut i = o.fmu.instantiate(&o.name, false).map_err(|e| refuse(e.into()))?;
     if !c.log.is_empty() {
         let known = &o.description().log_categories;
@@ -413,7 +424,7 @@ fn initialize(s: &System, c: &Component, o: &Opened, options: &Options) -> Resul
         if matches!(v.causality, Causality::Output | Causality::CalculatedParameter | Causality::Independent) {
             return Err(s.at(value.span(), &format!("{name} of {} is an {:?} and cannot be set", o.name, v.causality)));
         }
-        set(&mut i, v, value.get_ref()).map_err(|e| s.at(value.span(), &format!("{e:#}")))?;
+        set(&mut i, v, value.get_ref()).map_err(|e| s.within(value.span(), e))?;
     }
     i.setup_experiment(None, options.start, None).map_err(|e| refuse(e.into()))?;
     i.enter_initialization().map_err(|e| refuse(e.into()))?;

@@ -65,7 +65,7 @@ pub fn export_ssp(s: &System, out: &Path) -> Result<()> {
             }
             None => {
                 let path = file_of(s, c, folder.path())?;
-                foreign = Some((Fmu::open(&path)?, &c.set));
+                foreign = Some((Fmu::open_in(&path, &s.isolation)?, &c.set));
                 input::bytes(&path, input::LIBRARY).with_context(|| format!("{}: cannot be read", path.display()))?
             }
         };

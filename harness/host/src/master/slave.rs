@@ -168,7 +168,10 @@ impl Slave for FmuSlave {
     }
 
     fn log(&self) -> Vec<String> {
-        self.instance.log().iter().map(|l| format!("{} {}: {}", l.status, l.category, l.message)).collect()
+        let dropped = Some(self.instance.log_dropped()).filter(|n| *n > 0);
+        let dropped = dropped.map(|n| format!("{n} earlier lines are left out")).into_iter();
+        let lines = self.instance.log();
+        dropped.chain(lines.iter().map(|l| format!("{} {}: {}", l.status, l.category, l.message))).collect()
     }
 
     fn read(&mut self, kind: Kind, reference: u32) -> Result<f64> {

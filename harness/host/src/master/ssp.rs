@@ -2,8 +2,10 @@
 //! FMI 2.0 components with Real connections.
 
 use super::system::{Component, Connection, Master, Results, System};
+use crate::archive;
 use crate::value::Value;
-use anyhow::{bail, ensure, Context, Result};
+use crate::xml::{self, Walk};
+use anyhow::{anyhow, bail, ensure, Context, Result};
 use quick_xml::events::{BytesStart, Event};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -24,39 +26,44 @@ fn local(name: &str) -> &str {
 }
 
 impl Node {
-    fn of(e: &BytesStart, line: usize) -> Result<Node> {
-        let mut n = Node { name: local(AsRef::<str>::as_ref(&e.name())).to_string(), line, ..Node::default() };
-        for a in e.attributes() {
-            let a = a?;
-            let value = a.normalized_value(quick_xml::XmlVersion::Implicit1_0)?.into_owned();
-            n.attributes.insert(local(AsRef::<str>::as_ref(&a.key)).to_string(), value);
-        }
-        Ok(n)
+    fn of(e: &BytesStart, line: usize) -> Result<Node, String> {
+        let name = local(AsRef::<str>::as_ref(&e.name())).to_string();
+        let attributes = xml::attributes(e).map_err(|why| format!("{line}: {why}"))?;
+        let attributes = attributes.into_iter().map(|(k, v)| (local(&k).to_string(), v)).collect();
+        Ok(Node { name, attributes, children: Vec::new(), line })
     }
 
-    fn parse(text: &str) -> Result<Node> {
-        let mut xml = quick_xml::Reader::from_str(text);
-        xml.config_mut().expand_empty_elements = true;
+    /// The root element of a file's text; faults begin with the line.
+    fn parse(text: &str) -> Result<Node, String> {
+        let mut walk = Walk::new(text);
         let mut stack = vec![Node::default()];
         loop {
-            let event = xml.read_event();
-            let at = (xml.buffer_position() as usize).min(text.len());
-            let line = 1 + text.as_bytes()[..at].iter().filter(|&&b| b == b'\n').count();
-            match event.with_context(|| format!("line {line}: not well formed"))? {
+            let (event, line) = walk.event()?;
+            match event {
                 Event::Start(e) => stack.push(Node::of(&e, line)?),
                 Event::End(_) => {
-                    let Some(done) = stack.pop() else { bail!("line {line}: not well formed") };
-                    let Some(parent) = stack.last_mut() else { bail!("line {line}: not well formed") };
-                    parent.children.push(done);
+                    let (done, parent) = (stack.pop(), stack.last_mut());
+                    parent.zip(done).map(|(p, n)| p.children.push(n)).ok_or(format!("{line}: not well formed"))?;
                 }
                 Event::Eof => break,
                 _ => {}
             }
         }
-        ensure!(stack.len() == 1, "ends inside an element; export it again");
-        let mut root = stack.remove(0);
-        ensure!(root.children.len() == 1, "has no root element");
-        Ok(root.children.remove(0))
+        let mut roots = stack.pop().unwrap_or_default().children;
+        match roots.len() {
+            1 => Ok(roots.remove(0)),
+            n => Err(format!("1: {n} root elements; export it again")),
+        }
+    }
+
+    /// The root element of a file in the archive that a text names.
+    fn in_archive(folder: &Path, source: &str) -> Result<Node> {
+        let read = || {
+            let bytes = xml::read(&archive::inside(folder, source)?)?;
+            String::from_utf8(bytes).map_err(|_| "is not UTF-8; export it again".to_string())
+        };
+        let text = read().map_err(|why| anyhow!("{source}: {why}"))?;
+        Node::parse(&text).map_err(|why| anyhow!("{source}:{why}"))
     }
 
     fn child(&self, name: &str) -> Option<&Node> {
@@ -103,9 +110,7 @@ fn bindings(n: &Node, folder: &Path) -> Result<Vec<(String, Value)>> {
         let file;
         let set = match b.attributes.get("source") {
             Some(source) => {
-                let path = folder.join(source);
-                let text = input::text(&path, input::TEXT).with_context(|| format!("{source}: cannot be read"))?;
-                file = Node::parse(&text).with_context(|| source.clone())?;
+                file = Node::in_archive(folder, source)?;
                 Some(&file)
             }
             None => b.child("ParameterValues").and_then(|v| v.child("ParameterSet")),
@@ -136,14 +141,8 @@ fn bindings(n: &Node, folder: &Path) -> Result<Vec<(String, Value)>> {
 /// # Errors
 /// Says what is wrong with the archive, with the line of SystemStructure.ssd, and the cure.
 pub(super) fn load(path: &Path) -> Result<System> {
-    let file = input::open(path).context("cannot be read; give the path of an SSP archive")?;
-    let mut zip =
-        zip::ZipArchive::new(std::io::BufReader::new(file)).context("not a zip archive, so not an SSP archive")?;
-    let folder = tempfile::Builder::new().prefix("touchdown-ssp-").tempdir()?;
-    zip.extract(folder.path()).context("cannot be unpacked")?;
-    let text = input::text(&folder.path().join("SystemStructure.ssd"), input::TEXT)
-        .context("has no SystemStructure.ssd at its top, so it is no SSP archive")?;
-    let root = Node::parse(&text).context("SystemStructure.ssd")?;
+    let folder = archive::unpack(path, &archive::SSP).map_err(|why| anyhow!(why))?;
+    let root = Node::in_archive(folder.path(), archive::SSP.needs)?;
     ensure!(root.name == "SystemStructureDescription", "SystemStructure.ssd: the root element is {}", root.name);
     let version = root.attributes.get("version").cloned().unwrap_or_default();
     ensure!(version.starts_with("1."), "SystemStructure.ssd is of SSP {version:?}; this host reads SSP 1.0");
@@ -169,6 +168,7 @@ pub(super) fn load(path: &Path) -> Result<System> {
             set.insert(n, spanned(v));
         }
         let source = c.need("source")?.to_string();
+        archive::inside(folder.path(), &source).map_err(|why| anyhow!("SystemStructure.ssd:{}: {why}", c.line))?;
         components.push(Component { name: spanned(name), file: spanned(source), set, input_orders: None, log: vec![] });
     }
     ensure!(!components.is_empty(), "SystemStructure.ssd has no Component");
@@ -213,6 +213,7 @@ pub(super) fn load(path: &Path) -> Result<System> {
         path: path.to_path_buf(),
         text: String::new(),
         folder: folder.path().to_path_buf(),
+        isolation: crate::Isolation::None,
         keep: Some(Arc::new(folder)),
     })
 }

@@ -1,6 +1,7 @@
 //! A system file: which FMUs, how they are connected, and how they are stepped.
 
 use crate::value::Value;
+use crate::Isolation;
 use anyhow::{anyhow, Context, Result};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -206,6 +207,9 @@ pub struct System {
     /// Where FMUs of relative path lie.
     #[serde(skip)]
     pub folder: PathBuf,
+    /// Where somebody else's FMUs run.
+    #[serde(skip)]
+    pub isolation: Isolation,
     /// What keeps an unpacked archive.
     #[serde(skip)]
     pub keep: Option<std::sync::Arc<tempfile::TempDir>>,
@@ -244,10 +248,19 @@ impl System {
 
     /// An error at a place of the file.
     pub(super) fn at(&self, span: std::ops::Range<usize>, what: &str) -> anyhow::Error {
+        anyhow!("{}: {what}", self.place(span))
+    }
+
+    /// An error with the place of the file that it is about.
+    pub(super) fn within(&self, span: std::ops::Range<usize>, e: impl Into<anyhow::Error>) -> anyhow::Error {
+        e.into().context(self.place(span))
+    }
+
+    fn place(&self, span: std::ops::Range<usize>) -> String {
         if self.text.is_empty() {
-            return anyhow!("{}: {what}", self.path.display());
+            return self.path.display().to_string();
         }
-        anyhow!("{}:{}: {what}", self.path.display(), line_of(&self.text, span.start))
+        format!("{}:{}", self.path.display(), line_of(&self.text, span.start))
     }
 
     /// The name, or the file's.

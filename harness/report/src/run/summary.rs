@@ -18,7 +18,7 @@ pub struct Done<'a> {
 pub struct Summary {
     /// Name of the scenario's file.
     pub scenario: String,
-    /// Whether Ctrl-C ended it.
+    /// Whether Ctrl-C, or an FMU that failed, ended it.
     pub interrupted: bool,
     /// Runs the file asks for.
     pub runs_asked: usize,

@@ -1,0 +1,40 @@
+//! Options on somebody else's FMUs.
+
+use crate::print;
+use crate::progress::interrupted;
+use anyhow::{ensure, Result};
+use host::{Isolation, Limits};
+use std::time::Duration;
+
+#[derive(clap::Args)]
+pub struct Fmus {
+    /// Run somebody else's FMU inside this process: faster, but its crash ends the command
+    #[arg(long, conflicts_with_all = ["fmu_seconds", "fmu_memory"])]
+    in_process: bool,
+    /// Longest time of one call of somebody else's FMU, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0)]
+    fmu_seconds: f64,
+    /// Most memory of somebody else's FMU, MB; no limit unless given
+    #[arg(long, value_name = "MB")]
+    fmu_memory: Option<u64>,
+}
+
+impl Fmus {
+    /// Where FMUs run.
+    ///
+    /// # Errors
+    /// A time that is none.
+    pub fn isolation(&self) -> Result<Isolation> {
+        if self.in_process {
+            return Ok(Isolation::None);
+        }
+        let time = Duration::try_from_secs_f64(self.fmu_seconds).unwrap_or_default();
+        ensure!(!time.is_zero(), "--fmu-seconds {}: give a time above 0, in s", self.fmu_seconds);
+        let memory = self.fmu_memory.map(|mb| mb.saturating_mul(1 << 20));
+        ensure!(memory != Some(0), "--fmu-memory 0: give MB above 0, or leave it out");
+        if !Isolation::is_possible() {
+            print::warning("somebody else's FMUs run inside this process here: only Linux has processes for them");
+        }
+        Ok(Isolation::Process(Limits { time, memory, stop: Some(interrupted), ..Limits::new() }))
+    }
+}

@@ -1,0 +1,196 @@
+//! A system file with one hostile FMU in it.
+
+use crate::fixture::{Behaviour, Ended, Place};
+
+/// What the FMU does in fmi2DoStep at 5 ms ends it there, and the rows before are written.
+fn dies(behaviour: Behaviour, options: &[&str], how: &str) -> Ended {
+    let e = Place::new().system(behaviour, options);
+    e.died("fmi2DoStep", "0.005 s", how);
+    assert!(e.said.contains("bad"), "{}", e.said);
+    assert_eq!(e.rows.len(), 51, "{}", e.said);
+    assert!(e.rows[50].starts_with("5e-3,"), "{}", e.rows[50]);
+    e
+}
+
+#[test]
+fn a_good_one_runs_to_its_end_and_leaves_nothing() {
+    let e = Place::new().system(Behaviour::Good, &[]);
+    e.is_whole();
+    assert!(e.said.is_empty(), "{}", e.said);
+}
+
+#[test]
+fn one_that_writes_where_nothing_is_ends_with_the_signal_and_its_last_words() {
+    let e = dies(Behaviour::Segfaults, &[], "SIGSEGV");
+    assert!(e.said.contains("the last words at 0.005 s") && e.log.contains("the last words"), "{} {}", e.said, e.log);
+}
+
+#[test]
+fn one_that_aborts_as_on_an_uncaught_exception_ends_with_the_signal() {
+    dies(Behaviour::Aborts, &[], "SIGABRT");
+}
+
+#[test]
+fn one_that_divides_by_zero_ends_with_the_signal() {
+    dies(Behaviour::DividesByZero, &[], "SIGFPE");
+}
+
+#[test]
+fn one_that_overflows_the_stack_ends_with_the_signal() {
+    dies(Behaviour::OverflowsTheStack, &[], "it was ended by SIG");
+}
+
+#[test]
+fn one_that_never_ends_is_ended_by_the_limit_of_time() {
+    dies(Behaviour::NeverEnds, &["--fmu-seconds", "0.5"], "no answer for 0.5 s; give it more with --fmu-seconds");
+}
+
+#[test]
+fn one_that_exits_with_code_0_is_no_good_end() {
+    dies(Behaviour::Exits, &[], "it left with exit code 0");
+}
+
+#[test]
+fn one_that_exits_in_another_thread_ends_with_its_code() {
+    dies(Behaviour::ExitsInAThread, &[], "it left with exit code 7");
+}
+
+#[test]
+fn one_that_ends_the_thread_it_is_called_on_ends() {
+    dies(Behaviour::EndsItsThread, &["--fmu-seconds", "5"], "");
+}
+
+#[test]
+fn one_that_takes_all_memory_ends_at_its_limit_which_is_told() {
+    dies(Behaviour::TakesAllMemory, &["--fmu-memory", "300"], "it may take 300 MB of memory, more with --fmu-memory");
+}
+
+#[test]
+fn one_that_logs_what_is_not_there_ends_alone() {
+    dies(Behaviour::LogsWhatIsNotThere, &[], "SIGSEGV");
+}
+
+#[test]
+fn one_that_kills_its_group_kills_itself_alone() {
+    dies(Behaviour::KillsItsGroup, &[], "SIGKILL");
+}
+
+#[test]
+fn one_that_scribbles_over_what_it_shares_with_the_host_ends_alone() {
+    let e = Place::new().system(Behaviour::ScribblesOverSharedMemory, &["--fmu-seconds", "0.5"]);
+    e.died("fmi2DoStep", "0.005 s", "");
+    assert_eq!(e.rows.len(), 51, "{}", e.said);
+}
+
+#[test]
+fn one_whose_getter_writes_beyond_what_it_was_given_ends_alone() {
+    let e = Place::new().system(Behaviour::WritesBeyondInGet, &[]);
+    e.died("fmi2GetReal", "0.00", "it was ended by SIG");
+    assert!(e.rows.len() >= 50, "{}", e.said);
+}
+
+#[test]
+fn one_that_crashes_before_the_first_step_is_named_with_the_function() {
+    let e = Place::new().system(Behaviour::SegfaultsInInitialization, &[]);
+    e.died("fmi2ExitInitializationMode", "0 s", "SIGSEGV");
+}
+
+#[test]
+fn one_that_crashes_when_it_is_loaded_is_named_as_that() {
+    let e = Place::compiled("CRASHES_WHEN_LOADED").system(Behaviour::Good, &[]);
+    assert_eq!(e.code, Some(4), "{}", e.said);
+    for part in ["file.toml:2", "hostile.fmu", "bad", "the loading of its binary", "SIGSEGV"] {
+        assert!(e.said.contains(part), "no {part:?} in {}", e.said);
+    }
+}
+
+#[test]
+fn one_that_makes_no_instance_is_bad_input() {
+    let e = Place::compiled("MAKES_NOTHING").system(Behaviour::Good, &[]);
+    assert_eq!(e.code, Some(2), "{}", e.said);
+    assert!(e.said.contains("fmi2Instantiate made no instance") && e.said.contains("it logged nothing"), "{}", e.said);
+}
+
+#[test]
+fn a_crash_after_the_end_touches_no_results_and_is_told() {
+    for (place, behaviour, what) in [
+        (Place::new(), Behaviour::SegfaultsInFree, "fmi2FreeInstance"),
+        (Place::compiled("CRASHES_WHEN_UNLOADED"), Behaviour::Good, "the unloading of its binary"),
+    ] {
+        let e = place.system(behaviour, &[]);
+        e.is_whole();
+        for part in ["hostile.fmu", what, "SIGSEGV", "the results are not touched by it"] {
+            assert!(e.said.contains(part), "no {part:?} in {}", e.said);
+        }
+    }
+    let e = Place::new().system(Behaviour::NeverFrees, &["--fmu-seconds", "0.5"]);
+    e.is_whole();
+    assert!(e.said.contains("fmi2FreeInstance") && e.said.contains("no answer for 0.5 s"), "{}", e.said);
+}
+
+#[test]
+fn what_it_prints_is_no_part_of_the_answer() {
+    let e = Place::new().system(Behaviour::Prints, &["--json"]);
+    e.is_whole();
+    assert!(e.said.contains("printed by the FMU") && !e.answer.contains("printed"), "{} {}", e.said, e.answer);
+    serde_json::from_str::<serde_json::Value>(&e.answer).unwrap();
+}
+
+#[test]
+fn its_rounding_and_traps_are_its_own() {
+    let good = Place::new().system(Behaviour::Good, &[]);
+    let e = Place::new().system(Behaviour::ChangesRoundingAndTraps, &[]);
+    e.is_whole();
+    assert_eq!(e.rows, good.rows);
+}
+
+#[test]
+fn files_that_it_closes_are_its_own() {
+    Place::new().system(Behaviour::ClosesFiles, &[]).is_whole();
+}
+
+#[test]
+fn a_process_that_it_starts_ends_with_it() {
+    Place::new().system(Behaviour::LeavesAProcess, &[]).is_whole();
+}
+
+#[test]
+fn a_flood_of_log_lines_is_bounded_and_counted() {
+    let e = Place::new().system(Behaviour::FloodsTheLog, &[]);
+    e.is_whole();
+    assert!(e.log.lines().count() <= 1001 && e.log.contains("99000 earlier lines are left out"), "{}", &e.log[..200]);
+    assert!(e.log.contains("line 99999 of many"));
+    let e = Place::new().system(Behaviour::LogsALongLine, &[]);
+    e.is_whole();
+    assert!(e.log.len() < 100_000 && e.log.contains("(50000000 bytes in all)"), "{}", e.log.len());
+}
+
+#[test]
+fn numbers_that_are_no_status_and_statuses_that_are_errors_are_told_with_the_rows() {
+    for (behaviour, word) in [
+        (Behaviour::AnswersNonsense, "4294967289, which is no status of FMI 2.0"),
+        (Behaviour::Fails, "fmi2Error"),
+        (Behaviour::IsFatal, "fmi2Fatal"),
+    ] {
+        let e = Place::new().system(behaviour, &[]);
+        assert_eq!(e.code, Some(2), "{}", e.said);
+        assert!(e.said.contains("fmi2DoStep of bad") && e.said.contains(word), "{}", e.said);
+        assert_eq!(e.rows.len(), 51, "{}", e.said);
+    }
+}
+
+#[test]
+fn values_that_are_no_numbers_are_written_as_such() {
+    let e = Place::new().system(Behaviour::AnswersNan, &[]);
+    e.is_whole();
+    assert!(e.rows[100].ends_with(",NaN") && !e.rows[10].contains("NaN"), "{}", e.rows[100]);
+}
+
+#[test]
+fn one_that_allows_one_instance_a_process_gets_a_process_an_instance() {
+    let text = "[[fmu]]\nname = \"a\"\nfile = \"hostile.fmu\"\n[[fmu]]\nname = \"b\"\nfile = \"hostile.fmu\"\n\
+                [master]\nstop = 0.01\nstep = 1e-4\n";
+    Place::new().run(text, &[]).is_whole();
+    let one = text.replacen("[[fmu]]\nname = \"b\"\nfile = \"hostile.fmu\"\n", "", 1);
+    Place::new().run(&one, &["--in-process"]).is_whole();
+}

@@ -1,0 +1,316 @@
+//! One slave of an FMU in a process of its own: what it does there, a crash, an endless loop or an exit, is an error
+//! here and no more.
+//!
+//! A call crosses as bytes in memory that both processes share. Each side waits awake for some microseconds and asleep
+//! after that, so that a call costs about a microsecond where both are at it.
+
+mod memory;
+mod message;
+mod process;
+mod ring;
+mod serve;
+
+pub use serve::serve;
+
+use super::here::Making;
+use super::isolation::Limits;
+use super::log::Log;
+use super::trouble::{misuse, Answer, Trouble};
+use memory::{Patience, Shared, LONGEST};
+use message::{Reply, Request};
+use process::Process;
+use ring::Ring;
+use std::borrow::Cow::Borrowed;
+use std::ffi::CString;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How long freeing and unloading may take at most.
+const ENDING: Duration = Duration::from_secs(10);
+
+/// A slave in a process of its own, which ends when this is dropped.
+pub(super) struct Apart {
+    process: Process,
+    shared: Shared,
+    limits: Limits,
+    /// How much longer than any other call a step may take: what an asynchronous one is waited for.
+    patience: Duration,
+    waiting: Patience,
+    number: u32,
+    bytes: Vec<u8>,
+    log: Arc<Log>,
+    over: bool,
+}
+
+/// Why no slave was made.
+pub(super) enum NotMade {
+    /// The binary does not load.
+    NotLoaded(String),
+    /// It makes no instance.
+    Refused(String),
+    /// Its process died, in this function.
+    Died(&'static str, String),
+}
+
+fn garbled() -> Box<Trouble> {
+    Box::new(Trouble::Died("its process answered what makes no sense: the FMU wrote beyond its memory".into()))
+}
+
+impl Apart {
+    /// Starts a process, loads `library` there and makes an instance.
+    ///
+    /// # Errors
+    /// See [`NotMade`].
+    pub(super) fn start(library: &Path, making: Making, limits: &Limits, log: Arc<Log>) -> Result<Apart, NotMade> {
+        let system = |e: std::io::Error| NotMade::Refused(format!("no process of its own can be started ({e})"));
+        let shared = Shared::new().map_err(system)?;
+        let process = Process::start(limits, &shared).map_err(system)?;
+        let patience = if making.asynchronous { making.patience } else { Duration::ZERO };
+        let mut a = Apart {
+            process,
+            shared,
+            limits: limits.clone(),
+            patience,
+            waiting: Patience::new(),
+            number: 0,
+            bytes: Vec::new(),
+            log,
+            over: false,
+        };
+        let load = Request::Load { library: library.to_path_buf(), memory: limits.memory };
+        let made = |reply, function| {
+            match reply {
+                Ok(Reply::Done) => Ok(()),
+                Ok(Reply::NotMade(why)) => Err(why),
+                Ok(_) => Err("its process answered what makes no sense".into()),
+                Err(Trouble::Died(how)) => return Err(NotMade::Died(function, how)),
+                Err(_) => Err("its process cannot be asked".into()),
+            }
+            .map_err(|why| if function == LOADING { NotMade::NotLoaded(why) } else { NotMade::Refused(why) })
+        };
+        let reply = a.ask(&load, limits.time).map_err(|t| *t);
+        made(reply, LOADING)?;
+        a.log.begin();
+        let reply = a.ask(&Request::Instantiate(making), limits.time).map_err(|t| *t);
+        made(reply, "fmi2Instantiate")?;
+        Ok(a)
+    }
+
+    fn ask(&mut self, request: &Request, longest: Duration) -> Result<Reply, Box<Trouble>> {
+        self.bytes.clear();
+        let encoded = postcard::to_extend(request, std::mem::take(&mut self.bytes));
+        self.bytes = encoded.map_err(|e| misuse(format!("what is asked cannot be written ({e})")))?;
+        self.number = self.number.wrapping_add(1);
+        if !self.shared.ask(self.number, &self.bytes) {
+            self.number = self.number.wrapping_sub(1);
+            let n = self.bytes.len();
+            return Err(misuse(format!("{n} bytes, and {LONGEST} at most cross to an FMU; run it with --in-process")));
+        }
+        let (process, limits) = (&self.process, &self.limits);
+        let mut since = None;
+        let ended = || {
+            let since = since.get_or_insert_with(Instant::now);
+            if let Some(how) = process.ended() {
+                return Err(how);
+            }
+            if since.elapsed() >= longest {
+                let how = "give it more with --fmu-seconds where it needs more";
+                return Err(format!("no answer for {} s; {how}", longest.as_secs_f64()));
+            }
+            match limits.stop {
+                Some(stop) if stop() => Err("it was asked to end".into()),
+                _ => Ok(()),
+            }
+        };
+        let answered = self.shared.reply(self.number, &mut self.bytes, &mut self.waiting, ended);
+        let ring = Ring(&self.shared);
+        if !ring.is_empty() {
+            let dropped = ring.take(|l| self.log.push(l));
+            self.log.count_dropped(dropped);
+        }
+        if let Err(mut how) = answered {
+            self.over = true;
+            if let Some(bytes) = self.limits.memory.filter(|_| how.contains("ended by")) {
+                how += &format!("; it may take {} MB of memory, more with --fmu-memory", bytes >> 20);
+            }
+            return Err(Box::new(Trouble::Died(how)));
+        }
+        match postcard::from_bytes(&self.bytes) {
+            Ok(Reply::Refused(t)) => Err(t),
+            Ok(reply) => Ok(reply),
+            Err(_) => Err(self.nonsense()),
+        }
+    }
+
+    fn nonsense(&mut self) -> Box<Trouble> {
+        self.over = true;
+        garbled()
+    }
+
+    fn call(&mut self, request: &Request) -> Answer {
+        match self.ask(request, self.limits.time)? {
+            Reply::Done => Ok(()),
+            _ => Err(self.nonsense()),
+        }
+    }
+
+    fn reals(&mut self, request: &Request, values: &mut [f64]) -> Answer {
+        match self.ask(request, self.limits.time)? {
+            Reply::Reals(v) if v.len() == values.len() => {
+                values.copy_from_slice(&v);
+                Ok(())
+            }
+            _ => Err(self.nonsense()),
+        }
+    }
+
+    fn integers(&mut self, request: &Request, values: &mut [i32]) -> Answer {
+        match self.ask(request, self.limits.time)? {
+            Reply::Integers(v) if v.len() == values.len() => {
+                values.copy_from_slice(&v);
+                Ok(())
+            }
+            _ => Err(self.nonsense()),
+        }
+    }
+
+    /// Frees the instance, unloads the binary, and waits for the process' end. What happened instead: while what was
+    /// done, and how it ended.
+    pub(super) fn end(mut self) -> Result<(), (&'static str, String)> {
+        if self.over {
+            return Ok(());
+        }
+        let longest = self.limits.time.min(ENDING);
+        for (request, what) in [(Request::Free, "fmi2FreeInstance"), (Request::Unload, UNLOADING)] {
+            if let Err(t) = self.ask(&request, longest) {
+                return Err((what, if let Trouble::Died(how) = *t { how } else { String::new() }));
+            }
+        }
+        match self.process.wait(longest) {
+            Some(how) if how.is_empty() => Ok(()),
+            Some(how) => Err((UNLOADING, how)),
+            None => Err((UNLOADING, format!("its process did not end within {} s", longest.as_secs_f64()))),
+        }
+    }
+
+    pub(super) fn set_patience(&mut self, patience: Duration) -> Answer {
+        self.patience = patience;
+        self.call(&Request::Patience(patience))
+    }
+
+    pub(super) fn set_debug_logging(&mut self, on: bool, categories: &[CString]) -> Answer {
+        self.call(&Request::SetDebugLogging(on, Borrowed(categories)))
+    }
+
+    pub(super) fn setup_experiment(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Answer {
+        self.call(&Request::SetupExperiment(tolerance, start, stop))
+    }
+
+    pub(super) fn enter_initialization(&mut self) -> Answer {
+        self.call(&Request::EnterInitialization)
+    }
+
+    pub(super) fn exit_initialization(&mut self) -> Answer {
+        self.call(&Request::ExitInitialization)
+    }
+
+    pub(super) fn cancel_step(&mut self) -> Answer {
+        self.call(&Request::CancelStep)
+    }
+
+    pub(super) fn terminate(&mut self) -> Answer {
+        self.call(&Request::Terminate)
+    }
+
+    pub(super) fn reset(&mut self) -> Answer {
+        self.call(&Request::Reset)
+    }
+
+    pub(super) fn set_real(&mut self, references: &[u32], values: &[f64]) -> Answer {
+        self.call(&Request::SetReal(Borrowed(references), Borrowed(values)))
+    }
+
+    pub(super) fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Answer {
+        self.reals(&Request::GetReal(Borrowed(references)), values)
+    }
+
+    pub(super) fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Answer {
+        self.call(&Request::SetInteger(Borrowed(references), Borrowed(values)))
+    }
+
+    pub(super) fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Answer {
+        self.integers(&Request::GetInteger(Borrowed(references)), values)
+    }
+
+    pub(super) fn set_boolean(&mut self, references: &[u32], values: &[i32]) -> Answer {
+        self.call(&Request::SetBoolean(Borrowed(references), Borrowed(values)))
+    }
+
+    pub(super) fn get_boolean(&mut self, references: &[u32], values: &mut [i32]) -> Answer {
+        self.integers(&Request::GetBoolean(Borrowed(references)), values)
+    }
+
+    pub(super) fn set_string(&mut self, references: &[u32], values: &[CString]) -> Answer {
+        self.call(&Request::SetString(Borrowed(references), Borrowed(values)))
+    }
+
+    pub(super) fn get_string(&mut self, references: &[u32]) -> Result<Vec<String>, Box<Trouble>> {
+        match self.ask(&Request::GetString(Borrowed(references)), self.limits.time)? {
+            Reply::Texts(t) if t.len() == references.len() => Ok(t),
+            _ => Err(self.nonsense()),
+        }
+    }
+
+    pub(super) fn set_real_input_derivatives(&mut self, r: &[u32], orders: &[i32], values: &[f64]) -> Answer {
+        self.call(&Request::SetRealInputDerivatives(Borrowed(r), Borrowed(orders), Borrowed(values)))
+    }
+
+    pub(super) fn get_real_output_derivatives(&mut self, r: &[u32], orders: &[i32], values: &mut [f64]) -> Answer {
+        self.reals(&Request::GetRealOutputDerivatives(Borrowed(r), Borrowed(orders)), values)
+    }
+
+    pub(super) fn get_directional_derivative(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        direction: &[f64],
+        answer: &mut [f64],
+    ) -> Answer {
+        let request = Request::GetDirectionalDerivative(Borrowed(unknowns), Borrowed(knowns), Borrowed(direction));
+        self.reals(&request, answer)
+    }
+
+    pub(super) fn do_step(&mut self, time: f64, step: f64, never_back: bool) -> Answer {
+        match self.ask(&Request::DoStep { time, step, never_back }, self.limits.time + self.patience)? {
+            Reply::Done => Ok(()),
+            _ => Err(self.nonsense()),
+        }
+    }
+
+    pub(super) fn get_state(&mut self, slot: usize) -> Answer {
+        self.call(&Request::GetState(slot))
+    }
+
+    pub(super) fn set_state(&mut self, slot: usize) -> Answer {
+        self.call(&Request::SetState(slot))
+    }
+
+    pub(super) fn free_state(&mut self, slot: usize) -> Answer {
+        self.call(&Request::FreeState(slot))
+    }
+
+    pub(super) fn serialize(&mut self, slot: usize) -> Result<Vec<u8>, Box<Trouble>> {
+        match self.ask(&Request::Serialize(slot), self.limits.time)? {
+            Reply::Bytes(b) => Ok(b),
+            _ => Err(self.nonsense()),
+        }
+    }
+
+    pub(super) fn deserialize(&mut self, slot: usize, bytes: &[u8]) -> Answer {
+        self.call(&Request::Deserialize(slot, Borrowed(bytes)))
+    }
+}
+
+const LOADING: &str = "the loading of its binary";
+const UNLOADING: &str = "the unloading of its binary";
