@@ -36,7 +36,7 @@ pub fn end_cleanly() {
     drop(catch_termination());
 }
 
-/// From here on the signals only ask: [`interrupted`] answers true, and the command comes to its end within [`GRACE`], or is
+/// From here on the signals only ask: [`interrupted`] answers true, and the command comes to its end within 0.7 s, or is
 /// ended then. Asked once more after 0.3 s the process ends at once.
 pub fn catch_interrupts() {
     HANDS_OUT.store(false, Ordering::SeqCst);
