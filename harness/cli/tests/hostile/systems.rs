@@ -42,7 +42,7 @@ fn one_that_overflows_the_stack_ends_with_the_signal() {
 
 #[test]
 fn one_that_never_ends_is_ended_by_the_limit_of_time() {
-    dies(Behaviour::NeverEnds, &["--fmu-seconds", "0.5"], "no answer for 0.5 s; give it more with --fmu-seconds");
+    dies(Behaviour::NeverEnds, &["--fmu-seconds", "2"], "no answer for 2 s; give it more with --fmu-seconds");
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn one_that_kills_its_group_kills_itself_alone() {
 
 #[test]
 fn one_that_scribbles_over_what_it_shares_with_the_host_ends_alone() {
-    let e = Place::new().system(Behaviour::ScribblesOverSharedMemory, &["--fmu-seconds", "0.5"]);
+    let e = Place::new().system(Behaviour::ScribblesOverSharedMemory, &["--fmu-seconds", "2"]);
     e.died("fmi2DoStep", "0.005 s", "");
     assert_eq!(e.rows.len(), 51, "{}", e.said);
 }
@@ -123,9 +123,9 @@ fn a_crash_after_the_end_touches_no_results_and_is_told() {
             assert!(e.said.contains(part), "no {part:?} in {}", e.said);
         }
     }
-    let e = Place::new().system(Behaviour::NeverFrees, &["--fmu-seconds", "0.5"]);
+    let e = Place::new().system(Behaviour::NeverFrees, &["--fmu-seconds", "2"]);
     e.is_whole();
-    assert!(e.said.contains("fmi2FreeInstance") && e.said.contains("no answer for 0.5 s"), "{}", e.said);
+    assert!(e.said.contains("fmi2FreeInstance") && e.said.contains("no answer for 2 s"), "{}", e.said);
 }
 
 #[test]
