@@ -193,6 +193,7 @@ impl Bench {
 const MINE: [(&str, &str); 2] = [("out/mine.txt", "mine"), ("beside.txt", "mine")];
 
 #[test]
+#[ignore = "takes minutes: tests/faults/run"]
 fn a_scenario() {
     Bench::new().hold(&Case {
         before: &["run", "old.toml", "--direct", "--out", "work/out", "--parquet"],
@@ -204,6 +205,7 @@ fn a_scenario() {
 }
 
 #[test]
+#[ignore = "takes minutes: tests/faults/run"]
 fn a_scenario_that_is_the_first_in_its_folder() {
     Bench::new().hold(&Case {
         before: &[],
@@ -215,6 +217,7 @@ fn a_scenario_that_is_the_first_in_its_folder() {
 }
 
 #[test]
+#[ignore = "takes minutes: tests/faults/run"]
 fn a_scenario_in_a_folder_that_cannot_change_places() {
     Bench::new().hold(&Case {
         before: &["run", "old.toml", "--direct", "--out", "work/out", "--parquet"],
@@ -226,6 +229,7 @@ fn a_scenario_in_a_folder_that_cannot_change_places() {
 }
 
 #[test]
+#[ignore = "takes minutes: tests/faults/run"]
 fn a_system_of_fmus() {
     let bench = Bench::new();
     let text =
@@ -243,6 +247,7 @@ fn a_system_of_fmus() {
 }
 
 #[test]
+#[ignore = "takes minutes: tests/faults/run"]
 fn a_fit() {
     let bench = Bench::new();
     bench.campaign("campaign", 1);
@@ -256,6 +261,7 @@ fn a_fit() {
 }
 
 #[test]
+#[ignore = "takes minutes: tests/faults/run"]
 fn a_diagnosis() {
     let bench = Bench::new();
     bench.campaign("out", 1);
@@ -264,6 +270,7 @@ fn a_diagnosis() {
 }
 
 #[test]
+#[ignore = "takes minutes: tests/faults/run"]
 fn an_fmu() {
     Bench::new().hold(&Case {
         before: &["pack", "--out", "work/out/contact.fmu", "--set", "stiffness=1e6"],
@@ -275,6 +282,7 @@ fn an_fmu() {
 }
 
 #[test]
+#[ignore = "takes minutes: tests/faults/run"]
 fn an_imported_campaign() {
     let bench = Bench::new();
     bench.campaign("campaign", 1);
@@ -284,6 +292,7 @@ fn an_imported_campaign() {
 }
 
 #[test]
+#[ignore = "takes minutes: tests/faults/run"]
 fn the_beginning_of_a_campaign() {
     let mine = [("out/r01.csv", "time [s],force [N]\n0,0\n")];
     let command = ["init", "work/out", "--kind", "drop-test"];
