@@ -199,8 +199,11 @@ impl Model for Instance {
                 self.inputs_are_good()?;
                 let ahead = if v.role == Role::Force { self.time_ahead() } else { 0.0 };
                 let known = self.known.force;
-                let f = if ahead == 0.0 && !known.is_nan() { known } else { self.force(&memory, ahead) };
-                f
+                if ahead == 0.0 && !known.is_nan() {
+                    known
+                } else {
+                    self.force(&memory, ahead)
+                }
             }
             Role::Contact => f64::from(u8::from(s.input[0] > s.settings.law.permanent_set(memory.deepest))),
             Role::StoredEnergy => memory.stored,
@@ -348,7 +351,7 @@ impl Model for Instance {
             _ => None,
         };
         let s = &mut self.state;
-        s.acceleration = ((to[1] - from[1]) / step).max(f64::MIN).min(f64::MAX);
+        s.acceleration = ((to[1] - from[1]) / step).clamp(f64::MIN, f64::MAX);
         s.input = to;
         s.last = to;
         s.slope = [f64::NAN; 2];

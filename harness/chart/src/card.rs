@@ -53,7 +53,7 @@ impl Card {
 
     fn chances(&self) -> String {
         let row = |c: &Chance| {
-            let share = 100.0 * c.probability.max(0.0).min(1.0);
+            let share = if c.probability.is_nan() { 0.0 } else { 100.0 * c.probability.clamp(0.0, 1.0) };
             format!(
                 "<li><span class=\"said\">{}</span><span class=\"bar\" aria-hidden=\"true\"><i style=\"width:{share:.1}%\"></i>\
                  </span><span>{}</span></li>",
