@@ -316,7 +316,7 @@ def gravity_target(rig, eff, band):
 
 def described(rig, pairs):
     """Parameters the effects wrote, by name, for the middle recording."""
-    names = {getattr(m, k): k for k in dir(m) if k.isupper() and isinstance(getattr(m, k), int)}
+    names = {getattr(m, k): k for k in dir(m) if k.isupper() and k not in m.COUNTS and isinstance(getattr(m, k), int)}
     out = {}
     for e, s in pairs:
         P, ch = rig.P.copy(), {}

@@ -56,6 +56,7 @@ PAWL = 128                                       # stranger: friction on the way
 NP = 129
 NS = 17
 VE_END = 15          # behind the last Maxwell branch
+COUNTS = ("NP", "NS", "VE_END", "WIG_N")     # numbers above that are no index of a parameter
 CREEP = 2e-3         # m/s, width of the smoothed zero of dry friction in the stop's seat and under a riding mass
 
 

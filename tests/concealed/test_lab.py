@@ -14,7 +14,7 @@ from scipy.special import lambertw
 from tests.concealed import chain, motion as m, rigs
 from tests.concealed.calibrate import base_parameters, fit
 from tests.concealed.effects import FORMS, STRANGE
-from tests.concealed.generate import TIERS, generate, label_hash, plan
+from tests.concealed.generate import TIERS, described, generate, label_hash, plan
 from tests.concealed.judge import band, distance, files, judge, table
 
 VOCABULARY = """hysteresis_damping viscous_damping plastic_indentation adhesion viscoelastic_relaxation secondary_stiffening
@@ -428,6 +428,18 @@ def test_the_judge_knows_right_from_wrong(drawn, tmp_path):
         assert not judge(case, t, answer)["right"]
     (answer / "verdict.json").write_text("{")
     assert not judge(case, t, answer)["answered"]
+
+
+def test_parameters_are_told_by_their_own_names():
+    names = [k for k in dir(m) if k.isupper() and k not in m.COUNTS and isinstance(getattr(m, k), int)]
+    assert len({getattr(m, k) for k in names}) == len(names)
+    rig = rigs.draw(np.random.default_rng(1), "drop-test", hysteresis=False)
+    rig.recs = [SimpleNamespace()]
+
+    def damped(s, P, ch, r):
+        P[m.MU] = 2.0 * s
+
+    assert described(rig, [(dict(apply=damped), 3.0)]) == {"mu": 6.0}
 
 
 def test_a_tie_held_open_counts():

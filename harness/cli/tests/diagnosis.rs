@@ -68,7 +68,7 @@ fn hidden_friction_is_named_sized_and_improves_levels_not_seen() {
 }
 
 #[test]
-fn long_and_dense_recordings_give_the_name_of_the_short_one_and_predictions_of_every_sample() {
+fn long_and_dense_recordings_give_the_name_of_the_short_one_and_predictions_of_the_whole() {
     // 0.2 s after the drop; and 50 samples for one
     for (samples, interval) in [(20_000, 1e-5), (35_000, 2e-7)] {
         let mut r = Recipe { samples, interval, ..Recipe::default() };
@@ -78,8 +78,10 @@ fn long_and_dense_recordings_give_the_name_of_the_short_one_and_predictions_of_e
         assert!(o.data.samples() <= 3 * 10 * 2400, "{}", o.data.samples());
         let judged = |c: &String| c.contains(&format!("of {} samples", 10 * samples));
         assert!(o.findings.caveats.iter().any(judged), "{:?}", o.findings.caveats);
-        for y in o.after.unwrap().predictions.of_every_sample() {
-            assert!(y.iter().all(|y| y.len() == samples && y.iter().all(|v| v.is_finite())));
+        for (y, r) in o.after.unwrap().predictions.of_the_whole().iter().zip(&o.data.records) {
+            let times = r.whole.as_ref().unwrap();
+            assert_eq!((times[0], times[times.len() - 1]), (0.0, interval * (samples - 1) as f64));
+            assert!(y.iter().all(|y| y.len() == times.len() && y.iter().all(|v| v.is_finite())));
         }
     }
 }

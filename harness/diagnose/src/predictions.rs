@@ -1,4 +1,4 @@
-//! Readings predicted of every recording: of the samples that are judged, and of every sample.
+//! Readings predicted of every recording: of the samples that are judged, and of the whole recording.
 
 use estimate::levels::nrmse;
 use estimate::problem::Data;
@@ -8,13 +8,13 @@ use estimate::problem::Data;
 pub struct Predictions {
     /// Of the samples that are judged.
     pub judged: Vec<[Vec<f64>; 3]>,
-    /// Of every sample, where not all are judged; else empty.
+    /// At the times of [`Data::whole`], where not all samples are judged; else empty.
     whole: Vec<[Vec<f64>; 3]>,
 }
 
 impl Predictions {
     /// Of what is predicted of the samples judged; `of` predicts recording `r` of the data that it is given, for those of
-    /// every sample.
+    /// the whole.
     ///
     /// # Errors
     /// As `of`.
@@ -30,8 +30,8 @@ impl Predictions {
         Ok(Predictions { judged, whole })
     }
 
-    /// Of every sample of each recording, judged or not.
-    pub fn of_every_sample(&self) -> &[[Vec<f64>; 3]] {
+    /// Of each recording from its first sample to its last.
+    pub fn of_the_whole(&self) -> &[[Vec<f64>; 3]] {
         if self.whole.is_empty() {
             &self.judged
         } else {

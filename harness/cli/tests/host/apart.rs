@@ -107,7 +107,7 @@ fn fatal_ends_one_instance_and_no_other() {
 }
 
 #[test]
-fn what_is_wrong_with_a_binary_is_told_when_an_instance_is_made() {
+fn what_is_wrong_with_a_binary_is_told_where_it_is_seen() {
     let fmu = apart(&spring::description("", "").replace("5b1c0e5e", "00000000"));
     let e = fmu.instantiate("it", false).unwrap_err().to_string();
     assert!(e.contains("it logged \"GUID {00000000-spring}, not {5b1c0e5e-spring}\""), "{e}");
@@ -115,7 +115,7 @@ fn what_is_wrong_with_a_binary_is_told_when_an_instance_is_made() {
     let path = dir.path().join("x.fmu");
     let xml = spring::description("", "");
     spring::archive(&path, &[("modelDescription.xml", xml.as_bytes()), ("binaries/linux64/spring.so", b"no library")]);
-    let e = Fmu::open_in(&path, &isolation()).unwrap().instantiate("it", false).unwrap_err().to_string();
+    let e = Fmu::open_in(&path, &isolation()).unwrap_err().to_string();
     assert!(e.contains("x.fmu: its binary does not load"), "{e}");
 }
 

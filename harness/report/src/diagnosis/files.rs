@@ -29,7 +29,7 @@ fn csv(r: &Recording, y: &[Vec<f64>; 3]) -> String {
 }
 
 fn predictions(c: &Campaign, h: &HeldOut, answer: &Answer, folder: &str) -> std::io::Result<()> {
-    for (r, y) in c.recordings.iter().zip(h.predictions.of_every_sample()) {
+    for (r, y) in c.recordings.iter().zip(h.predictions.of_the_whole()) {
         answer.write(&format!("{folder}/{}", r.file), csv(r, y).as_bytes())?;
     }
     Ok(())
