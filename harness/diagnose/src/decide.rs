@@ -47,8 +47,9 @@ pub struct Decision {
 }
 
 impl Decision {
-    /// Decides among the structures of `pool` by the likeliest of names, an unknown cause and nothing; predictions of levels
-    /// not seen count among the evidence.
+    /// Decides among the structures of `pool`: names that are more likely than not are given; else nothing is said where
+    /// nothing is the most probable of all causes, and the cause is unknown. Predictions of levels not seen count among the
+    /// evidence.
     pub fn new(pool: Pool) -> Decision {
         let gain = pool.gain();
         let Pool { fits, mut evidence, singles, table } = pool;
@@ -70,8 +71,7 @@ impl Decision {
         // what differs between recordings of one level is seen by no force within one
         let excess_scatter = chosen.excess_scatter_left(base.excess_scatter());
         let scatters = excess_scatter.is_some();
-        let (nothing, unknown) = (posterior.nothing(), posterior.unknown());
-        let is_unknown = unknown > nothing.max(1.0 - nothing - unknown);
+        let is_unknown = posterior.likely_names().is_empty() && !posterior.is_nothing();
         let left = chosen.overdispersion();
         let is_large = |c: &Cause| c.structure == Some(at) && c.large > 0.5;
         let leaves_much = at > 0 && left > WHITE && posterior.causes.iter().any(is_large);
@@ -140,13 +140,14 @@ fn unpredicted(posterior: &Posterior, fits: &[Fitted], evidence: &Evidences) -> 
     all.find(|i| evidence.structures[*i].heldout.is_none())
 }
 
-/// Index of the fit that stands for the likeliest of names, an unknown cause and nothing; the simulation as given is first.
+/// Index of the fit that stands for the names that are likely, for an unknown cause or for nothing; the simulation as given
+/// is first.
 fn likeliest(posterior: &Posterior, fits: &[Fitted], evidence: &Evidences) -> usize {
-    let (nothing, unknown) = (posterior.nothing(), posterior.unknown());
-    match posterior.best_named().and_then(|c| c.structure) {
-        Some(best) if 1.0 - nothing - unknown >= nothing.max(unknown) => best,
-        _ if unknown > nothing => stand_in(fits, evidence),
-        _ => 0,
+    let names = posterior.likely_names();
+    match posterior.with_names(&names).and_then(|c| c.structure) {
+        Some(named) if !names.is_empty() => named,
+        _ if posterior.is_nothing() => 0,
+        _ => stand_in(fits, evidence),
     }
 }
 

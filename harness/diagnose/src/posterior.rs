@@ -288,6 +288,29 @@ impl Posterior {
         self.causes.iter().find(|c| !c.names.is_empty() && !c.is_unknown())
     }
 
+    /// The names that are more likely than not among what is missing: naming these and no other makes the fewest expected
+    /// mistakes, a name too many and a name too few counted alike.
+    pub fn likely_names(&self) -> Vec<&'static str> {
+        let mut names: Vec<&'static str> =
+            self.causes.iter().filter(|c| !c.is_unknown()).flat_map(|c| c.names.iter().copied()).collect();
+        names.sort_unstable();
+        names.dedup();
+        names.retain(|n| self.of(n) > 0.5);
+        names
+    }
+
+    /// The most probable cause that holds all of `names`, itself and no other where it was weighed.
+    pub fn with_names(&self, names: &[&str]) -> Option<&Cause> {
+        let holds = |c: &&Cause| !c.is_unknown() && names.iter().all(|n| c.names.contains(n));
+        let alone = self.causes.iter().filter(holds).find(|c| c.names.len() == names.len());
+        alone.or_else(|| self.causes.iter().find(holds))
+    }
+
+    /// Whether nothing is the most probable of all causes.
+    pub fn is_nothing(&self) -> bool {
+        self.causes.first().is_none_or(|c| c.names.is_empty())
+    }
+
     /// The causes that hold the true one with 95 %.
     pub fn credible_set(&self) -> &[Cause] {
         &self.causes[..self.credible]
@@ -361,6 +384,30 @@ mod tests {
             Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3 }, &table).nothing()
         };
         assert!(of(-1.0) < 0.1 * of(1.0), "{} {}", of(-1.0), of(1.0));
+    }
+
+    #[test]
+    fn what_is_named_is_more_likely_than_not() {
+        let cause = |names: &[&'static str], probability: f64| Cause {
+            names: names.to_vec(),
+            probability,
+            structure: Some(0),
+            large: 0.0,
+        };
+        let of = |causes: &[Cause]| Posterior { causes: causes.to_vec(), credible: causes.len() };
+        let pair = of(&[
+            cause(&["adhesion", "gravity"], 0.40),
+            cause(&["gravity"], 0.35),
+            cause(&[UNKNOWN], 0.15),
+            cause(&[], 0.10),
+        ]);
+        assert_eq!(pair.likely_names(), ["gravity"]);
+        assert_eq!(pair.with_names(&["gravity"]).unwrap().names, ["gravity"]);
+        assert_eq!(pair.with_names(&["adhesion"]).unwrap().names, ["adhesion", "gravity"]);
+        // together more likely than nothing, and no one of them more likely than not
+        let many = [cause(&[], 0.4), cause(&["gravity"], 0.3), cause(&["adhesion"], 0.2), cause(&[UNKNOWN], 0.1)];
+        assert!(of(&many).likely_names().is_empty() && of(&many).is_nothing());
+        assert!(of(&[]).is_nothing() && !of(&[cause(&[UNKNOWN], 0.6), cause(&[], 0.4)]).is_nothing());
     }
 
     #[test]

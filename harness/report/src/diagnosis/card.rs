@@ -1,6 +1,6 @@
 //! The card on top: what is wrong, how sure that is, what it does, what to do next.
 
-use super::words::{cause, plain, probability, unseen};
+use super::words::{between, cause, plain, probability, unseen};
 use chart::{Card, Chance, Effects};
 use diagnose::run::Outcome;
 use diagnose::verdict::{Missing, Verdict};
@@ -43,7 +43,10 @@ pub fn wrong(v: &Verdict) -> String {
         return "Nothing is missing: the simulation, recalibrated, follows these recordings within noise and tolerances.".into();
     }
     match &v.missing[..] {
-        [] => "Something is missing that no mechanism known explains.".into(),
+        [] => match between(v) {
+            Some(causes) => format!("Something is missing, of no cause more likely than not: {causes}."),
+            None => "Something is missing that no mechanism known explains.".into(),
+        },
         [one] => {
             // a sentence that says so itself needs no name before it
             let what = one.sentence.strip_prefix("the simulation leaves out ");

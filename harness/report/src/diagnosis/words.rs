@@ -8,7 +8,10 @@ use diagnose::material::Effect;
 use diagnose::next::{LITTLE, SURE};
 use diagnose::run::Outcome;
 use diagnose::sensors::{Against, Reading};
-use diagnose::verdict::{Missing, Unclipped};
+use diagnose::verdict::{Cause, Missing, Unclipped, Verdict};
+
+/// Causes told where none is more likely than not, at most.
+const LIKELIEST: usize = 3;
 
 /// The sentence that sums a verdict up.
 pub fn sentence(o: &Outcome) -> String {
@@ -50,11 +53,24 @@ pub fn sentence(o: &Outcome) -> String {
     } else if names.is_empty() {
         let sure = of(&["unknown"]);
         let how = if sure > 0.0 { format!(" (probability {})", probability(sure)) } else { String::new() };
-        format!("Something is missing that no mechanism known explains{how}{takes}.{gain}")
+        match between(v) {
+            Some(causes) => format!("Something is missing, of no cause more likely than not ({causes}){takes}.{gain}"),
+            None => format!("Something is missing that no mechanism known explains{how}{takes}.{gain}"),
+        }
     } else {
         let more = if unexplained { format!(" Beyond that a misfit stays unexplained{takes}.") } else { String::new() };
         format!("The simulation leaves out {}.{gain}{more}", names.join(" and "))
     }
+}
+
+/// The likeliest causes with their probabilities, where something is missing and none of them is more likely than not.
+pub fn between(v: &Verdict) -> Option<String> {
+    if !v.mismatch.detected || !v.missing.is_empty() || v.posterior.iter().any(|c| c.probability > 0.5) {
+        return None;
+    }
+    let told = |c: &Cause| format!("{} {}", cause(&c.mechanisms), probability(c.probability));
+    let causes: Vec<String> = v.posterior.iter().take(LIKELIEST).map(told).collect();
+    (!causes.is_empty()).then(|| causes.join(", "))
 }
 
 /// A probability in words: no verdict is certain.
