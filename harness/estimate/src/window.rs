@@ -52,7 +52,7 @@ fn middles(y: &[f64], m: usize) -> Vec<f64> {
 fn thinned(time: &[f64], m: usize) -> Vec<f64> {
     let each = (m / PARTS).max(1);
     let mut out: Vec<f64> = time.iter().step_by(each).copied().collect();
-    if (time.len() - 1) % each != 0 {
+    if !(time.len() - 1).is_multiple_of(each) {
         out.push(time[time.len() - 1]);
     }
     out
