@@ -27,7 +27,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     place(path, bytes, |staged| std::fs::rename(staged, path))
 }
 
-/// As [`write`], where nothing has that name yet.
+/// As [`write()`], where nothing has that name yet.
 ///
 /// # Errors
 /// As the file system gives them; `AlreadyExists` where something has the name.
