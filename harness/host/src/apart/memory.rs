@@ -22,6 +22,8 @@ pub(super) const WHOLE: usize = MESSAGE + LONGEST;
 /// Longest and shortest time that is waited awake, ns.
 const AWAKE: u64 = 20_000;
 const LEAST_AWAKE: u64 = 500;
+/// What waking up costs at most where a processor is free: who was woken within it might as well have waited awake.
+const SOON: Duration = Duration::from_micros(100);
 /// Looks between two looks at the clock.
 const LOOKS: u32 = 16;
 
@@ -74,10 +76,14 @@ impl Patience {
             }
             // asleep after it, not yielding: on a busy machine who is woken runs sooner than who has yielded
             if start.elapsed() >= limit {
-                self.awake = (self.awake / 2).max(LEAST_AWAKE);
                 return done();
             }
         }
+    }
+
+    /// Learns from a wait that has ended asleep.
+    fn slept(&mut self, whole: Duration) {
+        self.awake = if whole <= SOON { (2 * self.awake).min(AWAKE) } else { (self.awake / 2).max(LEAST_AWAKE) };
     }
 }
 
@@ -95,6 +101,7 @@ impl Turn {
     /// Waits for a message of a number, awake at first; asks `ended` at every waking, later and later.
     fn wait<E>(&self, number: u32, patience: &mut Patience, mut ended: impl FnMut() -> Result<(), E>) -> Result<(), E> {
         let here = || self.number.load(Ordering::Acquire) == number;
+        let began = Instant::now();
         if patience.awake(here) {
             return Ok(());
         }
@@ -103,12 +110,14 @@ impl Turn {
             self.sleeps.store(1, Ordering::SeqCst);
             let seen = self.number.load(Ordering::SeqCst);
             if seen == number {
+                patience.slept(began.elapsed());
                 return Ok(());
             }
             let timeout = futex::Timespec { tv_sec: 0, tv_nsec: i64::from(nap.subsec_nanos()) };
             // woken, or not: the number tells
             let _ = futex::wait(&self.number, futex::Flags::empty(), seen, Some(&timeout));
             if here() {
+                patience.slept(began.elapsed());
                 return Ok(());
             }
             ended()?;
