@@ -26,13 +26,13 @@ pub fn of_campaign(dir: &Path, e: &dyn Display) -> String {
 /// Hash of the files of the campaign in `dir` as they are: campaign.toml, and the recordings that it lists, also those that
 /// are left out. None where one of them cannot be read.
 pub fn content(dir: &Path) -> Option<String> {
-    let text = std::fs::read_to_string(dir.join("campaign.toml")).ok()?;
+    let text = input::text(&dir.join("campaign.toml"), input::TEXT).ok()?;
     let described: toml::Table = text.parse().ok()?;
     let mut hash = Sha256::new();
     hash.update(Sha256::digest(&text));
     for recording in described.get("recording")?.as_array()? {
         let file = dir.join(recording.get("file")?.as_str()?);
-        hash.update(Sha256::digest(std::fs::read(file).ok()?));
+        hash.update(Sha256::digest(input::bytes(&file, input::RECORDING).ok()?));
     }
     Some(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
 }

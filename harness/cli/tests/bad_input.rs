@@ -332,9 +332,11 @@ fn a_pipe_or_a_device_in_the_place_of_a_file_is_refused_at_once_by_every_command
     std::os::unix::fs::symlink("/dev/zero", at("zero.toml")).unwrap();
     let system = "[[fmu]]\nname = \"a\"\nfile = \"pipe.fmu\"\n[run]\nstop_time = 1\n";
     std::fs::write(at("system.toml"), system).unwrap();
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 11] = [
         (&["check", "c"], "campaign.toml"),
         (&["check", "d"], "r01.csv"),
+        (&["diagnose", "c", "--out", "o"], "campaign.toml"),
+        (&["diagnose", "d", "--out", "o"], "r01.csv"),
         (&["run", "pipe.toml", "--out", "o"], "pipe.toml"),
         (&["run", "zero.toml", "--out", "o"], "zero.toml"),
         (&["run", "pipe.ssp", "--out", "o"], "pipe.ssp"),
