@@ -150,21 +150,37 @@ impl Rows {
     }
 }
 
-/// Where between the times of a course a row lies.
+/// A place between two times of a course.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     before: usize,
-    /// Share of the way to the next time, 0 to below 1.
-    share: f64,
+    /// Way from the time before, s, and from that to the next; 0 of 1 at a time itself.
+    along: f64,
+    step: f64,
 }
 
 impl Place {
+    /// Where `t` s lies in `time`, which increases and holds one at least; beyond the ends, the end.
+    pub fn within(time: &[f64], t: f64) -> Place {
+        let next = time.partition_point(|u| *u <= t);
+        if next == 0 || next == time.len() {
+            return Place::at(next.saturating_sub(1));
+        }
+        let before = next - 1;
+        Place { before, along: t - time[before], step: time[next] - time[before] }
+    }
+
+    /// The time number `i` of a course.
+    fn at(i: usize) -> Place {
+        Place { before: i, along: 0.0, step: 1.0 }
+    }
+
     /// The value there of a course `y`, on a straight line between its times.
     pub fn of(&self, y: &[f64]) -> f64 {
-        if self.share == 0.0 {
+        if self.along == 0.0 {
             y[self.before]
         } else {
-            y[self.before] + self.share * (y[self.before + 1] - y[self.before])
+            y[self.before] + (y[self.before + 1] - y[self.before]) * self.along / self.step
         }
     }
 }
@@ -214,9 +230,9 @@ impl Recording {
     /// not judged sample by sample, by its time.
     pub fn place(&self, row: &Row) -> Place {
         match row.sample {
-            Some(i) if self.whole.is_none() => Place { before: i, share: 0.0 },
-            None if self.whole.is_none() => Place { before: nearest(&self.time, row.time), share: 0.0 },
-            _ => place(self.all_times(), row.time),
+            Some(i) if self.whole.is_none() => Place::at(i),
+            None if self.whole.is_none() => Place::at(nearest(&self.time, row.time)),
+            _ => Place::within(self.all_times(), row.time),
         }
     }
 
@@ -280,16 +296,6 @@ fn nearest(time: &[f64], t: f64) -> usize {
     } else {
         next
     }
-}
-
-/// Where `t` lies in `time`, which increases and holds one at least; beyond the ends, the end.
-fn place(time: &[f64], t: f64) -> Place {
-    let next = time.partition_point(|u| *u <= t);
-    if next == 0 || next == time.len() {
-        return Place { before: next.saturating_sub(1), share: 0.0 };
-    }
-    let before = next - 1;
-    Place { before, share: (t - time[before]) / (time[next] - time[before]) }
 }
 
 /// Largest reading less the least, in the readings' unit; below zero where there are none.

@@ -4,7 +4,7 @@ use crate::budget::Budget;
 pub use mechanisms::mechanism::{Parameter, Scales};
 use plant::noise::Noise;
 use plant::simulate::{Local, Setup, COARSE};
-use record::{Channel, Kind};
+use record::{Channel, Kind, Place};
 
 /// One recording ready for estimation.
 #[derive(Clone, Debug)]
@@ -248,7 +248,7 @@ impl Data {
             let Some(whole) = r.whole.clone() else { continue };
             for imposed in [&mut r.setup.imposed, &mut r.setup.imposed_rate] {
                 if !imposed.is_empty() {
-                    *imposed = interpolated(&r.setup.time, imposed, &whole);
+                    *imposed = whole.iter().map(|t| Place::within(&r.setup.time, *t).of(imposed)).collect();
                 }
             }
             r.setup.time = whole;
@@ -260,18 +260,6 @@ impl Data {
     pub fn samples(&self) -> usize {
         (0..self.records.len()).map(|r| self.compared(r).map(|_| self.records[r].setup.time.len()).sum::<usize>()).sum()
     }
-}
-
-/// `y` read at `time`, on straight lines at the times `at`; beyond the ends as at the ends.
-fn interpolated(time: &[f64], y: &[f64], at: &[f64]) -> Vec<f64> {
-    let last = time.len() - 1;
-    at.iter()
-        .map(|t| match time.partition_point(|u| u <= t) {
-            0 => y[0],
-            i if i > last => y[last],
-            i => y[i - 1] + (y[i] - y[i - 1]) * (t - time[i - 1]) / (time[i] - time[i - 1]),
-        })
-        .collect()
 }
 
 pub(super) fn local_of(nuisances: &[Nuisance], v: &[f64]) -> Local {

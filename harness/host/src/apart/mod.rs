@@ -149,7 +149,11 @@ impl Apart {
     }
 
     fn call(&mut self, request: &Request) -> Answer {
-        match self.ask(request, self.limits.time)? {
+        self.call_within(request, self.limits.time)
+    }
+
+    fn call_within(&mut self, request: &Request, longest: Duration) -> Answer {
+        match self.ask(request, longest)? {
             Reply::Done => Ok(()),
             _ => Err(self.nonsense()),
         }
@@ -282,10 +286,7 @@ impl Apart {
     }
 
     pub(super) fn do_step(&mut self, time: f64, step: f64, never_back: bool) -> Answer {
-        match self.ask(&Request::DoStep { time, step, never_back }, self.limits.time + self.patience)? {
-            Reply::Done => Ok(()),
-            _ => Err(self.nonsense()),
-        }
+        self.call_within(&Request::DoStep { time, step, never_back }, self.limits.time + self.patience)
     }
 
     pub(super) fn get_state(&mut self, slot: usize) -> Answer {
