@@ -68,7 +68,7 @@ pub fn latent(reference: &Fitted) -> Option<Latent> {
     let mut by_phase = [0.0; 4];
     for (r, rec) in records.iter().enumerate() {
         let (trace, _) = reference.predict(r);
-        let phases = phases(&trace);
+        let phases = phases(&trace, data);
         for i in 0..rec.time.len() {
             let z = if rec.band[i] > 0.0 { rec.force[i].abs() / rec.band[i] } else { 0.0 };
             by_phase[phases[i]] += (z * z - 1.0).max(0.0);

@@ -63,7 +63,7 @@ pub fn map(base: &Fitted, chosen: &Fitted) -> Vec<Cell> {
             let (trace, w) = problem.residual(&c.fit.point, r)?;
             // one set of phases for both, so that cells hold the same samples
             let frame = frame.map_or(&trace, |f| &f[r]);
-            let phases = phases(frame);
+            let phases = phases(frame, data);
             for (ch, w) in data.compared(r).map(Channel::index).zip(w.chunks(phases.len())) {
                 for p in 0..4 {
                     let own: Vec<f64> = w.iter().zip(&phases).filter(|(_, q)| **q == p).map(|(w, _)| *w).collect();

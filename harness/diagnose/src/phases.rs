@@ -1,11 +1,11 @@
 //! The phases of an impact, and the share of an effect's action in each: approach, loading, unloading and after.
 
 use estimate::fitted::Fitted;
-use estimate::problem::Problem;
+use estimate::problem::{Data, Problem};
 use mechanisms::mechanism::{Acts, Origin};
 use plant::chain::readings;
 use plant::simulate::{force_on_body, simulate, Local, Setup, Trace};
-use record::Kind;
+use record::{Channel, Kind};
 
 /// Share of the action of `chosen`'s term `term` in approach, loading, unloading and after: of the square of the force or,
 /// for the measuring chain, of the reading over its noise that it adds; every recording weighs alike.
@@ -71,7 +71,7 @@ pub fn shares(chosen: &Fitted, term: usize) -> [f64; 4] {
         };
         let sum: f64 = squared.iter().sum();
         if sum > 0.0 {
-            for (s, p) in squared.iter().zip(phases(&trace)) {
+            for (s, p) in squared.iter().zip(phases(&trace, data)) {
                 share[p] += s / sum;
             }
         }
@@ -84,16 +84,23 @@ pub fn shares(chosen: &Fitted, term: usize) -> [f64; 4] {
 }
 
 /// The phase each sample lies in, as an index into [`PHASES`]: every time in contact loads up to its deepest point and
-/// unloads from there to where it leaves the nominal surface.
-pub fn phases(t: &Trace) -> Vec<usize> {
-    let x = &t.position;
+/// unloads from there to where it leaves the nominal surface. An imposed path that is held at its depth is deepest where it
+/// has come there but for its noise, and not where that noise happens to be largest.
+pub fn phases(t: &Trace, data: &Data) -> Vec<usize> {
+    let imposed = data.kind == Kind::Indentation;
+    phases_within(&t.position, if imposed { data.noise[Channel::Penetration.index()].marginal() } else { 0.0 })
+}
+
+/// The phases of a penetration whose depth counts as reached within `slack`, m.
+fn phases_within(x: &[f64], slack: f64) -> Vec<usize> {
     let mut out = Vec::with_capacity(x.len());
     let mut at = 0;
     while at < x.len() {
         let inside = x[at] > 0.0;
         let end = (at..x.len()).find(|i| (x[*i] > 0.0) != inside).unwrap_or(x.len());
         if inside {
-            let deepest = (at..end).rev().max_by(|a, b| x[*a].total_cmp(&x[*b])).unwrap_or(at);
+            let depth = x[at..end].iter().cloned().fold(0.0, f64::max);
+            let deepest = (at..end).find(|i| x[*i] >= depth - slack).unwrap_or(at);
             out.extend((at..end).map(|i| if i <= deepest { 1 } else { 2 }));
         } else {
             out.extend((at..end).map(|_| if at == 0 { 0 } else { 3 }));
@@ -113,7 +120,12 @@ mod tests {
     #[test]
     fn every_contact_loads_and_unloads() {
         let position = vec![-2.0, -1.0, 1.0, 2.0, 2.0, 1.0, -1.0, -0.5, 0.5, 0.7, 0.3, -0.1];
-        let t = Trace { position, ..Trace::default() };
-        assert_eq!(phases(&t), [0, 0, 1, 1, 2, 2, 3, 3, 1, 1, 2, 3]);
+        assert_eq!(phases_within(&position, 0.0), [0, 0, 1, 1, 2, 2, 3, 3, 1, 1, 2, 3]);
+    }
+
+    #[test]
+    fn what_is_held_at_its_depth_no_longer_loads() {
+        let position = [-1.0, 1.0, 2.9, 3.0, 3.02, 2.99, 3.03, 1.0, -1.0];
+        assert_eq!(phases_within(&position, 0.05), [0, 1, 1, 1, 2, 2, 2, 2, 3]);
     }
 }

@@ -8,6 +8,7 @@ use mechanisms::load_history::LoadHistory;
 use plant::noise::Noise;
 use plant::simulate::Setup;
 use record::{self, Campaign, Channel, Kind};
+use std::ops::Range;
 
 /// Why a campaign cannot be judged.
 #[derive(Debug, thiserror::Error)]
@@ -70,6 +71,57 @@ pub fn smooth(y: &[f64], sigma: f64) -> (Vec<f64>, Vec<f64>) {
         }
     }
     (s, d)
+}
+
+/// Imposes on a recording's body the penetration read, smoothed; `sigma`, m: standard deviation of its noise at low frequency.
+/// What is left out of the reading is taken from its neighbours.
+pub fn impose(record: &mut Record, sigma: f64) {
+    let i = Channel::Penetration.index();
+    let Some(read) = &record.y[i] else { return };
+    let mut read = read.clone();
+    for k in (0..read.len()).filter(|k| record.weight[i][*k] == 0.0) {
+        if let Some(v) = by_neighbours(&read, k) {
+            read[k] = v;
+        }
+    }
+    let read = &read;
+    let time = &record.setup.time;
+    let dt = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+    let (path, slope) = smooth(read, sigma);
+    record.setup.imposed = path;
+    record.setup.imposed_rate = slope.iter().map(|v| v / dt).collect();
+}
+
+/// Sample `k` of a smooth course by the cubic through the two on either side; None at its ends.
+fn by_neighbours(y: &[f64], k: usize) -> Option<f64> {
+    (k >= 2 && k + 2 < y.len()).then(|| (4.0 * (y[k - 1] + y[k + 1]) - y[k - 2] - y[k + 2]) / 6.0)
+}
+
+/// Standard deviations of white noise by which a sample and the cubic through its neighbours differ.
+const BY_NEIGHBOURS: f64 = 1.4;
+/// Standard deviations of that difference from which a sample is a spike, and steps of the course from one sample to the
+/// next: a corner differs by less than one.
+const SPIKE: f64 = 6.0;
+const SPIKE_STEPS: f64 = 3.0;
+
+/// Samples of a smooth course that stand alone, far outside its noise of standard deviation `sigma`.
+pub fn spikes_of_course(y: &[f64], sigma: f64) -> Vec<usize> {
+    let mut y = y.to_vec();
+    let mut found = Vec::new();
+    // the largest first: beside it others look large as well
+    while found.len() < y.len() / 50 {
+        let off = |k: &usize| by_neighbours(&y, *k).map_or(0.0, |v| (y[*k] - v).abs());
+        let Some(k) = (0..y.len()).max_by(|a, b| off(a).total_cmp(&off(b))) else { break };
+        let near = k.saturating_sub(8)..(k + 8).min(y.len() - 1);
+        let step = median(near.map(|j| (y[j + 1] - y[j]).abs()).collect());
+        let Some(v) = by_neighbours(&y, k) else { break };
+        if off(&k) <= (SPIKE * BY_NEIGHBOURS * sigma).max(SPIKE_STEPS * step) {
+            break;
+        }
+        y[k] = v;
+        found.push(k);
+    }
+    found
 }
 
 /// A campaign's recordings with their scales and noise, and a first guess of the law.
@@ -140,13 +192,11 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
     if c.kind == Kind::Indentation {
         let sigma = noise[2].low_frequency();
         for (r, rec) in c.recordings.iter().zip(&mut records) {
-            let x = r.channels[2].as_ref().ok_or_else(|| Invalid(format!("{}: no penetration", r.file)))?;
-            let n = x.len();
-            let dt = (r.time[n - 1] - r.time[0]) / (n - 1) as f64;
-            let (s, d) = smooth(x, sigma);
-            rec.setup.imposed_rate = d.iter().map(|v| v / dt).collect();
-            depths.push(s.iter().cloned().fold(f64::MIN, f64::max));
-            rec.setup.imposed = s;
+            if r.channels[2].is_none() {
+                return Err(Invalid(format!("{}: no penetration", r.file)));
+            }
+            impose(rec, sigma);
+            depths.push(rec.setup.imposed.iter().cloned().fold(f64::MIN, f64::max));
         }
     }
     let count = records.len() as f64;
@@ -250,7 +300,7 @@ fn quiet_stretches(push: &[f64], level: f64, first: &Pulse) -> Vec<(usize, usize
     while i <= n {
         if i == n || busy[i] {
             let end = if i == n { n } else { i.saturating_sub((margin / 3).max(2)) };
-            if end > start + 16 {
+            if end > start + LEAST_QUIET {
                 out.push((start, end, start == 0));
             }
             while i < n && busy[i] {
@@ -287,6 +337,60 @@ pub fn renewed_noise(c: &Campaign, data: &Data, left: &[[Option<Vec<f64>>; 3]]) 
     }
     noise
 }
+
+/// Noise of an indentation's channels learned once more from where its fit has nothing touching: before that fit the place
+/// of the touch is not known, and what is certainly free of it is too short to tell noise whose samples are correlated.
+/// `left`: readings of force less the fit's, `depth`: the simulated penetration, m, by recording. A channel keeps its noise
+/// where there are too few samples.
+pub fn noise_out_of_contact(data: &Data, left: &[Option<Vec<f64>>], depth: &[Vec<f64>]) -> [Noise; 3] {
+    let free: Vec<Vec<Range<usize>>> = depth.iter().map(|d| out_of_contact(d)).collect();
+    let mut noise = data.noise;
+    for ch in [Channel::Force, Channel::Penetration] {
+        let i = ch.index();
+        let (mut stretches, mut lost) = (Vec::new(), 0);
+        for ((record, left), free) in data.records.iter().zip(left).zip(&free) {
+            let read = if ch == Channel::Force { left } else { &record.y[i] };
+            let Some(read) = read else { continue };
+            for y in free.iter().map(|f| &read[f.clone()]) {
+                if ch == Channel::Force {
+                    // the fit has taken zero and slope of the free line out of it
+                    stretches.push(despiked(y.to_vec()));
+                    lost += 1;
+                } else {
+                    let degree = (y.len() / SAMPLES_A_DEGREE).clamp(1, 3);
+                    stretches.push(despiked(detrended(y, degree)));
+                    lost += degree + 1;
+                }
+            }
+        }
+        if let Some(n) = Noise::estimate(&stretches, lost, FLOOR * data.range[i]) {
+            noise[i] = n.widened(overdispersion(&n, &stretches));
+        }
+    }
+    noise
+}
+
+/// Stretches of a simulated penetration before touch and after leaving that keep their distance from both: a ninth of the
+/// contact before, where the touch is not quite where it was fitted, a third of it after, where what sticks lets go; a third
+/// of the stretch at most.
+fn out_of_contact(depth: &[f64]) -> Vec<Range<usize>> {
+    let n = depth.len();
+    let (Some(first), Some(last)) = (depth.iter().position(|x| *x > 0.0), depth.iter().rposition(|x| *x > 0.0)) else {
+        return Vec::new();
+    };
+    let contact = last - first;
+    let before = 0..first - (contact / 9).min(first / 3);
+    let after = (last + 1 + (contact / 3).min((n - last) / 3)).min(n)..n;
+    [before, after].into_iter().filter(|f| f.len() >= LEAST_FREE).collect()
+}
+
+/// Least sigma believed, as a share of the channel's range.
+const FLOOR: f64 = 1e-5;
+/// Samples of a stretch up to which it tells nothing about noise.
+const LEAST_QUIET: usize = 16;
+/// Samples from which a stretch that is known to be free tells something, and for each degree of the path taken out of it.
+const LEAST_FREE: usize = 8;
+const SAMPLES_A_DEGREE: usize = 8;
 
 /// Noise of every channel, from the stretches in which nothing touches.
 fn noise_of(
@@ -333,7 +437,7 @@ fn noise_of(
                 lost += degree + 1;
             }
         }
-        let floor = 1e-5 * range[i];
+        let floor = FLOOR * range[i];
         let of =
             |e: &[Vec<f64>], lost: usize| Noise::estimate(e, lost, floor).map(|n| n.widened(overdispersion(&n, e)));
         noise[i] = of(&stretches, lost).unwrap_or_else(|| Noise::white(median(fallback).max(floor)));
@@ -401,6 +505,19 @@ fn detrended(y: &[f64], degree: usize) -> Vec<f64> {
 mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn a_spike_of_a_course_is_found_and_a_corner_is_none() {
+        let corner: Vec<f64> = (0..200).map(|i| if i < 100 { i as f64 } else { 200.0 - i as f64 }).collect();
+        assert!(spikes_of_course(&corner, 0.01).is_empty());
+        let mut spiked = corner.clone();
+        spiked[40] += 12.0;
+        spiked[43] -= 9.0;
+        spiked[150] -= 5.0;
+        let mut found = spikes_of_course(&spiked, 0.1);
+        found.sort_unstable();
+        assert_eq!(found, [40, 43, 150]);
+    }
 
     #[test]
     fn a_release_passes_for_noise_until_the_motion_is_taken_out() {

@@ -1,12 +1,14 @@
 //! From conditioned data to data ready for estimation: what takes a fit of the simulation as given.
 
-use crate::condition::{condition, renewed_noise, Conditioned, Guess, Invalid};
+use crate::condition::{
+    condition, impose, noise_out_of_contact, renewed_noise, spikes_of_course, Conditioned, Guess, Invalid,
+};
 use crate::fitted::Fitted;
 use crate::problem::{Data, Options};
 use crate::structure::{Structure, Term};
 use mechanisms::mechanism::Origin;
 use rayon::prelude::*;
-use record::{Campaign, Kind};
+use record::{Campaign, Channel, Kind};
 use std::sync::Arc;
 
 /// chi^2 by which the first sample is preferred to the touch as the place where speeds were measured.
@@ -54,11 +56,7 @@ impl Prepared {
             ));
         }
         if c.kind == Kind::Indentation {
-            let mut weighted = (*data).clone();
-            for (r, w) in weighted.records.iter_mut().zip(effective_weights(&base)) {
-                r.weight[0] = w;
-            }
-            base = base.on(Arc::new(weighted));
+            base = at_the_path_read(&base);
         }
         if c.kind == Kind::ContactorOpening {
             // at rest, released, flying: no polynomial follows that, the fit does
@@ -66,11 +64,7 @@ impl Prepared {
             renewed.noise = renewed_noise(c, &data, &remainders(&base));
             base = base.on(Arc::new(renewed));
         }
-        let mut data = (*base.data).clone();
-        for (r, channel, k) in spikes(&base) {
-            data.records[r].weight[channel][k] = 0.0;
-        }
-        Ok(Prepared { data: Arc::new(data), guess, structure })
+        Ok(Prepared { data: without_spikes(&base).data, guess, structure })
     }
 }
 
@@ -88,30 +82,81 @@ fn least_in_flight(data: &Data, structure: &Structure, guess: &Guess) -> f64 {
     with.into_iter().fold(base.chi2(), f64::min)
 }
 
-/// Weights of an imposed penetration: where the force rises steeply the scatter of the penetration
-/// counts as well (effective variance: Orear 1982).
-fn effective_weights(base: &Fitted) -> Vec<Vec<f64>> {
-    let sx = base.data.noise[2].marginal();
-    let sf = base.data.noise[0].marginal();
-    (0..base.data.records.len())
-        .map(|r| {
-            let (t, _) = base.predict(r);
-            let n = t.force.len();
-            (0..n)
-                .map(|i| {
-                    let (a, b) = (i.saturating_sub(6), (i + 6).min(n - 1));
-                    let dx = (t.position[b] - t.position[a]).abs();
-                    let slope = if dx > 2.0 * sx { (t.force[b] - t.force[a]).abs() / dx } else { 0.0 };
-                    let own = if t.position[i] > 0.0 {
-                        base.point().theta[1] * t.force[i].max(0.0) / t.position[i].max(3.0 * sx)
-                    } else {
-                        0.0
-                    };
-                    sf / (sf * sf + (slope.max(own) * sx).powi(2)).sqrt()
-                })
-                .collect()
-        })
-        .collect()
+/// A fit held against the same recordings without the samples called spikes.
+fn without_spikes(base: &Fitted) -> Fitted {
+    let mut data = (*base.data).clone();
+    for (r, channel, k) in spikes(base) {
+        data.records[r].weight[channel][k] = 0.0;
+    }
+    base.on(Arc::new(data))
+}
+
+/// A fit of an indentation held against its recordings with their noise learned where that fit has nothing touching, the path
+/// smoothed by that noise, and the force as it would be read on the smoothed path.
+fn at_the_path_read(base: &Fitted) -> Fitted {
+    let i = Channel::Penetration.index();
+    let mut renewed = (*base.data).clone();
+    let left: Vec<_> = remainders(base).into_iter().map(|[force, ..]| force).collect();
+    let depth: Vec<_> = (0..renewed.records.len()).map(|r| base.predict(r).0.position).collect();
+    renewed.noise = noise_out_of_contact(&base.data, &left, &depth);
+    let noise = renewed.noise[i];
+    for record in &mut renewed.records {
+        let spikes = record.y[i].as_ref().map_or_else(Vec::new, |read| spikes_of_course(read, noise.marginal()));
+        spikes.into_iter().for_each(|k| record.weight[i][k] = 0.0);
+        impose(record, noise.low_frequency());
+    }
+    let base = without_spikes(&base.on(Arc::new(renewed)));
+    let mut there = (*base.data).clone();
+    for (r, record) in there.records.iter_mut().enumerate() {
+        let Some(read) = &record.y[i] else { continue };
+        let (force, weight) = at_smoothed_depth(&base, r, read);
+        (record.y[0], record.weight[0]) = (Some(force), weight);
+    }
+    base.on(Arc::new(there))
+}
+
+/// The readings of force as they would be at the smoothed penetration, and their weights.
+///
+/// What the penetration's own noise does to the force is its slope times that noise. Held against the smoothed path, a
+/// reading keeps the smoother's error, which runs on from sample to sample and looks like physics; at the penetration read
+/// with it, it keeps the noise of that one sample, which its weight holds (effective variance: Orear 1982). `read` is the
+/// penetration as read.
+fn at_smoothed_depth(base: &Fitted, r: usize, read: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let (sf, sx) = (base.data.noise[0].marginal(), base.data.noise[2].marginal());
+    let record = &base.data.records[r];
+    let path = &record.setup.imposed;
+    let (t, _) = base.predict(r);
+    let power = base.point().theta[1];
+    let force = record.y[0].as_deref().unwrap_or(&[]);
+    let at = |i: usize| -> (f64, f64) {
+        let inside = t.position[i] > 0.0;
+        let law = if inside { power * t.force[i].max(0.0) / t.position[i].max(3.0 * sx) } else { 0.0 };
+        let slope = local_slope(path, force, &record.weight[0], i, SLOPE_RANGE * sx).unwrap_or(law);
+        let off = if record.weight[2][i] > 0.0 { read[i] - path[i] } else { 0.0 };
+        let weight = if record.weight[0][i] > 0.0 { sf / (sf * sf + (slope * sx).powi(2)).sqrt() } else { 0.0 };
+        (force[i] - slope * off, weight)
+    };
+    (0..force.len()).map(at).unzip()
+}
+
+/// Samples on either side of one over which the slope of force over penetration is taken.
+const SLOPE_SAMPLES: usize = 8;
+/// Range of penetration from which the readings themselves tell that slope, in standard deviations of its noise.
+const SLOPE_RANGE: f64 = 8.0;
+
+/// Slope of `force` over `path` around sample `i`, N/m, of samples with some weight; None where the path covers less than
+/// `range` there.
+fn local_slope(path: &[f64], force: &[f64], weight: &[f64], i: usize, range: f64) -> Option<f64> {
+    let around = i.saturating_sub(SLOPE_SAMPLES)..(i + SLOPE_SAMPLES + 1).min(path.len());
+    let near: Vec<(f64, f64)> = around.filter(|j| weight[*j] > 0.0).map(|j| (path[j], force[j])).collect();
+    let (low, high) = near.iter().fold((f64::MAX, f64::MIN), |(a, b), (x, _)| (a.min(*x), b.max(*x)));
+    if near.is_empty() || high - low < range {
+        return None;
+    }
+    let n = near.len() as f64;
+    let (mx, mf) = near.iter().fold((0.0, 0.0), |(a, b), (x, f)| (a + x / n, b + f / n));
+    let (xx, xf) = near.iter().fold((0.0, 0.0), |(xx, xf), (x, f)| (xx + (x - mx).powi(2), xf + (x - mx) * (f - mf)));
+    Some(xf / xx)
 }
 
 /// The readings less the fit's, by recording and channel.
@@ -132,6 +177,9 @@ fn remainders(base: &Fitted) -> Vec<[Option<Vec<f64>>; 3]> {
 /// Samples on either side of a touch that a touch simulated a little off moves.
 const ONSET: usize = 3;
 
+/// Times samples are looked through for spikes: what stands beside a larger one shows once that is gone.
+const PASSES: usize = 3;
+
 /// Samples that stand alone far outside the noise: (recording, channel, sample).
 fn spikes(base: &Fitted) -> Vec<(usize, usize, usize)> {
     let data = &base.data;
@@ -144,27 +192,40 @@ fn spikes(base: &Fitted) -> Vec<(usize, usize, usize)> {
             let Some(read) = &rec.y[i] else { continue };
             let e: Vec<f64> = read.iter().zip(&y[i]).zip(&rec.weight[i]).map(|((a, b), w)| (a - b) * w).collect();
             let s = data.noise[i].marginal();
-            out.extend((0..e.len()).filter(|k| is_spike(*k, &e, read, &touching, s)).map(|k| (r, i, k)));
+            let mut kept = vec![true; e.len()];
+            for _ in 0..PASSES {
+                let found: Vec<usize> =
+                    (0..e.len()).filter(|k| kept[*k] && is_spike(*k, &e, read, &kept, &touching, s)).collect();
+                found.iter().for_each(|k| kept[*k] = false);
+                if found.is_empty() {
+                    break;
+                }
+            }
+            out.extend((0..e.len()).filter(|k| !kept[*k]).map(|k| (r, i, k)));
         }
     }
     out
 }
 
-/// Whether sample `k` stands alone: the residual `e` by 5 `sigma` outside its neighbours'. Where touch begins or ends, a
-/// force that jumps leaves such a residual if it jumps a sample early or late in the simulation: there the reading itself
-/// has to stick out of those around it, which no jump does.
-fn is_spike(k: usize, e: &[f64], read: &[f64], touching: &[bool], sigma: f64) -> bool {
+/// Whether sample `k` stands alone: the residual `e` by 5 `sigma` outside its neighbours', but for one of them on either side.
+/// Where touch begins or ends, a force that jumps leaves such a residual if it jumps a sample early or late in the
+/// simulation: there the reading itself has to stick out of those around it, which no jump does. Only samples `kept` count.
+fn is_spike(k: usize, e: &[f64], read: &[f64], kept: &[bool], touching: &[bool], sigma: f64) -> bool {
     let around = |half: usize| k.saturating_sub(half)..(k + half + 1).min(e.len());
-    let mut near: Vec<f64> = around(4).filter(|j| j.abs_diff(k) > 1).map(|j| e[j]).collect();
+    let mut near: Vec<f64> = around(4).filter(|j| j.abs_diff(k) > 1 && kept[*j]).map(|j| e[j]).collect();
+    if near.len() < 3 {
+        return false;
+    }
     near.sort_by(f64::total_cmp);
     let middle = near[near.len() / 2];
-    let spread = near[near.len() - 1] - near[0];
+    let (low, high) = if near.len() > 4 { (near[1], near[near.len() - 2]) } else { (near[0], near[near.len() - 1]) };
+    let spread = high - low;
     let off = (e[k] - middle).abs();
     if off <= 5.0 * sigma || off <= 1.5 * spread {
         return false;
     }
     let onset = around(ONSET).any(|j| touching[j] != touching[k]);
-    let others = || around(4).filter(|j| *j != k).map(|j| read[j]);
+    let others = || around(4).filter(|j| *j != k && kept[*j]).map(|j| read[j]);
     let (low, high) = others().fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
     !onset || read[k] < low - 5.0 * sigma || read[k] > high + 5.0 * sigma
 }
@@ -183,7 +244,7 @@ mod tests {
         let touching: Vec<bool> = simulated.iter().map(|f| *f > 0.0).collect();
         let spikes = |read: &[f64], touching: &[bool]| -> Vec<usize> {
             let e: Vec<f64> = read.iter().zip(&simulated).map(|(a, b)| a - b).collect();
-            (0..e.len()).filter(|k| is_spike(*k, &e, read, touching, 1.0)).collect()
+            (0..e.len()).filter(|k| is_spike(*k, &e, read, &vec![true; e.len()], touching, 1.0)).collect()
         };
         assert!(spikes(&read, &touching).is_empty());
         // the residual alone would have it so

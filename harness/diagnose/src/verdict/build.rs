@@ -340,7 +340,7 @@ fn span(d: &Decision, which: usize, by_level: &[f64]) -> Option<(String, f64, f6
     let (trace, _) = d.chosen.predict(r);
     let rec = &data.records[r];
     // its first stretch
-    let phases = phases(&trace);
+    let phases = phases(&trace, data);
     let first = phases.iter().position(|p| *p == which)?;
     let length = phases[first..].iter().take_while(|p| **p == which).count();
     Some((rec.file.clone(), rec.setup.time[first], rec.setup.time[first + length - 1]))
