@@ -16,8 +16,8 @@ from .scores import BINS
 ROOT = Path(__file__).resolve().parents[2]
 TABLE = ROOT / "harness" / "diagnose" / "calibration.json"
 PICTURE = ROOT / "docs" / "src" / "images" / "reliability.png"
-# campaigns of a seed: of today's mix, and of each group; the sealed half never calibrates
-SHARES = {"mix": 40, "print": 20, "dirt": 12, "little": 12, "strangers": 20, "rough": 12}
+# campaigns of a seed: of today's mix, of pairs and of each group; the sealed half never calibrates
+SHARES = {"mix": 40, "pairs": 12, "print": 20, "dirt": 12, "little": 12, "strangers": 20, "rough": 12}
 FOLDS = 5
 
 
@@ -28,6 +28,7 @@ def options():
     a.add_argument("--drawn", type=Path, action="append", default=[], metavar="DIR", help="a folder with truth/ and verdicts/ drawn before (tests/prove, --out)")
     a.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     a.add_argument("--touchdown", type=Path, help="another touchdown binary than the one the launcher builds")
+    a.add_argument("--only", nargs="+", choices=[*weights.PARAMETERS, "level"], metavar="NAME", help="fit these numbers of the table alone, from where they are; the others stay as they are")
     a.add_argument("--dry", action="store_true", help="print and draw, write no table")
     o = a.parse_args()
     if not o.seeds and not o.drawn:
@@ -45,7 +46,12 @@ def drawn(o, binary):
             held = json.loads(mark.read_text()) if mark.exists() else []
             names = [f"s{seed}-{i + 1:03d}" if group == "mix" else case_name(seed, group, i) for i in range(n)]
             if [seed, group] not in held:
-                generate(seed, n, o.out, say) if group == "mix" else draw_group(seed, n, group, o.out, say)
+                if group == "mix":
+                    generate(seed, n, o.out, say)
+                elif group == "pairs":
+                    generate(seed, n, o.out, say, prefix=f"s{seed}-pairs", todo=[("pair", None)] * n)
+                else:
+                    draw_group(seed, n, group, o.out, say)
                 mark.write_text(json.dumps(held + [[seed, group]]))
             cases += [o.out / "open" / name for name in names]
             done += n
@@ -56,13 +62,13 @@ def drawn(o, binary):
     return o.out
 
 
-def crossed(cases):
-    """(probability of the most probable cause, whether it is the cause, group) of each case by a table that did not see it."""
+def crossed(cases, fit):
+    """(probability of the most probable cause, whether it is the cause, group) of each case by a table that did not see it; `fit` makes a table of cases."""
     order = np.random.default_rng(1).permutation(len(cases))
     out, needs = [None] * len(cases), []
     for k in range(FOLDS):
         test = set(order[k::FOLDS].tolist())
-        theta = weights.fit([(f, c, 1.0) for i, (_, f, c, _) in enumerate(cases) if i not in test])
+        theta = fit([(f, c, 1.0) for i, (_, f, c, _) in enumerate(cases) if i not in test])
         level = weights.level([(f, c, 1.0) for i, (_, f, c, _) in enumerate(cases) if i not in test], theta)
         for i in test:
             name, f, want, group = cases[i]
@@ -103,15 +109,18 @@ def main():
     cases = [c for folder in folders for c in weights.read(folder / "truth", folder / "verdicts")]
     if len(cases) < 4 * FOLDS:
         sys.exit(f"{len(cases)} campaigns were weighed: too few to calibrate on")
-    rows = crossed(cases)
+    old = json.loads(TABLE.read_text()) if o.only else {}
+    start = np.array([old.get(k, v) for k, v in zip(weights.PARAMETERS, weights.START)])
+    fit = lambda of: weights.fit(of, start, o.only)
+    rows = crossed(cases, fit)
     lines, error, bins = reliability(rows)
     print("\n".join(lines))
     print(f"calibration error {error:.3f}; the sets hold the cause in {np.mean([r['held'] for r in rows]):.2f} of {len(rows)}, mean size {np.mean([r['size'] for r in rows]):.1f}")
     for g in sorted({r["group"] for r in rows}):
         of = [r for r in rows if r["group"] == g]
         print(f"  {g}: most probable cause right {np.mean([r['right'] for r in of]):.2f} of {len(of)}; believed and wrong {sum(r['top'] >= 0.9 and not r['right'] for r in of)}")
-    theta = weights.fit([(f, c, 1.0) for _, f, c, _ in cases])
-    level = weights.level([(f, c, 1.0) for _, f, c, _ in cases], theta)
+    theta = fit([(f, c, 1.0) for _, f, c, _ in cases])
+    level = old["level"] if o.only and "level" not in o.only else weights.level([(f, c, 1.0) for _, f, c, _ in cases], theta)
     table = {**{k: round(float(v), 4) for k, v in zip(weights.PARAMETERS, theta)}, "level": round(level, 4)}
     print(json.dumps(table, indent=1))
     if not o.dry:

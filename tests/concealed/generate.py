@@ -356,11 +356,11 @@ def jsonable(x):
     return x
 
 
-def generate(seed, n, out, say=print, prefix=None):
-    """Writes n cases of the seed into out/open and out/truth; returns the truths' names."""
+def generate(seed, n, out, say=print, prefix=None, todo=None):
+    """Writes n cases of the seed into out/open and out/truth; returns the truths' names. todo: tier and mechanism of each, where not those of `plan`."""
     out = Path(out)
     prefix = prefix or f"s{seed}"
-    todo = plan(np.random.default_rng([seed, 0xC0DE]), n)
+    todo = todo or plan(np.random.default_rng([seed, 0xC0DE]), n)
     used = {}
     names = []
     for i, (tier, mech) in enumerate(todo):

@@ -154,7 +154,8 @@ def cause(truth):
 class Stacked:
     """All cases' evidence in flat arrays, so that one loss costs a few array operations."""
 
-    def __init__(self, cases):
+    def __init__(self, cases, start=START):
+        self.start = start
         rows, hyps, ends, alone = [], [], [], []
         for k, (feature, want, weight) in enumerate(cases):
             left, levels, sets = feature
@@ -193,7 +194,7 @@ class Stacked:
         whole, right = np.zeros(self.n), np.zeros(self.n)
         np.add.at(whole, self.case, e)
         np.add.at(right, self.case, np.where(self.want, e, 0.0))
-        return float(-(self.weight * np.log(np.maximum(right / whole, LEAST))).sum() / self.weight.sum() + 0.5 * np.sum(((theta - START) / WIDTH) ** 2) / self.n)
+        return float(-(self.weight * np.log(np.maximum(right / whole, LEAST))).sum() / self.weight.sum() + 0.5 * np.sum(((theta - self.start) / WIDTH) ** 2) / self.n)
 
 
 KINDS = ("", "stand_in", "own", "large", "large_known")
@@ -201,10 +202,16 @@ WEIGHTED = ("size", "ln", "drifts", "parameters")      # an entry's numbers that
 PRIORS = ("", "single", "pair", "unknown")
 
 
-def fit(cases):
-    """The table's parameters of the least loss."""
-    stacked = Stacked(cases)
-    return minimize(stacked.loss, START, method="L-BFGS-B", options=dict(maxiter=100, ftol=1e-7)).x
+def fit(cases, start=START, only=None):
+    """The table's parameters of the least loss, kept near `start`; of `only` those, the others stay there."""
+    stacked, free = Stacked(cases, start), [i for i, k in enumerate(PARAMETERS) if only is None or k in only]
+
+    def table(x):
+        theta = np.array(start)
+        theta[free] = x
+        return theta
+
+    return table(minimize(lambda x: stacked.loss(table(x)), start[free], method="L-BFGS-B", options=dict(maxiter=100, ftol=1e-7)).x)
 
 
 def credible(p, level):
