@@ -207,9 +207,10 @@ fn spikes(base: &Fitted) -> Vec<(usize, usize, usize)> {
     out
 }
 
-/// Whether sample `k` stands alone: the residual `e` by 5 `sigma` outside its neighbours', but for one of them on either side.
-/// Where touch begins or ends, a force that jumps leaves such a residual if it jumps a sample early or late in the
-/// simulation: there the reading itself has to stick out of those around it, which no jump does. Only samples `kept` count.
+/// Whether sample `k` stands alone: the residual `e` by 5 `sigma` outside its neighbours', of which out of contact one on
+/// either side may be another spike. Where touch begins or ends, a force that jumps leaves such a residual if it jumps a
+/// sample early or late in the simulation: there the reading itself has to stick out of those around it, which no jump does.
+/// Only samples `kept` count.
 fn is_spike(k: usize, e: &[f64], read: &[f64], kept: &[bool], touching: &[bool], sigma: f64) -> bool {
     let around = |half: usize| k.saturating_sub(half)..(k + half + 1).min(e.len());
     let mut near: Vec<f64> = around(4).filter(|j| j.abs_diff(k) > 1 && kept[*j]).map(|j| e[j]).collect();
@@ -218,15 +219,17 @@ fn is_spike(k: usize, e: &[f64], read: &[f64], kept: &[bool], touching: &[bool],
     }
     near.sort_by(f64::total_cmp);
     let middle = near[near.len() / 2];
-    let (low, high) = if near.len() > 4 { (near[1], near[near.len() - 2]) } else { (near[0], near[near.len() - 1]) };
-    let spread = high - low;
+    // in contact two samples beside each other may be a peak cut off; elsewhere they are two spikes
+    let aside = usize::from(!touching[k] && near.len() > 4);
+    let spread = near[near.len() - 1 - aside] - near[aside];
     let off = (e[k] - middle).abs();
     if off <= 5.0 * sigma || off <= 1.5 * spread {
         return false;
     }
     let onset = around(ONSET).any(|j| touching[j] != touching[k]);
-    let others = || around(4).filter(|j| *j != k && kept[*j]).map(|j| read[j]);
-    let (low, high) = others().fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
+    let mut others: Vec<f64> = around(4).filter(|j| *j != k && kept[*j]).map(|j| read[j]).collect();
+    others.sort_by(f64::total_cmp);
+    let (low, high) = (others[aside], others[others.len() - 1 - aside]);
     !onset || read[k] < low - 5.0 * sigma || read[k] > high + 5.0 * sigma
 }
 
