@@ -5,6 +5,7 @@ use crate::state::{self, State};
 use crate::variables::{by_reference, Kind, Role, Variable, LOG_CATEGORIES, MODEL, PARAMETER_TABLE};
 use face::bytes::Layout;
 use face::start::GUID_LENGTH;
+use face::text;
 use face::{error, Life, Model, Outcome, Phase, Refusal};
 use law::{Memory, Reached};
 
@@ -106,7 +107,7 @@ impl Model for Instance {
         let s = &mut self.state;
         let memory = s.settings.law.start(s.input[0]);
         if !memory.is_finite() {
-            return error(format!("a contact that begins at penetration {} m holds no finite energy", s.input[0]));
+            return error(text!("a contact that begins at penetration {} m holds no finite energy", s.input[0]));
         }
         s.memory = memory;
         s.last = s.input;
@@ -124,7 +125,7 @@ impl Model for Instance {
     fn set(&mut self, reference: u32, kind: Kind, value: f64) -> Outcome<()> {
         let v = find(reference, kind)?;
         if self.state.life.phase == Phase::Terminated {
-            return error(format!("{} cannot be set after fmi2Terminate", v.name));
+            return error(text!("{} cannot be set after fmi2Terminate", v.name));
         }
         let input = match v.role {
             Role::Penetration => 0,
@@ -132,10 +133,10 @@ impl Model for Instance {
             Role::Parameter(i) => {
                 let fixed = PARAMETER_TABLE.get(i).map_or(true, |p| !p.tunable);
                 if fixed && self.state.life.phase == Phase::Stepping {
-                    return error(format!("{} is fixed: set it before fmi2ExitInitializationMode", v.name));
+                    return error(text!("{} is fixed: set it before fmi2ExitInitializationMode", v.name));
                 }
                 if !value.is_finite() {
-                    return error(format!("{} is {}: give a finite number", v.name, value));
+                    return error(text!("{} is {}: give a finite number", v.name, value));
                 }
                 let mut changed = self.state.settings;
                 changed.set(i, value);
@@ -146,14 +147,14 @@ impl Model for Instance {
                 self.known = Known::of(&self.state);
                 return Ok(());
             }
-            _ => return error(format!("{} is an output: it cannot be set", v.name)),
+            _ => return error(text!("{} is an output: it cannot be set", v.name)),
         };
         if value.is_finite() {
             self.set_input(input, value);
             Ok(())
         } else {
             self.state.life.refused |= 1 << input;
-            Err(Refusal::Discard(format!("{} is {}: give a finite number", v.name, value)))
+            Err(Refusal::Discard(text!("{} is {}: give a finite number", v.name, value)))
         }
     }
 
@@ -191,7 +192,7 @@ impl Model for Instance {
             _ => {}
         }
         if s.life.phase == Phase::Instantiated {
-            return error(format!("{} is known from fmi2EnterInitializationMode on", v.name));
+            return error(text!("{} is known from fmi2EnterInitializationMode on", v.name));
         }
         let memory = self.memory();
         let value = match v.role {
@@ -219,7 +220,7 @@ impl Model for Instance {
             return Ok(value);
         }
         let [x, speed] = s.input;
-        Err(Refusal::Discard(format!("at penetration {} m, velocity {} m/s {} is {}", x, speed, v.name, value)))
+        Err(Refusal::Discard(text!("at penetration {} m, velocity {} m/s {} is {}", x, speed, v.name, value)))
     }
 
     #[inline]
@@ -243,7 +244,7 @@ impl Model for Instance {
         let u = find(unknown, Kind::Real)?;
         let k = find(known, Kind::Real)?;
         if matches!(u.role, Role::Penetration | Role::Velocity | Role::Parameter(_)) {
-            return error(format!("{} is no output: it has no directional derivative", u.name));
+            return error(text!("{} is no output: it has no directional derivative", u.name));
         }
         let d = match (u.role, k.role) {
             (Role::Force, Role::Penetration) => self.derivatives(self.time_ahead()).0,
@@ -251,12 +252,12 @@ impl Model for Instance {
             (Role::ForceNow, Role::Penetration) => self.derivatives(0.0).0,
             (Role::ForceNow, Role::Velocity) => self.derivatives(0.0).1,
             (_, Role::Penetration) | (_, Role::Velocity) => 0.0,
-            _ => return error(format!("{} is no input: derivatives are along penetration and velocity", k.name)),
+            _ => return error(text!("{} is no input: derivatives are along penetration and velocity", k.name)),
         };
         if d.is_finite() {
             Ok(d)
         } else {
-            Err(Refusal::Discard(format!("the derivative of {} along {} is {}", u.name, k.name, d)))
+            Err(Refusal::Discard(text!("the derivative of {} along {} is {}", u.name, k.name, d)))
         }
     }
 
@@ -271,13 +272,13 @@ impl Model for Instance {
         let input = match v.role {
             Role::Penetration => 0,
             Role::Velocity => 1,
-            _ => return error(format!("{} is no input", v.name)),
+            _ => return error(text!("{} is no input", v.name)),
         };
         if order != 1 {
-            return error(format!("derivative {} of {}: only order 1 is taken", order, v.name));
+            return error(text!("derivative {} of {}: only order 1 is taken", order, v.name));
         }
         if !value.is_finite() {
-            return Err(Refusal::Discard(format!("the derivative of {} is {}: give a finite number", v.name, value)));
+            return Err(Refusal::Discard(text!("the derivative of {} is {}: give a finite number", v.name, value)));
         }
         self.state.slope[input] = value;
         Ok(())
@@ -293,10 +294,10 @@ impl Model for Instance {
         self.inputs_are_good()?;
         let v = find(reference, Kind::Real)?;
         if order != 1 {
-            return error(format!("derivative {} of {}: only order 1 is given", order, v.name));
+            return error(text!("derivative {} of {}: only order 1 is given", order, v.name));
         }
         if matches!(v.role, Role::Penetration | Role::Velocity | Role::Parameter(_)) {
-            return error(format!("{} is no output", v.name));
+            return error(text!("{} is no output", v.name));
         }
         let ahead = match v.role {
             Role::Force => self.time_ahead(),
@@ -313,7 +314,7 @@ impl Model for Instance {
         if rate.is_finite() {
             Ok(rate)
         } else {
-            Err(Refusal::Discard(format!("the rate of the force is {}", rate)))
+            Err(Refusal::Discard(text!("the rate of the force is {}", rate)))
         }
     }
 
@@ -339,7 +340,7 @@ impl Model for Instance {
         }
         let from = s.last;
         if !(to[0].is_finite() && to[1].is_finite()) {
-            return Err(Refusal::Discard(format!("the input derivatives lead to {} m, {} m/s", to[0], to[1])));
+            return Err(Refusal::Discard(text!("the input derivatives lead to {} m, {} m/s", to[0], to[1])));
         }
         let (force, last) = match self.advance_power_law(to) {
             Some((force, last)) => (force, Some(last)),
@@ -408,7 +409,7 @@ impl Instance {
         }
         for (i, name) in INPUT_NAMES.iter().enumerate() {
             if self.state.life.refused & (1 << i) != 0 {
-                return Err(Refusal::Discard(format!("{} was set to no finite number: set it again", name)));
+                return Err(Refusal::Discard(text!("{} was set to no finite number: set it again", name)));
             }
         }
         Ok(())
@@ -451,9 +452,12 @@ impl Instance {
         let memory = if held { s.memory } else { law.advance(&s.memory, from[0], from[1], to[0], to[1], step) };
         let force = law.force(&memory, to[0], to[1]);
         if !(force.is_finite() && memory.is_finite()) {
-            let message = format!(
+            let message = text!(
                 "at penetration {} m, velocity {} m/s force is {} N, work {} J",
-                to[0], to[1], force, memory.work
+                to[0],
+                to[1],
+                force,
+                memory.work
             );
             return Err(Refusal::Discard(message));
         }

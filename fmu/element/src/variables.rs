@@ -1,5 +1,6 @@
 //! The variable table: what the modelDescription must say too.
 
+use face::text;
 pub use face::Kind;
 use law::{part, parts, Parameters};
 
@@ -117,18 +118,18 @@ impl Settings {
     /// # Errors
     /// Names the parameter, its value and what it may be.
     pub fn validate(&self) -> Result<(), String> {
-        self.law.validate().map_err(|e| e.to_string())?;
+        self.law.validate().map_err(|e| text!("{}", e))?;
         let lookahead = self.lookahead;
         if lookahead.is_nan() || lookahead.abs() > 10.0 {
-            return Err(format!("lookahead is {lookahead}: give -10 to 10"));
+            return Err(text!("lookahead is {lookahead}: give -10 to 10"));
         }
         let ahead = self.lookahead_time;
         if ahead.is_nan() || ahead.abs() > 1e6 {
-            return Err(format!("lookahead_time is {} s: give -1e6 to 1e6", ahead));
+            return Err(text!("lookahead_time is {} s: give -1e6 to 1e6", ahead));
         }
         let mass = self.effective_mass;
         if !(mass.is_finite() && mass > 0.0) {
-            return Err(format!("effective_mass is {mass}: give a finite number above 0"));
+            return Err(text!("effective_mass is {mass}: give a finite number above 0"));
         }
         Ok(())
     }

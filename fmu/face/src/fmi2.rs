@@ -12,9 +12,11 @@
 //! pointer and an unknown component get fmi2Error.
 
 use crate::life::{Outcome, Refusal};
+use crate::memory::{boxed, c_string};
 use crate::model::{Kind, Model};
+use crate::text;
 use std::any::Any;
-use std::ffi::{CStr, CString};
+use std::ffi::CStr;
 use std::os::raw::{c_char, c_int, c_uint, c_void};
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -73,7 +75,7 @@ struct Component<M> {
     /// Which of [`Model::LOG_CATEGORIES`] are logged; discards and errors always are.
     logged: [bool; 4],
     model: M,
-    name: CString,
+    name: Vec<u8>,
     logger: Logger,
     environment: *mut c_void,
 }
@@ -93,12 +95,20 @@ impl<M: Model> Magic<M> {
     const STATE: u64 = 0x6b65_7074_5f73_7461 ^ M::LAYOUT.mark();
 }
 
-/// Who is called to log, all of it owned: nothing of an instance is borrowed while a host's logger runs.
+/// Who is called to log, all of it owned: nothing of an instance is borrowed while a host's logger runs. The name ends with
+/// 0; it is empty where there was no memory for it.
 struct Log {
     logger: Logger,
     environment: *mut c_void,
-    name: CString,
+    name: Vec<u8>,
 }
+
+/// A string of nothing.
+// SAFETY: the bytes end with 0 and hold no other
+const EMPTY: &CStr = unsafe { CStr::from_bytes_with_nul_unchecked(b"\0") };
+
+/// What is logged in the place of a string that there is no memory for.
+const NO_MEMORY: &[u8] = b"out of memory\0";
 
 impl Log {
     /// Passes a line to the host's logger, formatted here, with every % doubled: safe for a host that prints it as a
@@ -108,10 +118,11 @@ impl Log {
             Some(log) => log,
             None => return,
         };
-        let clean = |s: &str| CString::new(s.replace('\0', " ")).unwrap_or_default();
-        let (category, message) = (clean(category), clean(&message.replace('%', "%%")));
+        let (category, message) = (c_string(category.as_bytes(), false), c_string(message.as_bytes(), true));
+        let at = |s: &Option<Vec<u8>>| s.as_deref().unwrap_or(NO_MEMORY).as_ptr().cast();
+        let name = if self.name.is_empty() { NO_MEMORY } else { &self.name };
         // SAFETY: the host gave the logger for this; every pointer is to a string that ends with 0 and outlives the call
-        unsafe { log(self.environment, self.name.as_ptr(), status, category.as_ptr(), message.as_ptr()) }
+        unsafe { log(self.environment, name.as_ptr().cast(), status, at(&category), at(&message)) }
     }
 }
 
@@ -137,13 +148,21 @@ unsafe fn component<M: Model>(c: *mut c_void) -> Result<*mut Component<M>, Statu
 /// `p` is a component, and nothing of it is mutably borrowed.
 unsafe fn log_of<M: Model>(p: *mut Component<M>) -> Log {
     let c = &*p;
-    Log { logger: c.logger, environment: c.environment, name: c.name.clone() }
+    Log { logger: c.logger, environment: c.environment, name: copied(&c.name).unwrap_or_default() }
+}
+
+/// A copy of bytes; None where there is no memory for it.
+fn copied(bytes: &[u8]) -> Option<Vec<u8>> {
+    let mut v = Vec::new();
+    v.try_reserve_exact(bytes.len()).ok()?;
+    v.extend_from_slice(bytes);
+    Some(v)
 }
 
 /// What a panic says.
 fn words(panic: &(dyn Any + Send)) -> String {
     let said = panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-    format!("the model has panicked: {}; free its instances", said.unwrap_or("it does not say why"))
+    text!("the model has panicked: {}; free its instances", said.unwrap_or("it does not say why"))
 }
 
 /// Logs a refusal or a panic and gives its status.
@@ -193,12 +212,12 @@ unsafe fn call<M: Model>(c: *mut c_void, f: impl FnOnce(&mut Component<M>) -> Ou
 
 #[cold]
 fn refuse<T>(message: &str) -> Outcome<T> {
-    Err(Refusal::Error(message.to_string()))
+    Err(Refusal::Error(text!("{}", message)))
 }
 
 #[cold]
 fn no_array<T>(what: &str, n: usize) -> Outcome<T> {
-    Err(Refusal::Error(format!("{} is null, or {} are too many", what, n)))
+    Err(Refusal::Error(text!("{} is null, or {} are too many", what, n)))
 }
 
 /// A host's array.
@@ -236,7 +255,7 @@ unsafe fn slice_mut<'a, T>(p: *mut T, n: usize, what: &str) -> Outcome<&'a mut [
 /// # Safety
 /// `p` is null or points to a value that nobody else reads or writes during the call.
 unsafe fn target<'a, T>(p: *mut T, what: &str) -> Outcome<&'a mut T> {
-    p.as_mut().ok_or_else(|| Refusal::Error(format!("{} is null", what)))
+    p.as_mut().ok_or_else(|| Refusal::Error(text!("{} is null", what)))
 }
 
 /// Does `one` for each of `n` entries; where one is refused, those before it are undone.
@@ -270,7 +289,7 @@ fn finite(value: f64, what: impl FnOnce() -> String) -> Outcome<f64> {
     if value.is_finite() {
         Ok(value)
     } else {
-        Err(Refusal::Discard(format!("{} is {}: the inputs or parameters are too large for it", what(), value)))
+        Err(Refusal::Discard(text!("{} is {}: the inputs or parameters are too large for it", what(), value)))
     }
 }
 
@@ -301,11 +320,11 @@ pub unsafe fn set_debug_logging<M: Model>(
             if p.is_null() {
                 return refuse("a category is null");
             }
-            let name = CStr::from_ptr(*p).to_string_lossy();
-            match M::LOG_CATEGORIES.iter().position(|k| *k == name) {
+            let name = CStr::from_ptr(*p);
+            match M::LOG_CATEGORIES.iter().position(|k| k.as_bytes() == name.to_bytes()) {
                 Some(i) => logged[i] = on != 0,
                 None => {
-                    let message = format!("{} is no log category: give {:?}", name, M::LOG_CATEGORIES);
+                    let message = text!("{:?} is no log category: give {:?}", name, M::LOG_CATEGORIES);
                     return Err(Refusal::Error(message));
                 }
             }
@@ -318,28 +337,31 @@ pub unsafe fn set_debug_logging<M: Model>(
 /// A new component, or why there is none.
 fn made<M: Model>(log: &Log, kind: c_int, given: &CStr, logging_on: bool) -> Result<Box<Component<M>>, String> {
     let wanted = M::guid();
-    if log.name.as_bytes().is_empty() {
-        return Err("instanceName is empty: give one".to_string());
+    if log.name.len() < 2 {
+        return Err(text!("instanceName is empty: give one"));
     }
     if kind != CO_SIMULATION {
-        return Err("fmuType is fmi2ModelExchange: only fmi2CoSimulation is here".to_string());
+        return Err(text!("fmuType is fmi2ModelExchange: only fmi2CoSimulation is here"));
     }
     if given.to_bytes() != wanted {
-        let wanted = String::from_utf8_lossy(&wanted);
-        return Err(format!("fmuGUID is {:?}: give {}, as modelDescription.xml of this FMU says", given, wanted));
+        let wanted = std::str::from_utf8(&wanted).unwrap_or("another");
+        return Err(text!("fmuGUID is {:?}: give {}, as modelDescription.xml of this FMU says", given, wanted));
     }
-    Ok(Box::new(Component {
+    let no_memory = || text!("no memory for an instance");
+    let name = copied(&log.name).ok_or_else(no_memory)?;
+    boxed(Component {
         magic: Magic::<M>::COMPONENT,
         panics: PANICS.load(Ordering::Relaxed),
         logged: [logging_on; 4],
         model: M::default(),
-        name: log.name.clone(),
+        name,
         logger: log.logger,
         environment: log.environment,
-    }))
+    })
+    .ok_or_else(no_memory)
 }
 
-/// fmi2Instantiate. Null where the arguments are refused or the model panics; the log says why.
+/// fmi2Instantiate. Null where the arguments are refused, there is no memory or the model panics; the log says why.
 ///
 /// # Safety
 /// `name` and `guid` are null or point to strings that end with 0; `functions` is null or points to the callbacks,
@@ -357,11 +379,16 @@ pub unsafe fn instantiate<M: Model>(
         Some(f) => *f,
         None => return std::ptr::null_mut(),
     };
-    let text = |p: *const c_char| if p.is_null() { CString::default() } else { CStr::from_ptr(p).to_owned() };
-    let log = Log { logger: functions.logger, environment: functions.component_environment, name: text(name) };
-    let given = text(guid);
+    let given = |p: *const c_char| if p.is_null() { EMPTY } else { CStr::from_ptr(p) };
+    let name = c_string(given(name).to_bytes(), false);
+    let log =
+        Log { logger: functions.logger, environment: functions.component_environment, name: name.unwrap_or_default() };
     let errors = M::LOG_CATEGORIES[ERRORS];
-    match catch_unwind(AssertUnwindSafe(|| made::<M>(&log, kind, &given, logging_on != 0))) {
+    if log.name.is_empty() {
+        log.line(ERROR, errors, "no memory for an instance");
+        return std::ptr::null_mut();
+    }
+    match catch_unwind(AssertUnwindSafe(|| made::<M>(&log, kind, given(guid), logging_on != 0))) {
         Ok(Ok(component)) => return Box::into_raw(component).cast(),
         Ok(Err(message)) => log.line(ERROR, errors, &message),
         Err(panic) => {
@@ -472,7 +499,7 @@ unsafe fn get_reals<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, value
     call::<M>(c, |c| {
         let (references, values) = (slice(vr, n, "vr")?, slice_mut(values, n, "value")?);
         for (r, value) in references.iter().zip(values) {
-            *value = finite(c.model.get(*r, Kind::Real)?, || format!("the value of reference {}", r))?;
+            *value = finite(c.model.get(*r, Kind::Real)?, || text!("the value of reference {}", r))?;
         }
         Ok(())
     })
@@ -612,7 +639,8 @@ unsafe fn kept<'a, M: Model>(p: *mut c_void) -> Outcome<&'a mut Kept<M::State>> 
 unsafe fn keep<M: Model>(p: *mut *mut c_void, state: M::State) -> Outcome<()> {
     let p = target(p, "FMUstate")?;
     if p.is_null() {
-        *p = Box::into_raw(Box::new(Kept { magic: Magic::<M>::STATE, state })).cast();
+        let kept = boxed(Kept { magic: Magic::<M>::STATE, state });
+        *p = Box::into_raw(kept.ok_or_else(|| Refusal::Error(text!("no memory for a state")))?).cast();
     } else {
         kept::<M>(*p)?.state = state;
     }
@@ -681,11 +709,7 @@ pub unsafe fn serialize_fmu_state<M: Model>(c: *mut c_void, p: *mut c_void, byte
     call::<M>(c, |_| {
         let k = kept::<M>(p)?;
         if bytes.is_null() || size < M::LAYOUT.length {
-            return Err(Refusal::Error(format!(
-                "serializedState is null or {} bytes: give {}",
-                size,
-                M::LAYOUT.length
-            )));
+            return Err(Refusal::Error(text!("serializedState is null or {} bytes: give {}", size, M::LAYOUT.length)));
         }
         M::write(&k.state, slice_mut(bytes, M::LAYOUT.length, "serializedState")?);
         Ok(())
@@ -704,7 +728,7 @@ pub unsafe fn de_serialize_fmu_state<M: Model>(
 ) -> Status {
     call::<M>(c, |_| {
         let state = M::read(slice(bytes, size, "serializedState")?)
-            .map_err(|m| Refusal::Error(format!("serializedState is {}", m)))?;
+            .map_err(|m| Refusal::Error(text!("serializedState is {}", m)))?;
         keep::<M>(p, state)
     })
 }
@@ -733,7 +757,7 @@ pub unsafe fn get_directional_derivative<M: Model>(
             for (k, d) in known.iter().zip(seed) {
                 sum += c.model.directional(*u, *k)? * d;
             }
-            *value = finite(sum, || format!("the directional derivative of reference {}", u))?;
+            *value = finite(sum, || text!("the directional derivative of reference {}", u))?;
         }
         Ok(())
     })
@@ -773,7 +797,7 @@ pub unsafe fn get_real_output_derivatives<M: Model>(
         let (order, values) = (slice(order, n, "order")?, slice_mut(values, n, "value")?);
         for (i, r) in slice(vr, n, "vr")?.iter().enumerate() {
             let rate = c.model.output_derivative(*r, order[i])?;
-            values[i] = finite(rate, || format!("the derivative of reference {}", r))?;
+            values[i] = finite(rate, || text!("the derivative of reference {}", r))?;
         }
         Ok(())
     })
@@ -804,7 +828,7 @@ pub unsafe fn do_step<M: Model>(c: *mut c_void, time: f64, step: f64, _no_set_st
 unsafe fn log_event<M: Model>(c: *mut c_void, event: &str, time: f64, step: f64) {
     let p = c.cast::<Component<M>>();
     if (*p).logged[EVENTS] {
-        let message = format!("{} between {} s and {} s", event, time, time + step);
+        let message = text!("{} between {} s and {} s", event, time, time + step);
         log_of(p).line(OK, M::LOG_CATEGORIES[EVENTS], &message);
     }
 }
@@ -819,7 +843,7 @@ pub unsafe fn cancel_step<M: Model>(c: *mut c_void) -> Status {
 
 /// What a question that has no answer comes to.
 fn no_answer(kind: c_int) -> Outcome<()> {
-    Err(Refusal::Discard(format!("status kind {} has no answer here: fmi2DoStep never returns fmi2Pending", kind)))
+    Err(Refusal::Discard(text!("status kind {} has no answer here: fmi2DoStep never returns fmi2Pending", kind)))
 }
 
 /// fmi2GetStatus.

@@ -13,6 +13,7 @@ pub mod drive;
 mod export;
 pub mod fmi2;
 pub mod life;
+pub mod memory;
 pub mod model;
 pub mod start;
 #[cfg(test)]

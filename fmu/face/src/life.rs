@@ -1,5 +1,7 @@
 //! An instance's life: its phases, its times, and why a call is refused.
 
+use crate::text;
+
 /// Where an instance stands in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -93,7 +95,7 @@ impl Life {
         self.require("fmi2SetupExperiment", &[Phase::Instantiated])?;
         let end = stop.unwrap_or(f64::INFINITY);
         if !start.is_finite() || end.is_nan() || end < start {
-            return error(format!("start {} s and stop {} s: give finite times, stop not before start", start, end));
+            return error(text!("start {} s and stop {} s: give finite times, stop not before start", start, end));
         }
         self.stop = end;
         self.time = start;
@@ -130,12 +132,12 @@ impl Life {
     #[cold]
     fn why_no_step(&self, time: f64, step: f64, tolerance: f64) -> Outcome<()> {
         if !(step.is_finite() && step > 0.0) {
-            return error(format!("communicationStepSize is {}: give a finite step above 0 s", step));
+            return error(text!("communicationStepSize is {}: give a finite step above 0 s", step));
         }
         if !time.is_finite() || (time - self.time).abs() > tolerance {
-            return error(format!("currentCommunicationPoint is {} s, the instance stands at {} s", time, self.time));
+            return error(text!("currentCommunicationPoint is {} s, the instance stands at {} s", time, self.time));
         }
-        error(format!("a step to {} s leads past the stop time {} s, or past all numbers", time + step, self.stop))
+        error(text!("a step to {} s leads past the stop time {} s, or past all numbers", time + step, self.stop))
     }
 
     /// Whether an instance can be in it, with the inputs refused among the first `inputs`.
@@ -146,7 +148,7 @@ impl Life {
 
 #[cold]
 fn not_allowed(call: &str, phase: Phase) -> Outcome<()> {
-    error(format!("{} is not allowed while {:?}", call, phase))
+    error(text!("{} is not allowed while {:?}", call, phase))
 }
 
 #[cfg(test)]

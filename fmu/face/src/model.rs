@@ -3,6 +3,7 @@
 use crate::bytes::Layout;
 use crate::life::{error, Life, Outcome, Phase};
 use crate::start::GUID_LENGTH;
+use crate::text;
 
 /// Type of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -144,7 +145,7 @@ pub fn checked<T>(found: Option<(&'static str, Kind, T)>, reference: u32, kind: 
 #[cold]
 fn not_there<T>(found: Option<(&'static str, Kind)>, reference: u32, kind: Kind) -> Outcome<T> {
     match found {
-        Some((name, is)) => error(format!("{} (value reference {}) is {:?}, not {:?}", name, reference, is, kind)),
-        None => error(format!("no variable has value reference {}", reference)),
+        Some((name, is)) => error(text!("{} (value reference {}) is {:?}, not {:?}", name, reference, is, kind)),
+        None => error(text!("no variable has value reference {}", reference)),
     }
 }

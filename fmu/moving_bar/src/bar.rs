@@ -5,6 +5,7 @@
 //! and Lara 2005, on Taylor methods). The seat at x = -s is hit without rebound and left when the drive exceeds the
 //! hold.
 
+use face::text;
 use law::elementary::exp;
 use variables::Settings;
 
@@ -130,7 +131,7 @@ impl Bar<'_> {
     pub fn advance(&self, m: &Motion, t: f64, h: f64, f: &Push) -> Result<Motion, String> {
         let substeps = (2.0 * h * self.pace()).ceil().max(1.0);
         if substeps.is_nan() || substeps > MOST_SUBSTEPS {
-            return Err(format!("a step of {} s is too long for a bar that moves at {} 1/s", h, self.pace()));
+            return Err(text!("a step of {} s is too long for a bar that moves at {} 1/s", h, self.pace()));
         }
         let d = h / substeps;
         let mut m = *m;

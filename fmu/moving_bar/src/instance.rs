@@ -5,6 +5,7 @@ use crate::start;
 use crate::state::{self, State};
 use face::bytes::Layout;
 use face::start::GUID_LENGTH;
+use face::text;
 use face::{error, Life, Model, Outcome, Phase, Refusal};
 use variables::{by_reference, Kind, Variable, FIRST_PARAMETER, LOG_CATEGORIES, MODEL, SIGNALS};
 
@@ -89,24 +90,24 @@ impl Model for Instance {
     fn set(&mut self, reference: u32, kind: Kind, value: f64) -> Outcome<()> {
         let v = find(reference, kind)?;
         if self.state.life.phase == Phase::Terminated {
-            return error(format!("{} cannot be set after fmi2Terminate", v.name));
+            return error(text!("{} cannot be set after fmi2Terminate", v.name));
         }
         if reference == 0 {
             self.state.life.refused = u8::from(!value.is_finite());
             if !value.is_finite() {
-                return Err(Refusal::Discard(format!("force is {}: give a finite number", value)));
+                return Err(Refusal::Discard(text!("force is {}: give a finite number", value)));
             }
             self.state.push[0] = value;
             return Ok(());
         }
         if reference < FIRST_PARAMETER {
-            return error(format!("{} is an output: it cannot be set", v.name));
+            return error(text!("{} is an output: it cannot be set", v.name));
         }
         if self.state.life.phase == Phase::Stepping {
-            return error(format!("{} is fixed: set it before fmi2ExitInitializationMode", v.name));
+            return error(text!("{} is fixed: set it before fmi2ExitInitializationMode", v.name));
         }
         if !value.is_finite() {
-            return error(format!("{} is {}: give a finite number", v.name, value));
+            return error(text!("{} is {}: give a finite number", v.name, value));
         }
         self.state.settings.set((reference - FIRST_PARAMETER) as usize, value);
         Ok(())
@@ -126,7 +127,7 @@ impl Model for Instance {
             return Ok(s.settings.get((reference - FIRST_PARAMETER) as usize));
         }
         if s.life.phase == Phase::Instantiated {
-            return error(format!("{} is known from fmi2EnterInitializationMode on", v.name));
+            return error(text!("{} is known from fmi2EnterInitializationMode on", v.name));
         }
         let m = self.motion();
         let value = match reference {
@@ -144,7 +145,7 @@ impl Model for Instance {
         if value.is_finite() {
             return Ok(value);
         }
-        Err(Refusal::Discard(format!("at penetration {} m, velocity {} m/s {} is {}", m.x, m.v, v.name, value)))
+        Err(Refusal::Discard(text!("at penetration {} m, velocity {} m/s {} is {}", m.x, m.v, v.name, value)))
     }
 
     /// fmi2GetDirectionalDerivative of one output along one input, per unit of the input.
@@ -158,10 +159,10 @@ impl Model for Instance {
         let u = find(unknown, Kind::Real)?;
         let k = find(known, Kind::Real)?;
         if unknown == 0 || unknown as usize >= SIGNALS.len() {
-            return error(format!("{} is no output: it has no directional derivative", u.name));
+            return error(text!("{} is no output: it has no directional derivative", u.name));
         }
         if known != 0 {
-            return error(format!("{} is no input: derivatives are along force", k.name));
+            return error(text!("{} is no input: derivatives are along force", k.name));
         }
         let moves = unknown == 3 && !(self.motion().seated);
         Ok(if moves { -1.0 / self.state.settings.mass() } else { 0.0 })
@@ -176,13 +177,13 @@ impl Model for Instance {
         self.state.life.require("fmi2SetRealInputDerivatives", &phases)?;
         let v = find(reference, Kind::Real)?;
         if reference != 0 {
-            return error(format!("{} is no input", v.name));
+            return error(text!("{} is no input", v.name));
         }
         if !(1..=INPUT_ORDERS).contains(&order) {
-            return error(format!("derivative {} of force: orders 1 to {} are taken", order, INPUT_ORDERS));
+            return error(text!("derivative {} of force: orders 1 to {} are taken", order, INPUT_ORDERS));
         }
         if !value.is_finite() {
-            return Err(Refusal::Discard(format!("derivative {} of force is {}: give a finite number", order, value)));
+            return Err(Refusal::Discard(text!("derivative {} of force is {}: give a finite number", order, value)));
         }
         self.state.push[order as usize] = value;
         Ok(())
@@ -197,14 +198,12 @@ impl Model for Instance {
         self.state.life.require("fmi2GetRealOutputDerivatives", &[Phase::Stepping, Phase::Terminated])?;
         let v = find(reference, Kind::Real)?;
         if order != 1 {
-            return error(format!("derivative {} of {}: only order 1 is given", order, v.name));
+            return error(text!("derivative {} of {}: only order 1 is given", order, v.name));
         }
         match reference {
             1 => self.get(2, Kind::Real),
             2 => self.get(3, Kind::Real),
-            _ => {
-                Err(Refusal::Discard(format!("the rate of {} is not given, only of penetration and velocity", v.name)))
-            }
+            _ => Err(Refusal::Discard(text!("the rate of {} is not given, only of penetration and velocity", v.name))),
         }
     }
 
@@ -221,13 +220,13 @@ impl Model for Instance {
         let from = s.motion;
         let to = Bar(&s.settings).advance(&from, s.life.time, step, &s.push).map_err(Refusal::Discard)?;
         if !(to.x.is_finite() && to.v.is_finite() && to.work.is_finite()) {
-            return Err(Refusal::Discard(format!("under a force of {} N the bar moves to {} m", s.push[0], to.x)));
+            return Err(Refusal::Discard(text!("under a force of {} N the bar moves to {} m", s.push[0], to.x)));
         }
         // held from here: the value reached, no derivatives
         let [f, a, b, c] = s.push;
         let reached = f + step * (a + step * (b / 2.0 + step * c / 6.0));
         if !reached.is_finite() {
-            return Err(Refusal::Discard(format!("the derivatives of force lead to {} N", reached)));
+            return Err(Refusal::Discard(text!("the derivatives of force lead to {} N", reached)));
         }
         s.motion = to;
         s.life.time = time + step;
@@ -245,7 +244,7 @@ impl Instance {
         if self.state.life.refused == 0 {
             return Ok(());
         }
-        Err(Refusal::Discard("force was set to no finite number: set it again".to_string()))
+        Err(Refusal::Discard(text!("force was set to no finite number: set it again")))
     }
 
     fn motion(&self) -> Motion {

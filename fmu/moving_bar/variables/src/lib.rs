@@ -1,5 +1,7 @@
 //! The bar's variable table: what its modelDescription must say too.
 
+use face::text;
+
 pub use face::Kind;
 
 /// Name of the model, and of its shared library.
@@ -148,7 +150,7 @@ impl Settings {
             let (least, excluded) = p.least;
             if !value.is_finite() || *value < least || (excluded && *value == least) {
                 let from = if excluded { "above" } else { "not below" };
-                return Err(format!("{} is {}: give a finite number {} {}", p.name, value, from, least));
+                return Err(text!("{} is {}: give a finite number {} {}", p.name, value, from, least));
             }
         }
         Ok(())
