@@ -11,7 +11,7 @@ use diagnose::run::{self as diagnosis, Failure, Outcome, Settings};
 use diagnose::sensors::are_of_same_impacts;
 use diagnose::verdict::Verdict;
 use estimate::Budget;
-use output::Manifest;
+use output::{Entry, Manifest};
 use record::Campaign;
 use report::diagnosis as answer;
 use serde::Serialize;
@@ -118,9 +118,10 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let campaigns = Arc::new(campaigns);
     let progress = Arc::new(Progress::new("diagnose", campaigns.len() as u64));
     let mut answers: Vec<Answer> = Vec::new();
+    let tool = tool(a);
     for (i, c) in campaigns.iter().enumerate() {
         let dir = a.out.join(&c.folder);
-        let input = input(i, &campaigns, &contents, a);
+        let input = tool.as_ref().and_then(|tool| input(i, &campaigns, &contents, tool));
         if let Some(there) = a.resume.then(|| finished(c, &dir, input.as_deref())).flatten() {
             batch.up_to_date.push(c.folder.clone());
             answers.push(there);
@@ -175,17 +176,31 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     Ok(batch.exit_code())
 }
 
-/// Hash of all that the answer of campaign `i` depends on: the program's version, the options, its files, and those of the
-/// campaigns whose sensors it is held against. None where the contents of one of them are not known.
-fn input(i: usize, campaigns: &[Campaign], contents: &[Option<String>], a: &Arguments) -> Option<String> {
-    let options = format!("{} {} {:?} {:?}", env!("CARGO_PKG_VERSION"), a.bootstrap, a.platforms, a.seconds);
-    let mut all = vec![options, contents[i].clone()?];
+/// What every answer of this run depends on besides its campaign: hashes of the program and of the element's libraries that
+/// it hands out, and the options. None where one of these files cannot be read.
+fn tool(a: &Arguments) -> Option<String> {
+    let program = Entry::of(&std::env::current_exe().ok()?, "").ok()?.sha256;
+    let libraries = pack::Model::contact().libraries(a.platforms.as_deref()).unwrap_or_default();
+    let library = |b: &pack::Binary| format!("{} {}", b.platform, hex(&b.bytes));
+    let libraries: Vec<String> = libraries.iter().map(library).collect();
+    Some(format!("{program} {} {} {:?}", libraries.join(" "), a.bootstrap, a.seconds))
+}
+
+/// SHA-256 of `bytes`, in hexadecimal digits.
+fn hex(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Hash of all that the answer of campaign `i` depends on: the `tool`, its files, and those of the campaigns whose sensors it
+/// is held against. None where the contents of one of them are not known.
+fn input(i: usize, campaigns: &[Campaign], contents: &[Option<String>], tool: &str) -> Option<String> {
+    let mut all = vec![tool.to_string(), contents[i].clone()?];
     let others = campaigns.iter().zip(contents).filter(|(o, _)| are_of_same_impacts(&campaigns[i], o));
     let mut beside =
         others.map(|(o, content)| Some(format!("{} {}", o.folder, content.as_ref()?))).collect::<Option<Vec<_>>>()?;
     beside.sort();
     all.extend(beside);
-    Some(Sha256::digest(all.join("\n")).iter().map(|b| format!("{b:02x}")).collect())
+    Some(hex(all.join("\n").as_bytes()))
 }
 
 /// The answer of an earlier run in `dir`; None where it is not whole, or not of this `input`.
