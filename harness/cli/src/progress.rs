@@ -20,6 +20,9 @@ const ONE_REQUEST: Duration = Duration::from_millis(300);
 /// Time that a command has to end by itself, once it was asked to and has nothing to hand out.
 const GRACE: Duration = Duration::from_millis(700);
 
+/// Exit code where a campaign is read but cannot be judged.
+pub const UNJUDGED_CODE: u8 = 3;
+
 /// Number of the signal that asked the command to end; 0 where none did.
 static SIGNAL: AtomicU8 = AtomicU8::new(0);
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -103,6 +106,20 @@ pub fn deadline(seconds: Option<f64>) -> Result<Option<Instant>> {
     let Some(seconds) = seconds else { return Ok(None) };
     ensure!(seconds > 0.0 && seconds < 1e9, "--seconds {seconds} is no time to work in; give more than 0");
     Ok(Some(Instant::now() + Duration::from_secs_f64(seconds)))
+}
+
+/// From here on the process ends by [`UNJUDGED_CODE`], `message` said, where nothing is handed out 0.7 s after `deadline`: what reads
+/// and prepares looks at no clock.
+pub fn end_empty_handed_at(deadline: Option<Instant>, message: String) {
+    let Some(deadline) = deadline else { return };
+    std::thread::spawn(move || {
+        std::thread::sleep(deadline.saturating_duration_since(Instant::now()) + GRACE);
+        if !HANDS_OUT.load(Ordering::SeqCst) {
+            output::abandon();
+            print::error(&message);
+            std::process::exit(i32::from(UNJUDGED_CODE));
+        }
+    });
 }
 
 /// Ends the process; what is not in its place by now never is.

@@ -1,11 +1,8 @@
 //! What became of the campaigns of one call.
 
-use crate::progress::interrupted_code;
+use crate::progress::{interrupted_code, UNJUDGED_CODE};
 use std::path::Path;
 use std::process::ExitCode;
-
-/// Exit code where a campaign is read but cannot be judged.
-const UNJUDGED_CODE: u8 = 3;
 
 /// Campaigns by what became of them, by folder.
 #[derive(Debug, Default)]

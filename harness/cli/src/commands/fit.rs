@@ -3,7 +3,9 @@
 use super::form::Form;
 use crate::place;
 use crate::print;
-use crate::progress::{catch_interrupts, deadline, hand_out, interrupted, interrupted_code, interruption, Progress};
+use crate::progress::{
+    catch_interrupts, deadline, end_empty_handed_at, hand_out, interrupted, interrupted_code, interruption, Progress,
+};
 use anyhow::{anyhow, Context, Result};
 use estimate::case::{Case, Method};
 use estimate::condition::condition;
@@ -57,6 +59,9 @@ struct Told<'a> {
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
     let budget = Budget { stop: Some(interruption()), deadline: deadline(Some(a.seconds))? };
+    let cure = "nothing is written; give more";
+    let up = format!("{}: the {} s given were up before the first fit; {cure}", a.campaign.display(), a.seconds);
+    end_empty_handed_at(budget.deadline, up);
     let campaign = crate::campaign::load(&a.campaign)?;
     for w in &campaign.warnings {
         print::warning(&format!("{}: {w}", campaign.dir.display()));
