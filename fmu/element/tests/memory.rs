@@ -10,6 +10,7 @@ use std::cell::Cell;
 use std::ffi::CStr;
 use std::os::raw::{c_char, c_void};
 use std::ptr::{null, null_mut};
+use std::thread::LocalKey;
 
 /// The system's memory, but for requests that are to be refused.
 struct Refusing;
@@ -23,15 +24,19 @@ thread_local! {
     static LOGGED: Cell<u32> = const { Cell::new(0) };
 }
 
+fn set<T>(cell: &'static LocalKey<Cell<T>>, value: T) {
+    cell.with(|c| c.set(value));
+}
+
 // SAFETY: what is not refused is the system allocator's
 unsafe impl GlobalAlloc for Refusing {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let left = UNTIL.get();
+        let left = UNTIL.with(Cell::get);
         if left > 0 {
-            UNTIL.set(left - 1);
+            set(&UNTIL, left - 1);
         } else if left == 0 {
-            UNTIL.set(if ALL.get() { 0 } else { -1 });
-            REFUSED.set(REFUSED.get() + 1);
+            set(&UNTIL, if ALL.with(Cell::get) { 0 } else { -1 });
+            set(&REFUSED, REFUSED.with(Cell::get) + 1);
             return null_mut();
         }
         System.alloc(layout)
@@ -55,7 +60,7 @@ unsafe extern "C" fn log(
     for s in [name, category, message] {
         assert!(CStr::from_ptr(s).to_bytes().len() < 1000);
     }
-    LOGGED.set(LOGGED.get() + 1);
+    set(&LOGGED, LOGGED.with(Cell::get) + 1);
 }
 
 /// A host's run: an instance, calls that are right and calls that are refused, a state kept, given as bytes and taken back.
@@ -63,7 +68,7 @@ unsafe extern "C" fn log(
 fn run(guid: &[u8], inputs: [u32; 2], output: u32) -> (bool, bool, f64) {
     type M = Instance;
     // SAFETY: on the platforms of these tests a function of five pointers can be called as one of five and more
-    let logger: Logger = Some(unsafe { std::mem::transmute::<*const (), _>(log as *const ()) });
+    let logger: Logger = unsafe { std::mem::transmute::<*const (), Logger>(log as *const ()) };
     let functions = CallbackFunctions {
         logger,
         allocate_memory: None,
@@ -73,7 +78,7 @@ fn run(guid: &[u8], inputs: [u32; 2], output: u32) -> (bool, bool, f64) {
     };
     // SAFETY: strings that end with 0, arrays of the length passed, a component that is freed last
     unsafe {
-        let c = fmi2::instantiate::<M>(c"element".as_ptr(), 1, guid.as_ptr().cast(), null(), &functions, 0, 1);
+        let c = fmi2::instantiate::<M>(b"element\0".as_ptr().cast(), 1, guid.as_ptr().cast(), null(), &functions, 0, 1);
         if c.is_null() {
             return (false, false, f64::NAN);
         }
@@ -117,19 +122,19 @@ fn no_memory_ends_no_host() {
     for all in [false, true] {
         let (mut requests, mut no_instance, mut no_state) = (0, 0, 0);
         loop {
-            REFUSED.set(0);
-            LOGGED.set(0);
-            ALL.set(all);
-            UNTIL.set(requests);
+            set(&REFUSED, 0);
+            set(&LOGGED, 0);
+            set(&ALL, all);
+            set(&UNTIL, requests);
             let (made, whole, same) = run(&guid, inputs, force_of);
-            UNTIL.set(-1);
-            if REFUSED.get() == 0 {
+            set(&UNTIL, -1);
+            if REFUSED.with(Cell::get) == 0 {
                 break;
             }
             requests += 1;
             no_instance += i32::from(!made);
             no_state += i32::from(made && !whole);
-            assert!(LOGGED.get() > 0, "request {requests}: nothing was logged");
+            assert!(LOGGED.with(Cell::get) > 0, "request {requests}: nothing was logged");
             assert!(!made || same == force, "request {requests}: {same} N in the place of {force} N");
         }
         assert!(requests > 10 && no_instance >= 3 && no_state >= 2, "{requests} {no_instance} {no_state}");

@@ -41,6 +41,8 @@ pub fn null(base: &Fitted, seed: u64) -> Data {
         let (trace, y) = problem.predict(&base.fit.point.theta, r, &base.fit.point.locals[r]);
         let noise = data.noise;
         let rec = &mut data.records[r];
+        // what is drawn is drawn on the smoothed path
+        rec.off_path.clear();
         for c in 0..3 {
             let Some(read) = &mut rec.y[c] else { continue };
             if y[c].len() != read.len() || (base.data.kind == record::Kind::Indentation && c == 2) {

@@ -102,9 +102,10 @@ pub fn remainder(chosen: &Fitted, unknown: bool) -> Remainder {
             let i = c.index();
             let Some(read) = &rec.y[i] else { continue };
             let kept = |k: &usize| rec.weight[i][*k] > 0.0;
+            let left = rec.left_of(c, &y[i]).unwrap_or_default();
             let means: Vec<f64> = (0..read.len())
                 .filter(kept)
-                .map(|k| read[k] - y[i][k])
+                .map(|k| left[k])
                 .collect::<Vec<f64>>()
                 .chunks_exact(SLOW)
                 .map(|w| w.iter().sum::<f64>() / SLOW as f64)

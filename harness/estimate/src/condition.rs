@@ -178,6 +178,7 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
             whole: r.whole.clone(),
             level: r.level,
             y: r.channels.clone(),
+            off_path: Vec::new(),
             weight: [vec![1.0; n], vec![1.0; n], vec![1.0; n]],
             speed: if c.kind == Kind::DropTest { r.impact_speed.or(r.start_speed) } else { None },
             at_first: r.impact_speed.is_none() && r.start_speed.is_some(),

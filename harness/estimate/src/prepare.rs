@@ -92,7 +92,7 @@ fn without_spikes(base: &Fitted) -> Fitted {
 }
 
 /// A fit of an indentation held against its recordings with their noise learned where that fit has nothing touching, the path
-/// smoothed by that noise, and the force as it would be read on the smoothed path.
+/// smoothed by that noise, and what the force read holds beyond that on the smoothed path.
 fn at_the_path_read(base: &Fitted) -> Fitted {
     let i = Channel::Penetration.index();
     let mut renewed = (*base.data).clone();
@@ -109,19 +109,18 @@ fn at_the_path_read(base: &Fitted) -> Fitted {
     let mut there = (*base.data).clone();
     for (r, record) in there.records.iter_mut().enumerate() {
         let Some(read) = &record.y[i] else { continue };
-        let (force, weight) = at_smoothed_depth(&base, r, read);
-        (record.y[0], record.weight[0]) = (Some(force), weight);
+        (record.off_path, record.weight[0]) = off_path(&base, r, read);
     }
     base.on(Arc::new(there))
 }
 
-/// The readings of force as they would be at the smoothed penetration, and their weights.
+/// What the force read holds beyond that on the smoothed path, N, and its weights.
 ///
 /// What the penetration's own noise does to the force is its slope times that noise. Held against the smoothed path, a
 /// reading keeps the smoother's error, which runs on from sample to sample and looks like physics; at the penetration read
 /// with it, it keeps the noise of that one sample, which its weight holds (effective variance: Orear 1982). `read` is the
 /// penetration as read.
-fn at_smoothed_depth(base: &Fitted, r: usize, read: &[f64]) -> (Vec<f64>, Vec<f64>) {
+fn off_path(base: &Fitted, r: usize, read: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let (sf, sx) = (base.data.noise[0].marginal(), base.data.noise[2].marginal());
     let record = &base.data.records[r];
     let path = &record.setup.imposed;
@@ -134,7 +133,7 @@ fn at_smoothed_depth(base: &Fitted, r: usize, read: &[f64]) -> (Vec<f64>, Vec<f6
         let slope = local_slope(path, force, &record.weight[0], i, SLOPE_RANGE * sx).unwrap_or(law);
         let off = if record.weight[2][i] > 0.0 { read[i] - path[i] } else { 0.0 };
         let weight = if record.weight[0][i] > 0.0 { sf / (sf * sf + (slope * sx).powi(2)).sqrt() } else { 0.0 };
-        (force[i] - slope * off, weight)
+        (slope * off, weight)
     };
     (0..force.len()).map(at).unzip()
 }
@@ -165,11 +164,7 @@ fn remainders(base: &Fitted) -> Vec<[Option<Vec<f64>>; 3]> {
     records
         .map(|(r, rec)| {
             let (_, y) = base.predict(r);
-            let less = |i: usize| -> Option<Vec<f64>> {
-                let read = rec.y[i].as_ref()?;
-                Some(read.iter().zip(&y[i]).map(|(a, b)| a - b).collect())
-            };
-            [less(0), less(1), less(2)]
+            Channel::ALL.map(|c| rec.left_of(c, &y[c.index()]))
         })
         .collect()
 }
@@ -190,7 +185,8 @@ fn spikes(base: &Fitted) -> Vec<(usize, usize, usize)> {
         for c in data.compared(r) {
             let i = c.index();
             let Some(read) = &rec.y[i] else { continue };
-            let e: Vec<f64> = read.iter().zip(&y[i]).zip(&rec.weight[i]).map(|((a, b), w)| (a - b) * w).collect();
+            let left = rec.left_of(c, &y[i]).unwrap_or_default();
+            let e: Vec<f64> = left.iter().zip(&rec.weight[i]).map(|(e, w)| e * w).collect();
             let s = data.noise[i].marginal();
             let mut kept = vec![true; e.len()];
             for _ in 0..PASSES {
@@ -256,5 +252,47 @@ mod tests {
         read[19] = -20.0;
         read[30] += 12.0;
         assert_eq!(spikes(&read, &touching), [8, 19, 30]);
+    }
+
+    /// Standard normal numbers: sums of twelve uniform ones (Box, Hunter and Hunter 1978).
+    fn normals(mut seed: u64) -> impl FnMut() -> f64 {
+        let mut uniform = move || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 11) as f64 / (1u64 << 53) as f64
+        };
+        move || (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+
+    #[test]
+    fn a_right_law_leaves_white_noise_of_indentations_with_a_short_free_line_and_slow_noise() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut toml = String::from(
+            "format = \"recordings/1\"\n[campaign]\nname = \"i\"\nkind = \"indentation\"\n[simulation]\nterms = []\n",
+        );
+        let mut normal = normals(3);
+        for (r, depth) in [2e-6, 3e-6, 4e-6, 6e-6].into_iter().enumerate() {
+            let mut csv = String::from("time [s],force [N],penetration [m]\n");
+            let mut slow = 0.0;
+            for i in 0..440 {
+                let free = 22.0;
+                let way = if i < 220 { f64::from(i) } else { f64::from(439 - i) };
+                let x: f64 = (way - free) / (220.0 - free) * depth;
+                // an autoregression of 2 mN, and 4 nm on the path
+                slow = 0.7 * slow + 2e-3 * 0.51_f64.sqrt() * normal();
+                let force = 4e8 * x.max(0.0).powf(1.6) + slow;
+                csv += &format!("{:.6e},{force:.6e},{:.6e}\n", 0.01 * f64::from(i), x + 4e-9 * normal());
+            }
+            std::fs::write(dir.path().join(format!("r{r}.csv")), csv).unwrap();
+            toml += &format!("[[recording]]\nfile = \"r{r}.csv\"\norder = {}\nlevel = {depth:e}\n", r + 1);
+        }
+        std::fs::write(dir.path().join("campaign.toml"), toml).unwrap();
+        let c = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        let p = Prepared::new(&c).unwrap();
+        let base = Fitted::base(&p.data, &p.structure, &p.guess).carried_on();
+        let (a_sample, over) = (base.chi2() / p.data.samples() as f64, base.overdispersion());
+        assert!((0.8..1.3).contains(&a_sample) && (0.4..1.8).contains(&over), "{a_sample} {over}");
+        let noise = p.data.noise[0];
+        assert!((noise.marginal() / 2e-3 - 1.0).abs() < 0.3, "{}", noise.marginal());
+        assert!(noise.low_frequency() > 1.4 * noise.marginal(), "{}", noise.low_frequency());
     }
 }

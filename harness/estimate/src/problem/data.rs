@@ -16,6 +16,9 @@ pub struct Record {
     pub level: usize,
     /// SI readings by channel.
     pub y: [Option<Vec<f64>>; 3],
+    /// What the force read holds beyond that on an imposed path, N, because the penetration read lies off the smoothed one:
+    /// its slope times that distance. Empty where no path is imposed.
+    pub off_path: Vec<f64>,
     /// Weight of each sample (noise sigma over local sigma; 0: left out), by channel.
     pub weight: [Vec<f64>; 3],
     /// Speed and its std, m/s; at the first sample where `at_first`.
@@ -23,6 +26,23 @@ pub struct Record {
     pub at_first: bool,
     /// Instant of touch (release for a contactor) guessed from the data, s.
     pub start: f64,
+}
+
+impl Record {
+    /// What a channel's readings leave of predictions `y`; None where it was not recorded.
+    pub fn left_of(&self, c: Channel, y: &[f64]) -> Option<Vec<f64>> {
+        let read = self.y[c.index()].as_ref()?;
+        Some(read.iter().zip(y).enumerate().map(|(i, (read, y))| read - y - self.off_path(c, i)).collect())
+    }
+
+    /// What sample `i` of a channel holds because a path read lies off the smoothed one.
+    pub(super) fn off_path(&self, c: Channel, i: usize) -> f64 {
+        if c == Channel::Force {
+            self.off_path.get(i).copied().unwrap_or(0.0)
+        } else {
+            0.0
+        }
+    }
 }
 
 /// A campaign ready for estimation.
@@ -220,6 +240,7 @@ impl Data {
             whole: None,
             level: 0,
             y: [Some(y), None, None],
+            off_path: Vec::new(),
             weight: [vec![1.0; n], vec![1.0; n], vec![1.0; n]],
             speed: None,
             at_first: false,
