@@ -129,6 +129,9 @@ pub fn spikes_of_course(y: &[f64], sigma: f64) -> Vec<usize> {
 pub struct Conditioned {
     pub data: Data,
     pub guess: Guess,
+    /// Channels whose noise could not be told from stretches in which nothing touches, which are too short: it is taken for
+    /// white, and may be wider and slower.
+    pub unsure: [bool; 3],
 }
 
 /// Conditions a campaign's recordings.
@@ -189,7 +192,7 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
         });
     }
     let readings: Vec<_> = c.recordings.iter().map(|r| r.channels.clone()).collect();
-    let noise = noise_of(c.kind, &readings, &quiet, &range);
+    let (noise, unsure) = noise_of(c.kind, &readings, &quiet, &range);
     if c.kind == Kind::Indentation {
         let sigma = noise[2].low_frequency();
         for (r, rec) in c.recordings.iter().zip(&mut records) {
@@ -287,7 +290,7 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
     };
     let data =
         Data { kind: c.kind, mass, records, noise, scales, range, repeat_scatter: REPEATS, budget: Budget::default() };
-    Ok(Conditioned { data, guess: Guess { k, p } })
+    Ok(Conditioned { data, guess: Guess { k, p }, unsure })
 }
 
 /// Stretches in which nothing touches: before the first pulse, and between and after pulses.
@@ -330,7 +333,7 @@ pub fn renewed_noise(c: &Campaign, data: &Data, left: &[[Option<Vec<f64>>; 3]]) 
             pulse(&push).map_or_else(Vec::new, |pu| quiet_stretches(&push, pu.level, &pu))
         })
         .collect();
-    let mut noise = noise_of(c.kind, left, &quiet, &data.range);
+    let (mut noise, _) = noise_of(c.kind, left, &quiet, &data.range);
     for (n, old) in noise.iter_mut().zip(&data.noise) {
         if n.low_frequency() > old.low_frequency() || n.marginal() > old.marginal() {
             *n = *old;
@@ -339,37 +342,53 @@ pub fn renewed_noise(c: &Campaign, data: &Data, left: &[[Option<Vec<f64>>; 3]]) 
     noise
 }
 
-/// Noise of an indentation's channels learned once more from where its fit has nothing touching: before that fit the place
-/// of the touch is not known, and what is certainly free of it is too short to tell noise whose samples are correlated.
-/// `left`: readings of force less the fit's, `depth`: the simulated penetration, m, by recording. A channel keeps its noise
-/// where there are too few samples.
-pub fn noise_out_of_contact(data: &Data, left: &[Option<Vec<f64>>], depth: &[Vec<f64>]) -> [Noise; 3] {
+/// Noise of an indentation learned once more from where its fit has nothing touching: before that fit the place of the touch is
+/// not known, and what is certainly free of it is short. `unsure`: channels for which it was too short; `left`: readings of
+/// force less the fit's, `depth`: the simulated penetration, m, by recording. Where a fit is bad, what it leaves is no noise: a
+/// line through each stretch takes most of that away, and then the noise known before stays. A channel keeps its noise where
+/// there are too few samples.
+pub fn noise_out_of_contact(
+    data: &Data,
+    unsure: [bool; 3],
+    left: &[Option<Vec<f64>>],
+    depth: &[Vec<f64>],
+) -> [Noise; 3] {
     let free: Vec<Vec<Range<usize>>> = depth.iter().map(|d| out_of_contact(d)).collect();
-    let mut noise = data.noise;
-    for ch in [Channel::Force, Channel::Penetration] {
-        let i = ch.index();
+    let (force, path) = (Channel::Force.index(), Channel::Penetration.index());
+    let learnt = |read: &[Option<&[f64]>], i: usize, degree: &dyn Fn(usize) -> Option<usize>| {
         let (mut stretches, mut lost) = (Vec::new(), 0);
-        for ((record, left), free) in data.records.iter().zip(left).zip(&free) {
-            let read = if ch == Channel::Force { left } else { &record.y[i] };
-            let Some(read) = read else { continue };
-            for y in free.iter().map(|f| &read[f.clone()]) {
-                if ch == Channel::Force {
-                    // the fit has taken zero and slope of the free line out of it
-                    stretches.push(despiked(y.to_vec()));
-                    lost += 1;
-                } else {
-                    let degree = (y.len() / SAMPLES_A_DEGREE).clamp(1, 3);
-                    stretches.push(despiked(detrended(y, degree)));
-                    lost += degree + 1;
-                }
+        for (read, free) in read.iter().zip(&free) {
+            for y in read.iter().flat_map(|read| free.iter().map(move |f| &read[f.clone()])) {
+                let degree = degree(y.len());
+                stretches.push(despiked(degree.map_or_else(|| y.to_vec(), |d| detrended(y, d))));
+                // the fit has taken a zero out of each
+                lost += degree.map_or(1, |d| d + 1);
             }
         }
-        if let Some(n) = Noise::estimate(&stretches, lost, FLOOR * data.range[i]) {
-            noise[i] = n.widened(overdispersion(&n, &stretches));
+        let n = Noise::estimate(&stretches, lost, FLOOR * data.range[i])?;
+        Some(n.widened(overdispersion(&n, &stretches)))
+    };
+    let mut noise = data.noise;
+    let of_force: Vec<_> = left.iter().map(Option::as_deref).collect();
+    if let Some(n) = learnt(&of_force, force, &|_| None) {
+        let straight = learnt(&of_force, force, &|_| Some(1)).unwrap_or(n);
+        if n.marginal() <= STRAIGHT * straight.marginal() {
+            noise[force] = n;
+        } else if unsure[force] {
+            noise[force] = straight;
         }
+    }
+    if unsure[path] {
+        let of_path: Vec<_> = data.records.iter().map(|r| r.y[path].as_deref()).collect();
+        // a path is a cubic over a short stretch
+        let degree = |samples: usize| Some((samples / SAMPLES_A_DEGREE).clamp(1, 3));
+        noise[path] = learnt(&of_path, path, &degree).unwrap_or(noise[path]);
     }
     noise
 }
+
+/// Times by which a line through each stretch narrows what a fit leaves of it, from which that is taken for no noise.
+const STRAIGHT: f64 = 1.5;
 
 /// Stretches of a simulated penetration before touch and after leaving that keep their distance from both: a ninth of the
 /// contact before, where the touch is not quite where it was fitted, a third of it after, where what sticks lets go; a third
@@ -393,14 +412,14 @@ const LEAST_QUIET: usize = 16;
 const LEAST_FREE: usize = 8;
 const SAMPLES_A_DEGREE: usize = 8;
 
-/// Noise of every channel, from the stretches in which nothing touches.
+/// Noise of every channel, from the stretches in which nothing touches; and whether these were too short to tell it.
 fn noise_of(
     kind: Kind,
     readings: &[[Option<Vec<f64>>; 3]],
     quiet: &[Vec<(usize, usize, bool)>],
     range: &[f64; 3],
-) -> [Noise; 3] {
-    let mut noise = [Noise::white(1.0); 3];
+) -> ([Noise; 3], [bool; 3]) {
+    let (mut noise, mut unsure) = ([Noise::white(1.0); 3], [false; 3]);
     for ch in Channel::ALL {
         let i = ch.index();
         if range[i] == 0.0 {
@@ -441,7 +460,9 @@ fn noise_of(
         let floor = FLOOR * range[i];
         let of =
             |e: &[Vec<f64>], lost: usize| Noise::estimate(e, lost, floor).map(|n| n.widened(overdispersion(&n, e)));
-        noise[i] = of(&stretches, lost).unwrap_or_else(|| Noise::white(median(fallback).max(floor)));
+        let known = of(&stretches, lost);
+        unsure[i] = known.is_none();
+        noise[i] = known.unwrap_or_else(|| Noise::white(median(fallback).max(floor)));
         // what is slow after the impact alone is no noise: the impact has left it behind
         if let Some(n) = of(&before, before.len()) {
             if n.low_frequency() < CALM * noise[i].low_frequency() {
@@ -449,7 +470,7 @@ fn noise_of(
             }
         }
     }
-    noise
+    (noise, unsure)
 }
 
 /// Variance of batch means of the whitened noise over that of white noise, at least 1 (batch means: Conway 1963): slow
@@ -531,7 +552,7 @@ mod tests {
         let quiet = vec![vec![(0, 600, true)]; 4];
         let of = |y: &[f64]| {
             let readings = vec![[None, None, Some(y.to_vec())]; 4];
-            noise_of(Kind::ContactorOpening, &readings, &quiet, &[0.0, 0.0, 1e-3])[2].marginal()
+            noise_of(Kind::ContactorOpening, &readings, &quiet, &[0.0, 0.0, 1e-3]).0[2].marginal()
         };
         assert!(of(&moving) > 5.0 * sigma, "{}", of(&moving));
         assert!((of(&left) / sigma - 1.0).abs() < 0.1, "{}", of(&left));

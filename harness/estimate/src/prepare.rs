@@ -38,7 +38,7 @@ impl Prepared {
     /// # Errors
     /// When the simulation cannot be brought near the recordings.
     pub fn from(c: &Campaign, conditioned: Conditioned) -> Result<Prepared, Invalid> {
-        let Conditioned { data, guess } = conditioned;
+        let Conditioned { data, guess, unsure } = conditioned;
         let structure = Structure::given(c, &data);
         let mut data = Arc::new(data);
         // A photo interrupter measures the speed a little before touch. Whether the recordings' first sample or
@@ -56,7 +56,7 @@ impl Prepared {
             ));
         }
         if c.kind == Kind::Indentation {
-            base = at_the_path_read(&base);
+            base = at_the_path_read(&base, unsure);
         }
         if c.kind == Kind::ContactorOpening {
             // at rest, released, flying: no polynomial follows that, the fit does
@@ -91,14 +91,14 @@ fn without_spikes(base: &Fitted) -> Fitted {
     base.on(Arc::new(data))
 }
 
-/// A fit of an indentation held against its recordings with their noise learned where that fit has nothing touching, the path
+/// A fit of an indentation held against its recordings with `unsure` noise learned where that fit has nothing touching, the path
 /// smoothed by that noise, and what the force read holds beyond that on the smoothed path.
-fn at_the_path_read(base: &Fitted) -> Fitted {
+fn at_the_path_read(base: &Fitted, unsure: [bool; 3]) -> Fitted {
     let i = Channel::Penetration.index();
     let mut renewed = (*base.data).clone();
     let left: Vec<_> = remainders(base).into_iter().map(|[force, ..]| force).collect();
     let depth: Vec<_> = (0..renewed.records.len()).map(|r| base.predict(r).0.position).collect();
-    renewed.noise = noise_out_of_contact(&base.data, &left, &depth);
+    renewed.noise = noise_out_of_contact(&base.data, unsure, &left, &depth);
     let noise = renewed.noise[i];
     for record in &mut renewed.records {
         let spikes = record.y[i].as_ref().map_or_else(Vec::new, |read| spikes_of_course(read, noise.marginal()));
