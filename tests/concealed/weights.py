@@ -30,7 +30,7 @@ PARAMETERS = {
     "own": (0.0, 3.0),
     "large": (0.0, 3.0),
     "large_known": (-2.0, 2.0),                # ln weight of a large discrepancy beside what is known
-    "drift": (-2.0, 1.0),                      # ln weight of instruments that drift and hum
+    "drift": (-2.0, 1.0),                      # ln weight of instruments that drift, hum or walk
     "size": (0.0, 0.5),                        # ln weight of a discrepancy by step of its size
     "none": (0.0, 1.0),                        # ln weight of no discrepancy at all
     "parameter": (0.0, 2.0),                   # ln weight of each parameter of the mechanisms added: forms were chosen among many
@@ -60,7 +60,7 @@ class Entry(NamedTuple):
     kind: str                # of KINDS
     size: int                # index of the discrepancy's size; -1: of what each recording has of its own
     ln: float                # ln evidence
-    drifts: bool = False     # with instruments that drift and hum
+    drifts: bool = False     # with instruments that drift, hum or walk
     bound: bool = False      # a parameter of a mechanism rests at a bound
     better: float = 0.0      # ln of how many times better it predicts levels not seen than the simulation as given does
     parameters: int = 0      # of the mechanisms added
@@ -205,6 +205,9 @@ PRIORS = ("", "single", "pair", "unknown")
 def fit(cases, start=START, only=None):
     """The table's parameters of the least loss, kept near `start`; of `only` those, the others stay there."""
     stacked, free = Stacked(cases, start), [i for i, k in enumerate(PARAMETERS) if only is None or k in only]
+
+    if not free:
+        return np.array(start)
 
     def table(x):
         theta = np.array(start)

@@ -11,8 +11,11 @@
 //! returned for the same model and that [`free_instance`] has not freed, and no other thread calls it meanwhile. A null
 //! pointer and an unknown component get fmi2Error.
 
+use crate::arrays::{slice, slice_mut, target, MOST_VALUES};
 use crate::life::{Outcome, Refusal};
-use crate::memory::{boxed, c_string};
+use crate::log::Log;
+pub use crate::log::Logger;
+use crate::memory::{boxed, c_string, copied};
 use crate::model::{Kind, Model};
 use crate::text;
 use std::any::Any;
@@ -36,15 +39,10 @@ const CO_SIMULATION: c_int = 1;
 /// fmi2LastSuccessfulTime and fmi2Terminated of fmi2StatusKind.
 const LAST_SUCCESSFUL_TIME: c_int = 2;
 const TERMINATED: c_int = 3;
-/// More values than any host passes in one call; beyond it a count is taken for garbage.
-const MOST_VALUES: usize = 1 << 20;
 /// Places in [`Model::LOG_CATEGORIES`].
 const DISCARDS: usize = 1;
 const ERRORS: usize = 2;
 const EVENTS: usize = 3;
-
-/// fmi2CallbackLogger.
-pub type Logger = Option<unsafe extern "C" fn(*mut c_void, *const c_char, Status, *const c_char, *const c_char, ...)>;
 
 /// fmi2CallbackFunctions. Memory is our own allocator's: the models say canNotUseMemoryManagementFunctions.
 #[repr(C)]
@@ -95,36 +93,9 @@ impl<M: Model> Magic<M> {
     const STATE: u64 = 0x6b65_7074_5f73_7461 ^ M::LAYOUT.mark();
 }
 
-/// Who is called to log, all of it owned: nothing of an instance is borrowed while a host's logger runs. The name ends with
-/// 0; it is empty where there was no memory for it.
-struct Log {
-    logger: Logger,
-    environment: *mut c_void,
-    name: Vec<u8>,
-}
-
 /// A string of nothing.
 // SAFETY: the bytes end with 0 and hold no other
 const EMPTY: &CStr = unsafe { CStr::from_bytes_with_nul_unchecked(b"\0") };
-
-/// What is logged in the place of a string that there is no memory for.
-const NO_MEMORY: &[u8] = b"out of memory\0";
-
-impl Log {
-    /// Passes a line to the host's logger, formatted here, with every % doubled: safe for a host that prints it as a
-    /// format, readable in one whose callback takes no further arguments and would show a bare "%s".
-    fn line(&self, status: Status, category: &str, message: &str) {
-        let log = match self.logger {
-            Some(log) => log,
-            None => return,
-        };
-        let (category, message) = (c_string(category.as_bytes(), false), c_string(message.as_bytes(), true));
-        let at = |s: &Option<Vec<u8>>| s.as_deref().unwrap_or(NO_MEMORY).as_ptr().cast();
-        let name = if self.name.is_empty() { NO_MEMORY } else { &self.name };
-        // SAFETY: the host gave the logger for this; every pointer is to a string that ends with 0 and outlives the call
-        unsafe { log(self.environment, name.as_ptr().cast(), status, at(&category), at(&message)) }
-    }
-}
 
 /// The component that a host passes, or the status it gets.
 ///
@@ -149,14 +120,6 @@ unsafe fn component<M: Model>(c: *mut c_void) -> Result<*mut Component<M>, Statu
 unsafe fn log_of<M: Model>(p: *mut Component<M>) -> Log {
     let c = &*p;
     Log { logger: c.logger, environment: c.environment, name: copied(&c.name).unwrap_or_default() }
-}
-
-/// A copy of bytes; None where there is no memory for it.
-fn copied(bytes: &[u8]) -> Option<Vec<u8>> {
-    let mut v = Vec::new();
-    v.try_reserve_exact(bytes.len()).ok()?;
-    v.extend_from_slice(bytes);
-    Some(v)
 }
 
 /// What a panic says.
@@ -213,49 +176,6 @@ unsafe fn call<M: Model>(c: *mut c_void, f: impl FnOnce(&mut Component<M>) -> Ou
 #[cold]
 fn refuse<T>(message: &str) -> Outcome<T> {
     Err(Refusal::Error(text!("{}", message)))
-}
-
-#[cold]
-fn no_array<T>(what: &str, n: usize) -> Outcome<T> {
-    Err(Refusal::Error(text!("{} is null, or {} are too many", what, n)))
-}
-
-/// A host's array.
-///
-/// # Safety
-/// `p` is null or points to `n` values that nobody writes to during the call.
-#[inline]
-unsafe fn slice<'a, T>(p: *const T, n: usize, what: &str) -> Outcome<&'a [T]> {
-    if n == 0 {
-        Ok(&[])
-    } else if p.is_null() || n > MOST_VALUES {
-        no_array(what, n)
-    } else {
-        Ok(std::slice::from_raw_parts(p, n))
-    }
-}
-
-/// A host's array to write to.
-///
-/// # Safety
-/// `p` is null or points to `n` values that nobody else reads or writes during the call.
-#[inline]
-unsafe fn slice_mut<'a, T>(p: *mut T, n: usize, what: &str) -> Outcome<&'a mut [T]> {
-    if n == 0 {
-        Ok(&mut [])
-    } else if p.is_null() || n > MOST_VALUES {
-        no_array(what, n)
-    } else {
-        Ok(std::slice::from_raw_parts_mut(p, n))
-    }
-}
-
-/// A host's single value to write to.
-///
-/// # Safety
-/// `p` is null or points to a value that nobody else reads or writes during the call.
-unsafe fn target<'a, T>(p: *mut T, what: &str) -> Outcome<&'a mut T> {
-    p.as_mut().ok_or_else(|| Refusal::Error(text!("{} is null", what)))
 }
 
 /// Does `one` for each of `n` entries; where one is refused, those before it are undone.
@@ -337,8 +257,11 @@ pub unsafe fn set_debug_logging<M: Model>(
 /// A new component, or why there is none.
 fn made<M: Model>(log: &Log, kind: c_int, given: &CStr, logging_on: bool) -> Result<Box<Component<M>>, String> {
     let wanted = M::guid();
-    if log.name.len() < 2 {
-        return Err(text!("instanceName is empty: give one"));
+    let no_memory = || text!("no memory for an instance");
+    match log.name.len() {
+        0 => return Err(no_memory()),
+        1 => return Err(text!("instanceName is empty: give one")),
+        _ => {}
     }
     if kind != CO_SIMULATION {
         return Err(text!("fmuType is fmi2ModelExchange: only fmi2CoSimulation is here"));
@@ -347,7 +270,6 @@ fn made<M: Model>(log: &Log, kind: c_int, given: &CStr, logging_on: bool) -> Res
         let wanted = std::str::from_utf8(&wanted).unwrap_or("another");
         return Err(text!("fmuGUID is {:?}: give {}, as modelDescription.xml of this FMU says", given, wanted));
     }
-    let no_memory = || text!("no memory for an instance");
     let name = copied(&log.name).ok_or_else(no_memory)?;
     boxed(Component {
         magic: Magic::<M>::COMPONENT,
@@ -384,10 +306,6 @@ pub unsafe fn instantiate<M: Model>(
     let log =
         Log { logger: functions.logger, environment: functions.component_environment, name: name.unwrap_or_default() };
     let errors = M::LOG_CATEGORIES[ERRORS];
-    if log.name.is_empty() {
-        log.line(ERROR, errors, "no memory for an instance");
-        return std::ptr::null_mut();
-    }
     match catch_unwind(AssertUnwindSafe(|| made::<M>(&log, kind, given(guid), logging_on != 0))) {
         Ok(Ok(component)) => return Box::into_raw(component).cast(),
         Ok(Err(message)) => log.line(ERROR, errors, &message),

@@ -7,12 +7,14 @@
 //! Invariant: all `unsafe` of the FMUs is in this crate; no panic leaves a call; the host's logger is called only while
 //! nothing of the instance is borrowed.
 
+mod arrays;
 pub mod bytes;
 #[cfg(feature = "drive")]
 pub mod drive;
 mod export;
 pub mod fmi2;
 pub mod life;
+mod log;
 pub mod memory;
 pub mod model;
 pub mod start;

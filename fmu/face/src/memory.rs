@@ -38,6 +38,14 @@ pub(crate) fn c_string(bytes: &[u8], doubled: bool) -> Option<Vec<u8>> {
     Some(v)
 }
 
+/// A copy of bytes; None where there is no memory for it.
+pub(crate) fn copied(bytes: &[u8]) -> Option<Vec<u8>> {
+    let mut v = Vec::new();
+    v.try_reserve_exact(bytes.len()).ok()?;
+    v.extend_from_slice(bytes);
+    Some(v)
+}
+
 /// A message as far as there is memory for it.
 struct Message(String);
 

@@ -34,5 +34,5 @@ pub fn content(dir: &Path) -> Option<String> {
         let file = dir.join(recording.get("file")?.as_str()?);
         hash.update(Sha256::digest(input::bytes(&file, input::RECORDING).ok()?));
     }
-    Some(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
+    Some(output::hexadecimal(&hash.finalize()))
 }

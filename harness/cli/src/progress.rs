@@ -108,8 +108,8 @@ pub fn deadline(seconds: Option<f64>) -> Result<Option<Instant>> {
     Ok(Some(Instant::now() + Duration::from_secs_f64(seconds)))
 }
 
-/// From here on the process ends by [`UNJUDGED_CODE`], `message` said, where nothing is handed out 0.7 s after `deadline`: what reads
-/// and prepares looks at no clock.
+/// From here on the process ends by [`UNJUDGED_CODE`], `message` said, where nothing is handed out 0.7 s after `deadline`:
+/// what reads and prepares looks at no clock.
 pub fn end_empty_handed_at(deadline: Option<Instant>, message: String) {
     let Some(deadline) = deadline else { return };
     std::thread::spawn(move || {

@@ -110,12 +110,11 @@ pub fn spikes_of_course(y: &[f64], sigma: f64) -> Vec<usize> {
     let mut found = Vec::new();
     // the largest first: beside it others look large as well
     while found.len() < y.len() / 50 {
-        let off = |k: &usize| by_neighbours(&y, *k).map_or(0.0, |v| (y[*k] - v).abs());
-        let Some(k) = (0..y.len()).max_by(|a, b| off(a).total_cmp(&off(b))) else { break };
+        let off = |k: usize| by_neighbours(&y, k).map(|v| (k, v, (y[k] - v).abs()));
+        let Some((k, v, off)) = (0..y.len()).filter_map(off).max_by(|a, b| a.2.total_cmp(&b.2)) else { break };
         let near = k.saturating_sub(8)..(k + 8).min(y.len() - 1);
         let step = median(near.map(|j| (y[j + 1] - y[j]).abs()).collect());
-        let Some(v) = by_neighbours(&y, k) else { break };
-        if off(&k) <= (SPIKE * BY_NEIGHBOURS * sigma).max(SPIKE_STEPS * step) {
+        if off <= (SPIKE * BY_NEIGHBOURS * sigma).max(SPIKE_STEPS * step) {
             break;
         }
         y[k] = v;
@@ -355,7 +354,7 @@ pub fn noise_out_of_contact(
 ) -> [Noise; 3] {
     let free: Vec<Vec<Range<usize>>> = depth.iter().map(|d| out_of_contact(d)).collect();
     let (force, path) = (Channel::Force.index(), Channel::Penetration.index());
-    let learnt = |read: &[Option<&[f64]>], i: usize, degree: &dyn Fn(usize) -> Option<usize>| {
+    let of = |read: &[Option<&[f64]>], i: usize, degree: &dyn Fn(usize) -> Option<usize>| {
         let (mut stretches, mut lost) = (Vec::new(), 0);
         for (read, free) in read.iter().zip(&free) {
             for y in read.iter().flat_map(|read| free.iter().map(move |f| &read[f.clone()])) {
@@ -365,13 +364,12 @@ pub fn noise_out_of_contact(
                 lost += degree.map_or(1, |d| d + 1);
             }
         }
-        let n = Noise::estimate(&stretches, lost, FLOOR * data.range[i])?;
-        Some(n.widened(overdispersion(&n, &stretches)))
+        learnt(&stretches, lost, data.range[i])
     };
     let mut noise = data.noise;
     let of_force: Vec<_> = left.iter().map(Option::as_deref).collect();
-    if let Some(n) = learnt(&of_force, force, &|_| None) {
-        let straight = learnt(&of_force, force, &|_| Some(1)).unwrap_or(n);
+    if let Some(n) = of(&of_force, force, &|_| None) {
+        let straight = of(&of_force, force, &|_| Some(1)).unwrap_or(n);
         if n.marginal() <= STRAIGHT * straight.marginal() {
             noise[force] = n;
         } else if unsure[force] {
@@ -382,7 +380,7 @@ pub fn noise_out_of_contact(
         let of_path: Vec<_> = data.records.iter().map(|r| r.y[path].as_deref()).collect();
         // a path is a cubic over a short stretch
         let degree = |samples: usize| Some((samples / SAMPLES_A_DEGREE).clamp(1, 3));
-        noise[path] = learnt(&of_path, path, &degree).unwrap_or(noise[path]);
+        noise[path] = of(&of_path, path, &degree).unwrap_or(noise[path]);
     }
     noise
 }
@@ -457,20 +455,24 @@ fn noise_of(
                 lost += degree + 1;
             }
         }
-        let floor = FLOOR * range[i];
-        let of =
-            |e: &[Vec<f64>], lost: usize| Noise::estimate(e, lost, floor).map(|n| n.widened(overdispersion(&n, e)));
-        let known = of(&stretches, lost);
+        let known = learnt(&stretches, lost, range[i]);
         unsure[i] = known.is_none();
-        noise[i] = known.unwrap_or_else(|| Noise::white(median(fallback).max(floor)));
+        noise[i] = known.unwrap_or_else(|| Noise::white(median(fallback).max(FLOOR * range[i])));
         // what is slow after the impact alone is no noise: the impact has left it behind
-        if let Some(n) = of(&before, before.len()) {
+        if let Some(n) = learnt(&before, before.len(), range[i]) {
             if n.low_frequency() < CALM * noise[i].low_frequency() {
                 noise[i] = n;
             }
         }
     }
     (noise, unsure)
+}
+
+/// Noise of `stretches` in which nothing touches, of a channel of that range, as wide as their slow part asks for; `lost`
+/// degrees of freedom were taken out of them. None with too few samples.
+fn learnt(stretches: &[Vec<f64>], lost: usize, range: f64) -> Option<Noise> {
+    let n = Noise::estimate(stretches, lost, FLOOR * range)?;
+    Some(n.widened(overdispersion(&n, stretches)))
 }
 
 /// Variance of batch means of the whitened noise over that of white noise, at least 1 (batch means: Conway 1963): slow

@@ -91,13 +91,17 @@ fn without_spikes(base: &Fitted) -> Fitted {
     base.on(Arc::new(data))
 }
 
-/// A fit of an indentation held against its recordings with `unsure` noise learned where that fit has nothing touching, the path
-/// smoothed by that noise, and what the force read holds beyond that on the smoothed path.
+/// A fit of an indentation held against its recordings with their noise learned where that fit has nothing touching
+/// (`unsure`: channels of which it was not known before), the path smoothed by that noise, and what the force read holds
+/// beyond that on the smoothed path.
 fn at_the_path_read(base: &Fitted, unsure: [bool; 3]) -> Fitted {
     let i = Channel::Penetration.index();
     let mut renewed = (*base.data).clone();
-    let left: Vec<_> = remainders(base).into_iter().map(|[force, ..]| force).collect();
-    let depth: Vec<_> = (0..renewed.records.len()).map(|r| base.predict(r).0.position).collect();
+    let simulated = base.data.records.iter().enumerate().map(|(r, record)| {
+        let (trace, y) = base.predict(r);
+        (record.left_of(Channel::Force, &y[Channel::Force.index()]), trace.position)
+    });
+    let (left, depth): (Vec<_>, Vec<_>) = simulated.unzip();
     renewed.noise = noise_out_of_contact(&base.data, unsure, &left, &depth);
     let noise = renewed.noise[i];
     for record in &mut renewed.records {
@@ -232,6 +236,7 @@ fn is_spike(k: usize, e: &[f64], read: &[f64], kept: &[bool], touching: &[bool],
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::{RngExt, SeedableRng};
 
     #[test]
     fn a_spike_stands_alone_and_a_jump_simulated_a_sample_late_is_none() {
@@ -254,22 +259,14 @@ mod tests {
         assert_eq!(spikes(&read, &touching), [8, 19, 30]);
     }
 
-    /// Standard normal numbers: sums of twelve uniform ones (Box, Hunter and Hunter 1978).
-    fn normals(mut seed: u64) -> impl FnMut() -> f64 {
-        let mut uniform = move || {
-            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (seed >> 11) as f64 / (1u64 << 53) as f64
-        };
-        move || (0..12).map(|_| uniform()).sum::<f64>() - 6.0
-    }
-
     #[test]
     fn a_right_law_leaves_white_noise_of_indentations_with_a_short_free_line_and_slow_noise() {
         let dir = tempfile::tempdir().unwrap();
         let mut toml = String::from(
             "format = \"recordings/1\"\n[campaign]\nname = \"i\"\nkind = \"indentation\"\n[simulation]\nterms = []\n",
         );
-        let mut normal = normals(3);
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
         for (r, depth) in [2e-6, 3e-6, 4e-6, 6e-6].into_iter().enumerate() {
             let mut csv = String::from("time [s],force [N],penetration [m]\n");
             let mut slow = 0.0;

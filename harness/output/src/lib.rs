@@ -9,10 +9,12 @@ mod carry;
 mod exchange;
 mod in_place;
 mod manifest;
+mod scratch;
 mod stage;
 
 pub use answer::{Answer, Committed};
-pub use manifest::{Entry, Manifest};
+pub use manifest::{hexadecimal, Entry, Manifest};
+pub use scratch::Scratch;
 pub use stage::abandon;
 
 use stage::{parent, Stage};

@@ -77,6 +77,11 @@ impl Manifest {
     }
 }
 
+/// A hash as a manifest has it: two hexadecimal digits a byte.
+pub fn hexadecimal(hash: &[u8]) -> String {
+    hash.iter().map(|b| format!("{b:02x}")).collect()
+}
+
 impl Entry {
     /// The entry of a file that `command` has written.
     ///
@@ -88,7 +93,7 @@ impl Entry {
         loop {
             let n = file.read(&mut block)?;
             if n == 0 {
-                let sha256 = hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
+                let sha256 = hexadecimal(&hash.finalize());
                 return Ok(Entry { size, sha256, command: command.into() });
             }
             hash.update(&block[..n]);

@@ -277,7 +277,7 @@ fn settings(values: &[f64]) -> Settings {
 
 /// A GUID that changes with the description, start values and all.
 fn guid(description: &str) -> String {
-    let hex: String = Sha256::digest(description.as_bytes()).iter().take(16).map(|b| format!("{b:02x}")).collect();
+    let hex = output::hexadecimal(&Sha256::digest(description.as_bytes())[..16]);
     format!("{{{}-{}-{}-{}-{}}}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..])
 }
 

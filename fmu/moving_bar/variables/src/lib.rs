@@ -1,7 +1,6 @@
 //! The bar's variable table: what its modelDescription must say too.
 
 use face::text;
-
 pub use face::Kind;
 
 /// Name of the model, and of its shared library.

@@ -11,7 +11,7 @@ use diagnose::run::{self as diagnosis, Failure, Outcome, Settings};
 use diagnose::sensors::are_of_same_impacts;
 use diagnose::verdict::Verdict;
 use estimate::Budget;
-use output::{Entry, Manifest};
+use output::{hexadecimal, Entry, Manifest};
 use record::Campaign;
 use report::diagnosis as answer;
 use serde::Serialize;
@@ -181,14 +181,9 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
 fn tool(a: &Arguments) -> Option<String> {
     let program = Entry::of(&std::env::current_exe().ok()?, "").ok()?.sha256;
     let libraries = pack::Model::contact().libraries(a.platforms.as_deref()).unwrap_or_default();
-    let library = |b: &pack::Binary| format!("{} {}", b.platform, hex(&b.bytes));
+    let library = |b: &pack::Binary| format!("{} {}", b.platform, hexadecimal(&Sha256::digest(&b.bytes)));
     let libraries: Vec<String> = libraries.iter().map(library).collect();
     Some(format!("{program} {} {} {:?}", libraries.join(" "), a.bootstrap, a.seconds))
-}
-
-/// SHA-256 of `bytes`, in hexadecimal digits.
-fn hex(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// Hash of all that the answer of campaign `i` depends on: the `tool`, its files, and those of the campaigns whose sensors it
@@ -200,7 +195,7 @@ fn input(i: usize, campaigns: &[Campaign], contents: &[Option<String>], tool: &s
         others.map(|(o, content)| Some(format!("{} {}", o.folder, content.as_ref()?))).collect::<Option<Vec<_>>>()?;
     beside.sort();
     all.extend(beside);
-    Some(hex(all.join("\n").as_bytes()))
+    Some(hexadecimal(&Sha256::digest(all.join("\n"))))
 }
 
 /// The answer of an earlier run in `dir`; None where it is not whole, or not of this `input`.

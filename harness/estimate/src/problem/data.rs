@@ -32,15 +32,19 @@ impl Record {
     /// What a channel's readings leave of predictions `y`; None where it was not recorded.
     pub fn left_of(&self, c: Channel, y: &[f64]) -> Option<Vec<f64>> {
         let read = self.y[c.index()].as_ref()?;
-        Some(read.iter().zip(y).enumerate().map(|(i, (read, y))| read - y - self.off_path(c, i)).collect())
+        let left = read.iter().zip(y).map(|(read, y)| read - y);
+        Some(match self.off_path(c) {
+            [] => left.collect(),
+            off => left.zip(off).map(|(left, off)| left - off).collect(),
+        })
     }
 
-    /// What sample `i` of a channel holds because a path read lies off the smoothed one.
-    pub(super) fn off_path(&self, c: Channel, i: usize) -> f64 {
+    /// What the samples of a channel hold because a path read lies off the smoothed one; empty where nothing.
+    pub(super) fn off_path(&self, c: Channel) -> &[f64] {
         if c == Channel::Force {
-            self.off_path.get(i).copied().unwrap_or(0.0)
+            &self.off_path
         } else {
-            0.0
+            &[]
         }
     }
 }

@@ -176,8 +176,10 @@ impl<'a> Problem<'a> {
             match negate_from {
                 Some(y) => {
                     let y = y[i].as_ref().expect("compared channels are there");
-                    let off = |k: usize| rec.off_path(c, k);
-                    samples.zip(y).enumerate().for_each(|(k, (((t, e), w), y))| *t = (y - e - off(k)) * w);
+                    match rec.off_path(c) {
+                        [] => samples.zip(y).for_each(|(((t, e), w), y)| *t = (y - e) * w),
+                        off => samples.zip(y).zip(off).for_each(|((((t, e), w), y), off)| *t = (y - e - off) * w),
+                    }
                 }
                 // what leaves a channel alone leaves nothing of it
                 None if e[i].iter().all(|v| *v == 0.0) => continue,
