@@ -1,8 +1,8 @@
 //! Unpacks archives that come from elsewhere, FMUs and SSP archives alike, each into a folder of its own.
 
+use output::Scratch;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
-use tempfile::TempDir;
 use zip::read::ZipFile;
 
 /// FMI 2.0's name of this platform's folder of binaries (section 2.3); FMI 2.0 has none for ARM, where exporters
@@ -36,26 +36,26 @@ pub(super) struct Sort {
     pub(super) name: &'static str,
     /// The file that it has at its top.
     pub(super) needs: &'static str,
-    /// Beginning of its temporary folder's name.
-    pub(super) prefix: &'static str,
+    /// What its temporary folder's name holds.
+    pub(super) folder: &'static str,
 }
 
 /// An FMU.
-pub(super) const FMU: Sort = Sort { name: "FMU", needs: "modelDescription.xml", prefix: "touchdown-fmu-" };
+pub(super) const FMU: Sort = Sort { name: "FMU", needs: "modelDescription.xml", folder: "fmu" };
 /// An SSP archive.
-pub(super) const SSP: Sort = Sort { name: "SSP archive", needs: "SystemStructure.ssd", prefix: "touchdown-ssp-" };
+pub(super) const SSP: Sort = Sort { name: "SSP archive", needs: "SystemStructure.ssd", folder: "ssp" };
 
 /// Unpacks `path`; the folder goes when the value is dropped.
 ///
 /// # Errors
 /// Says what is wrong with the file and what to give instead: no zip archive; not of its sort; entries that lead out of
 /// it, are links, too many, too deep or too large. Nothing of it stays.
-pub(super) fn unpack(path: &Path, sort: &Sort) -> Result<TempDir, String> {
+pub(super) fn unpack(path: &Path, sort: &Sort) -> Result<Scratch, String> {
     unpack_by(path, sort, &POLICY)
 }
 
-fn unpack_by(path: &Path, sort: &Sort, policy: &Policy) -> Result<TempDir, String> {
-    let Sort { name, needs, prefix } = sort;
+fn unpack_by(path: &Path, sort: &Sort, policy: &Policy) -> Result<Scratch, String> {
+    let Sort { name, needs, folder } = sort;
     let file = input::open(path).map_err(|e| format!("cannot be read ({e}); give the path of an {name}"))?;
     let packed = file.metadata().map_or(0, |m| m.len());
     let mut zip = zip::ZipArchive::new(std::io::BufReader::new(file))
@@ -70,10 +70,7 @@ fn unpack_by(path: &Path, sort: &Sort, policy: &Policy) -> Result<TempDir, Strin
             policy.entries
         ));
     }
-    let folder = tempfile::Builder::new()
-        .prefix(prefix)
-        .tempdir()
-        .map_err(|e| format!("no temporary folder to unpack into ({e})"))?;
+    let folder = Scratch::new(folder).map_err(|e| format!("no temporary folder to unpack into ({e})"))?;
     let most = policy.bytes.min(packed.saturating_mul(policy.ratio).max(policy.small));
     let mut left = most;
     for i in 0..zip.len() {
@@ -200,6 +197,7 @@ pub(super) fn uri(path: &Path) -> String {
 mod tests {
     use super::*;
     use std::io::Write;
+    use tempfile::TempDir;
     use zip::write::SimpleFileOptions;
 
     #[test]
@@ -211,7 +209,7 @@ mod tests {
     const SMALL: Policy = Policy { bytes: 1 << 20, ratio: 10, small: 1 << 16, entries: 20, depth: 3 };
 
     /// What becomes of an archive with these entries beside the one it needs.
-    fn unpacked(fill: impl FnOnce(&mut zip::ZipWriter<std::fs::File>)) -> Result<TempDir, String> {
+    fn unpacked(fill: impl FnOnce(&mut zip::ZipWriter<std::fs::File>)) -> Result<Scratch, String> {
         let folder = TempDir::new().unwrap();
         let path = folder.path().join("x.fmu");
         let mut zip = zip::ZipWriter::new(std::fs::File::create(&path).unwrap());
@@ -221,7 +219,7 @@ mod tests {
         unpack_by(&path, &FMU, &SMALL)
     }
 
-    fn file(name: &str, bytes: usize) -> Result<TempDir, String> {
+    fn file(name: &str, bytes: usize) -> Result<Scratch, String> {
         unpacked(|zip| {
             zip.start_file(name, SimpleFileOptions::default()).unwrap();
             zip.write_all(&vec![b'x'; bytes]).unwrap();

@@ -7,6 +7,7 @@ use super::here;
 use super::isolation::{Isolation, Limits};
 use super::xml;
 use fmi::fmi2::binding::Fmi2Binding;
+use output::Scratch;
 use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize};
@@ -34,7 +35,7 @@ pub(super) struct Loaded {
     pub(super) fatal: Arc<AtomicBool>,
     complaints: Mutex<Vec<String>>,
     path: PathBuf,
-    folder: tempfile::TempDir,
+    folder: Scratch,
 }
 
 impl std::fmt::Debug for Fmu {

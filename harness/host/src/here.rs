@@ -3,6 +3,7 @@
 //! The crate's own instance type panics on fmi2Pending, has no input or output derivatives and no logger of one's own,
 //! and lets instances outlive the folder they were unpacked to; this one does not.
 
+use super::arithmetic;
 use super::error::Discarded;
 use super::log::{step_finished, touchdown_host_logger, Log};
 use super::trouble::{judge, misuse, Answer, Trouble};
@@ -23,10 +24,14 @@ macro_rules! call {
     ($self:ident, $f:ident $(, $a:expr)*) => {
         match &$self.binding.$f {
             // SAFETY: the component is alive until drop, pointers and lengths are of slices alive during the call
-            Ok(f) => match unsafe { f($self.component $(, $a)*) } {
-                0 => Ok(()),
-                status => judge(status),
-            },
+            Ok(f) => {
+                let status = unsafe { f($self.component $(, $a)*) };
+                arithmetic::restore();
+                match status {
+                    0 => Ok(()),
+                    status => judge(status),
+                }
+            }
             Err(_) => Err(Box::new(Trouble::Missing)),
         }
     };
@@ -80,6 +85,7 @@ impl Drop for Here {
             // SAFETY: alive until here
             unsafe { free(self.component) };
         }
+        arithmetic::restore();
     }
 }
 
@@ -103,6 +109,7 @@ pub(super) fn load(library: &Path) -> Result<Fmi2Binding, String> {
     // SAFETY: loading runs the binary's initializers; whoever loads it here trusts it to run in this process
     let binding = unsafe { Fmi2Binding::new(library) }
         .map_err(|e| format!("its binary does not load: {}; export it again for this platform", with_cause(&e)))?;
+    arithmetic::restore();
     if let Some(version) = answer(&binding.fmi2GetVersion).filter(|v| v != "2.0" && !v.starts_with("2.0.")) {
         return Err(format!("its description says FMI 2.0 and its binary FMI {version}; export it again"));
     }
@@ -154,6 +161,7 @@ impl Here {
                 c_int::from(making.logging),
             )
         };
+        arithmetic::restore();
         if component.is_null() {
             return Err(format!(
                 "fmi2Instantiate made no instance; the usual cause is a binary that does not belong to this description \
@@ -300,6 +308,7 @@ impl Here {
         }
         // SAFETY: the component is alive
         let status = unsafe { f(self.component, time, step, c_int::from(never_back)) };
+        arithmetic::restore();
         if status == binding::fmi2Status_fmi2OK {
             return Ok(());
         }
@@ -309,7 +318,9 @@ impl Here {
     #[cold]
     fn step_not_ok(&mut self, mut status: u32) -> Answer {
         if status == binding::fmi2Status_fmi2Pending {
-            status = self.wait()?;
+            let waited = self.wait();
+            arithmetic::restore();
+            status = waited?;
         }
         if status != binding::fmi2Status_fmi2Discard {
             return judge(status);
@@ -327,6 +338,7 @@ impl Here {
                     .is_ok_and(|f| f(self.component, binding::fmi2StatusKind_fmi2Terminated, &mut end) == 0),
             )
         };
+        arithmetic::restore();
         let discarded = Discarded { last_successful_time: timed.then_some(time), terminated: ended && end != 0 };
         Err(Box::new(Trouble::Answered { status, detail: String::new(), discarded: Some(discarded) }))
     }

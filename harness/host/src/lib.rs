@@ -6,6 +6,7 @@
 #[cfg_attr(not(target_os = "linux"), path = "apart_nowhere.rs")]
 mod apart;
 mod archive;
+mod arithmetic;
 mod description;
 mod error;
 mod fmu;

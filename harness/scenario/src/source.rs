@@ -24,7 +24,7 @@ pub struct Source {
     // dropped in this order: binaries are unloaded before the folder goes
     own: Option<Fmu>,
     given: HashMap<PathBuf, Fmu>,
-    folder: Option<tempfile::TempDir>,
+    folder: Option<output::Scratch>,
     isolation: Isolation,
 }
 
@@ -71,7 +71,8 @@ impl Source {
         if let Some(f) = &self.own {
             return Ok(f.clone());
         }
-        let folder = tempfile::tempdir().context("a temporary folder for our FMU cannot be made; see TMPDIR")?;
+        let folder =
+            output::Scratch::new("own").context("a temporary folder for our FMU cannot be made; see TMPDIR")?;
         let fmu = Fmu::open(&pack::into_folder(folder.path(), &[])?)?;
         self.folder = Some(folder);
         self.own = Some(fmu.clone());

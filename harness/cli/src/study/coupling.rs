@@ -51,7 +51,7 @@ impl Errors {
 pub struct Pair {
     contact: Fmu,
     bar: Fmu,
-    _folder: tempfile::TempDir,
+    _folder: output::Scratch,
 }
 
 impl Pair {
@@ -60,7 +60,7 @@ impl Pair {
     /// # Errors
     /// Where their libraries are not built.
     pub fn new() -> Result<Pair> {
-        let folder = tempfile::Builder::new().prefix("touchdown-study-").tempdir()?;
+        let folder = output::Scratch::new("study")?;
         let open = |m: Model| -> Result<Fmu> { Ok(Fmu::open(&m.into_folder(folder.path(), &[])?)?) };
         Ok(Pair { contact: open(Model::contact())?, bar: open(Model::moving_bar())?, _folder: folder })
     }

@@ -30,9 +30,13 @@ fn in_the_process_the_log_is_bounded_too() {
     assert!(e.log.contains("99000 earlier lines are left out"), "{}", e.log.len());
 }
 
-/// Sends a signal to a command whose FMU never ends. Its exit code, and whether something temporary stays.
-fn signalled(signal: &str) -> (Option<i32>, bool) {
-    let place = Place::new();
+/// Whether something temporary is there.
+fn holds_temporary(place: &Place) -> bool {
+    std::fs::read_dir(place.path().join("tmp")).unwrap().count() > 0
+}
+
+/// Sends a signal to a command whose FMU never ends. Its exit code.
+fn signalled(place: &Place, signal: &str) -> Option<i32> {
     std::fs::write(place.path().join("file.toml"), Place::text(Behaviour::NeverEnds)).unwrap();
     let quiet = std::process::Stdio::null;
     let mut command = place.command(&["run", "file.toml", "--out", "out"]);
@@ -47,17 +51,23 @@ fn signalled(signal: &str) -> (Option<i32>, bool) {
     assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
     let code = child.wait().unwrap().code();
     place.holds_no_process();
-    (code, std::fs::read_dir(place.path().join("tmp")).unwrap().count() > 0)
+    code
 }
 
 #[test]
 fn ctrl_c_ends_a_command_whose_fmu_never_ends() {
-    assert_eq!(signalled("-INT"), (Some(130), false));
+    let place = Place::new();
+    assert_eq!(signalled(&place, "-INT"), Some(130));
+    assert!(!holds_temporary(&place));
 }
 
 #[test]
-fn a_command_that_is_killed_takes_the_process_of_the_fmu_with_it() {
-    assert_eq!(signalled("-KILL").0, None);
+fn a_command_that_is_killed_takes_the_process_of_the_fmu_with_it_and_the_next_clears_away_what_it_has_left() {
+    let place = Place::new();
+    assert_eq!(signalled(&place, "-KILL"), None);
+    assert!(holds_temporary(&place));
+    // it looks that nothing temporary stays
+    place.system(Behaviour::Good, &[]).is_whole();
 }
 
 #[test]

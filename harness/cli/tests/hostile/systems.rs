@@ -139,9 +139,11 @@ fn what_it_prints_is_no_part_of_the_answer() {
 #[test]
 fn its_rounding_and_traps_are_its_own() {
     let good = Place::new().system(Behaviour::Good, &[]);
-    let e = Place::new().system(Behaviour::ChangesRoundingAndTraps, &[]);
-    e.is_whole();
-    assert_eq!(e.rows, good.rows);
+    for options in [&[][..], &["--in-process"]] {
+        let e = Place::new().system(Behaviour::ChangesRoundingAndTraps, options);
+        e.is_whole();
+        assert_eq!(e.rows, good.rows, "{options:?}");
+    }
 }
 
 #[test]

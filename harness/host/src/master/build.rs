@@ -42,7 +42,7 @@ pub struct Built {
     /// What was noticed: algebraic loops, connections of unlike units.
     pub notes: Vec<String>,
     fmus: Vec<Fmu>,
-    _folder: tempfile::TempDir,
+    _folder: output::Scratch,
 }
 
 impl Built {
@@ -86,7 +86,7 @@ pub(super) fn file_of(s: &System, c: &Component, folder: &std::path::Path) -> Re
 /// # Errors
 /// Names the file, the line, what is wrong there and the cure.
 pub fn build(s: &System) -> Result<Built> {
-    let folder = tempfile::Builder::new().prefix("touchdown-system-").tempdir()?;
+    let folder = output::Scratch::new("system")?;
     let mut opened: Vec<Opened> = Vec::new();
     for c in &s.fmu {
         let name = c.name.get_ref();

@@ -34,7 +34,7 @@ fn parameter(variable: Option<&Variable>, v: &Value) -> (&'static str, String) {
 pub fn export_ssp(s: &System, out: &Path) -> Result<()> {
     let built = build(s)?;
     let order: Vec<String> = built.network.stepping_order().into_iter().map(String::from).collect();
-    let folder = tempfile::tempdir()?;
+    let folder = output::Scratch::new("export")?;
     let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
     let options = zip::write::SimpleFileOptions::default()
         .compression_method(zip::CompressionMethod::Deflated)

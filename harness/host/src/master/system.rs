@@ -212,7 +212,7 @@ pub struct System {
     pub isolation: Isolation,
     /// What keeps an unpacked archive.
     #[serde(skip)]
-    pub keep: Option<std::sync::Arc<tempfile::TempDir>>,
+    pub keep: Option<std::sync::Arc<output::Scratch>>,
 }
 
 impl System {
