@@ -11,6 +11,9 @@ pub const JOBS: usize = 2;
 pub const SECONDS: f64 = 10.0;
 /// Bytes wanted.
 pub const BYTES: f64 = 500e6;
+/// Times longer, reading apart, that dense recordings may take, and bytes.
+pub const DENSE: f64 = 1.5;
+pub const DENSE_BYTES: f64 = 1e9;
 
 /// `touchdown diagnose` of a campaign on two threads, as a process of its own, answers written to `out`.
 ///

@@ -3,14 +3,16 @@
 use crate::bench::calls::{against_direct, Ask};
 use crate::bench::fit::{base_fit, BaseFit, SHARE};
 use crate::bench::table::{figure, markdown, Aim, Row};
-use crate::bench::{self, diagnosis, pow, Inputs, Python, Spread, FMPY_SIDE};
+use crate::bench::{self, diagnosis, pow, Inputs, Pair, Python, Spread, FMPY_SIDE};
 use crate::print;
 use crate::progress::Progress;
 use anyhow::{Context, Result};
 use host::{Fmu, Isolation, Limits};
 use plant::recipe::{write_campaign, Recipe};
+use record::Campaign;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Instant;
 
 const EXAMPLES: &str = "Examples:
   touchdown bench --rounds 3                             # ours alone, on campaigns made here
@@ -27,6 +29,9 @@ pub struct Arguments {
     /// Rounds, ours and theirs in turn
     #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u64).range(1..=1000))]
     rounds: u64,
+    /// Samples of each recording of the dense campaign made here
+    #[arg(long, default_value_t = 70_000, value_parser = clap::value_parser!(u64).range(7_000..=1_000_000))]
+    dense: u64,
     /// CPU seconds after which the fit by Nelder-Mead is given up
     #[arg(long, default_value_t = 120.0)]
     patience: f64,
@@ -39,38 +44,63 @@ const STEPS: usize = 200_000;
 /// What setting, stepping and reading an FMU in a process of its own may take, us.
 const APART: f64 = 3.0;
 
-/// The campaigns: one to fit, whose simulation holds all its physics, and one to diagnose, with hidden friction.
-fn campaigns(given: Option<&Path>, folder: &Path) -> Result<[PathBuf; 2]> {
+/// Folders of the campaigns.
+struct Campaigns {
+    /// To fit: its simulation holds all its physics.
+    to_fit: PathBuf,
+    /// To diagnose: with hidden friction.
+    to_diagnose: PathBuf,
+    /// As that, with many more samples; none beside a campaign that is given.
+    dense: Option<PathBuf>,
+}
+
+fn campaigns(given: Option<&Path>, samples: usize, folder: &Path) -> Result<Campaigns> {
     if let Some(c) = given {
-        return Ok([c.into(), c.into()]);
+        return Ok(Campaigns { to_fit: c.into(), to_diagnose: c.into(), dense: None });
     }
     let plain = Recipe::default();
     let mut rubbing = plain;
     rubbing.physics.guide_friction.coulomb = 0.8;
-    let made = [("base", plain), ("hidden-friction", rubbing)].map(|(name, recipe)| {
+    let interval = rubbing.interval * rubbing.samples as f64 / samples as f64;
+    let make = |name: &str, recipe: &Recipe| {
         let dir = folder.join(name);
-        write_campaign(&dir, &recipe).with_context(|| format!("{}: cannot be written", dir.display())).map(|()| dir)
-    });
-    let [a, b] = made;
-    Ok([a?, b?])
+        write_campaign(&dir, recipe).with_context(|| format!("{}: cannot be written", dir.display())).map(|()| dir)
+    };
+    Ok(Campaigns {
+        to_fit: make("base", &plain)?,
+        to_diagnose: make("hidden-friction", &rubbing)?,
+        dense: Some(make("dense", &Recipe { samples, interval, ..rubbing })?),
+    })
 }
 
-fn diagnoses(campaign: &Path, folder: &Path, rows: &mut Vec<Row>, progress: &Progress) -> Result<()> {
-    let size = crate::campaign::load(campaign)?;
-    let samples: usize = size.recordings.iter().map(|r| r.time.len()).sum();
-    let mut taken = Vec::new();
+/// "diagnose 10 recordings of 700 samples, 2 threads"
+fn diagnosis_of(campaign: &Campaign) -> String {
+    let samples: usize = campaign.recordings.iter().map(|r| r.time.len()).sum();
+    let recordings = campaign.recordings.len();
+    format!("diagnose {recordings} recordings of {} samples, {} threads", samples / recordings, diagnosis::JOBS)
+}
+
+/// Whole diagnoses of a campaign and of the dense one, in turn.
+fn diagnoses(of: &Campaigns, folder: &Path, rows: &mut Vec<Row>, progress: &Progress) -> Result<()> {
+    let (mut taken, mut beside, mut memory) = (Vec::new(), Vec::new(), Vec::new());
+    let mut dense_is = String::new();
     for _ in 0..DIAGNOSES {
         progress.stage("a whole diagnosis");
-        taken.push(diagnosis::diagnose(campaign, &folder.join("answer"))?);
+        let plain = diagnosis::diagnose(&of.to_diagnose, &folder.join("answer"))?;
+        if let Some(dense) = &of.dense {
+            progress.stage("a diagnosis of dense recordings");
+            let start = Instant::now();
+            dense_is = diagnosis_of(&crate::campaign::load(dense)?);
+            let reading = start.elapsed().as_secs_f64();
+            let many = diagnosis::diagnose(dense, &folder.join("answer"))?;
+            beside.push((many.wall - reading, plain.wall));
+            memory.push(many.memory / 1e6);
+        }
+        taken.push(plain);
         progress.add(1);
     }
+    let what = diagnosis_of(&crate::campaign::load(&of.to_diagnose)?);
     let of = |f: fn(&bench::Taken) -> f64| Spread::of(taken.iter().map(f));
-    let what = format!(
-        "diagnose {} recordings of {} samples, {} threads",
-        size.recordings.len(),
-        samples / size.recordings.len(),
-        diagnosis::JOBS
-    );
     rows.push(Row::limit(&format!("{what}: wall time"), of(|t| t.wall), "s", diagnosis::SECONDS));
     rows.push(Row::limit(
         &format!("{what}: CPU time of both threads, halved"),
@@ -79,6 +109,13 @@ fn diagnoses(campaign: &Path, folder: &Path, rows: &mut Vec<Row>, progress: &Pro
         diagnosis::SECONDS,
     ));
     rows.push(Row::limit(&format!("{what}: peak memory"), of(|t| t.memory / 1e6), "MB", diagnosis::BYTES / 1e6));
+    if !beside.is_empty() {
+        let pair = Pair { rounds: beside };
+        let limit = Aim::Below(diagnosis::DENSE);
+        rows.push(Row::of(&format!("{dense_is}: wall time less reading"), "the campaign above", &pair, "s", limit));
+        let memory = Spread::of(memory.into_iter());
+        rows.push(Row::limit(&format!("{dense_is}: peak memory"), memory, "MB", diagnosis::DENSE_BYTES / 1e6));
+    }
     Ok(())
 }
 
@@ -175,16 +212,16 @@ fn found(f: &BaseFit) -> String {
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
     let rounds = a.rounds as usize;
-    let folder = tempfile::tempdir().context("no temporary folder; see TMPDIR")?;
-    let [to_fit, to_diagnose] = campaigns(a.campaign.as_deref(), folder.path())?;
-    let campaign = crate::campaign::load(&to_fit)?;
+    let folder = output::Scratch::new("bench").context("no temporary folder; see TMPDIR")?;
+    let campaigns = campaigns(a.campaign.as_deref(), a.dense as usize, folder.path())?;
+    let campaign = crate::campaign::load(&campaigns.to_fit)?;
     let ours = bench::our_fmu(folder.path())?;
     let fmu = Fmu::open(&ours)?;
     let parts = DIAGNOSES + 1 + 5 * bench::LAWS.len() + pow::COMMON.len() + pow::OTHERS.len();
     let progress = Progress::new("bench", (parts + if a.python.is_some() { 3 } else { 0 }) as u64);
     let mut rows = Vec::new();
     let mut words = Vec::new();
-    diagnoses(&to_diagnose, folder.path(), &mut rows, &progress)?;
+    diagnoses(&campaigns, folder.path(), &mut rows, &progress)?;
     let mut fitted = None;
     if let Some(python) = &a.python {
         let f = base_fit(&campaign, python, folder.path(), rounds, a.patience, &|s| progress.stage(s))?;
