@@ -118,7 +118,7 @@ pub fn packed(
 
 /// Every recording through the FMU, with the parameters it was predicted with.
 fn through(c: &Fitted, h: &HeldOut, fmu: &[u8]) -> Result<Through> {
-    let folder = tempfile::tempdir().context("no temporary folder to unpack the FMU in")?;
+    let folder = output::Scratch::new("element").context("no temporary folder to unpack the FMU in")?;
     let path = folder.path().join("HysteresisContact.fmu");
     output::write(&path, fmu)?;
     let fmu = Fmu::open(&path)?;

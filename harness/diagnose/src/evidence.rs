@@ -1,5 +1,7 @@
 //! The evidence of a structure, with a discrepancy of every size in the likelihood; and that of a cause in no vocabulary.
 
+use crate::posterior::ln_sum;
+use estimate::discrepancy::Disturbance;
 use estimate::evidence::{Evidence, Reduced};
 use estimate::fitted::Fitted;
 use estimate::response::Place;
@@ -22,8 +24,8 @@ pub struct Weighed {
     /// Parameters of the mechanisms added.
     pub parameters: usize,
     pub chi2: f64,
-    /// ln evidence by [`SIZES`], without drift and hum of the instruments and with it; NaN where the normal matrix is
-    /// singular.
+    /// ln evidence by [`SIZES`], of instruments that only have noise, and of disturbed ones, every combination of
+    /// [`Disturbance::ALL`] being as likely; NaN where the normal matrix is singular.
     pub ln: [Vec<f64>; 2],
     /// Overdispersion of the residual, and of what the likeliest discrepancy leaves of it.
     pub overdispersion: f64,
@@ -93,13 +95,26 @@ fn finite(v: Option<f64>) -> f64 {
 /// The evidence of one fit; None where it cannot be simulated.
 pub fn weighed(f: &Fitted) -> Option<Weighed> {
     let evidence = Evidence::new(f, &[])?;
-    let reduced = [evidence.beside(None, false), evidence.beside(None, true)];
-    let of = |r: &Option<Reduced<'_>>| SIZES.map(|size| finite(r.as_ref().and_then(|r| r.ln(size)))).to_vec();
-    let ln = [of(&reduced[0]), of(&reduced[1])];
-    let all = reduced.iter().zip(&ln).flat_map(|(r, ln)| ln.iter().zip(SIZES).map(move |(ln, size)| (r, size, *ln)));
-    let (likeliest, size, _) = all.filter(|(_, _, ln)| ln.is_finite()).max_by(|a, b| a.2.total_cmp(&b.2))?;
+    let reduced: Vec<Option<Reduced<'_>>> =
+        combinations().par_iter().map(|disturbed| evidence.beside(None, disturbed)).collect();
+    // by combination, then by size
+    let all: Vec<[f64; SIZES.len()]> =
+        reduced.iter().map(|r| SIZES.map(|size| finite(r.as_ref().and_then(|r| r.ln(size))))).collect();
+    let mean = |size: usize| {
+        let of: Vec<f64> = all[1..].iter().map(|ln| ln[size]).filter(|ln| ln.is_finite()).collect();
+        ln_sum(&of) - (all.len() as f64 - 1.0).ln()
+    };
+    let ln = [all[0].to_vec(), (0..SIZES.len()).map(mean).collect()];
+    let each = reduced.iter().zip(&all).flat_map(|(r, ln)| ln.iter().zip(SIZES).map(move |(ln, size)| (r, size, *ln)));
+    let (likeliest, size, _) = each.filter(|(_, _, ln)| ln.is_finite()).max_by(|a, b| a.2.total_cmp(&b.2))?;
     let left = likeliest.as_ref().and_then(|r| r.overdispersion(size));
     Some(Weighed { left: finite(left), ln, ..Weighed::without_evidence(f) })
+}
+
+/// Every combination of the disturbances, none first.
+fn combinations() -> Vec<Vec<Disturbance>> {
+    let with = |bits: usize| Disturbance::ALL.into_iter().enumerate().filter(move |(i, _)| bits >> i & 1 == 1);
+    (0..1 << Disturbance::ALL.len()).map(|bits| with(bits).map(|(_, d)| d).collect()).collect()
 }
 
 /// The evidence of a cause in no vocabulary beside `f`, by the place at which it enters.
@@ -107,7 +122,7 @@ pub fn unknown(f: &Fitted) -> Vec<Unknown> {
     let places = Place::all(&f.data);
     let Some(evidence) = Evidence::new(f, &places) else { return Vec::new() };
     let at = |(i, place): (usize, &Place)| {
-        let reduced = OWN_SIZES.map(|own| evidence.beside(Some((i, own)), false));
+        let reduced = OWN_SIZES.map(|own| evidence.beside(Some((i, own)), &[]));
         let of = |size: f64| reduced.iter().map(move |r| finite(r.as_ref().and_then(|r| r.ln(size))));
         Unknown { beside: f.names(), place: *place, ln: SHARED_BESIDE.into_iter().flat_map(of).collect() }
     };

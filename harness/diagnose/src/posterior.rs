@@ -39,7 +39,7 @@ pub struct Table {
     pub own: f64,
     pub large: f64,
     pub large_known: f64,
-    /// ln weight of instruments that drift and hum.
+    /// ln weight of instruments that are disturbed: that drift, hum or walk.
     pub drift: f64,
     /// ln weight of the discrepancy's sizes, a step, and of none at all.
     pub size: f64,
@@ -97,7 +97,7 @@ pub struct Posterior {
 }
 
 /// ln(sum of exp).
-fn ln_sum(v: &[f64]) -> f64 {
+pub(crate) fn ln_sum(v: &[f64]) -> f64 {
     let top = v.iter().cloned().fold(f64::NEG_INFINITY, f64::max);
     if top.is_finite() {
         top + v.iter().map(|x| (x - top).exp()).sum::<f64>().ln()

@@ -12,7 +12,8 @@ use mechanisms::physics::Physics;
 use plant::simulate::{law_of, Trace};
 use rayon::prelude::*;
 use record::{largest, Channel, Kind};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
+use std::ops::RangeInclusive;
 
 /// Waves over the depth of a force that is conservative, and of one that opposes the motion.
 const CONSERVATIVE: usize = 8;
@@ -95,10 +96,9 @@ impl<'a> Paths<'a> {
         self.of.par_iter().map(|p| p.own(place, scale)).collect()
     }
 
-    /// Columns of what each recording's instruments may do besides: a drift over the recording and the hum of the mains, by
-    /// channel; amplitudes of standard deviation 1.
-    pub fn instruments(&self) -> Columns {
-        self.of.par_iter().map(Path::instruments).collect()
+    /// Columns of a disturbance of each recording's instruments, by channel; amplitudes of standard deviation 1.
+    pub fn disturbed(&self, by: Disturbance) -> Columns {
+        self.of.par_iter().map(|p| p.disturbed(by)).collect()
     }
 }
 
@@ -246,31 +246,60 @@ impl Path<'_> {
     }
 }
 
-/// Standard deviation of an instrument's slow drift and of its hum, in that of its noise.
-const DRIFT: f64 = 5.0;
+/// What the instruments of a campaign may do to every recording besides their noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Disturbance {
+    /// A line and an arc over the recording.
+    Drift,
+    /// The hum of the mains.
+    Hum,
+    /// A random walk, less the line and the arc.
+    Walk,
+}
+
+impl Disturbance {
+    /// All of them.
+    pub const ALL: [Disturbance; 3] = [Disturbance::Drift, Disturbance::Hum, Disturbance::Walk];
+}
+
+/// Standard deviation of a drift, of a hum, and of how far a random walk goes over a recording, in that of the noise.
+const DISTURBED: f64 = 5.0;
+/// Half waves of a random walk over a recording; the cosine of number j has an amplitude of sqrt(2)/(pi j) of the way it
+/// goes (Karhunen 1947, Loeve 1948).
+const HALF_WAVES: RangeInclusive<usize> = 3..=12;
 /// Frequencies of the mains, Hz.
 const MAINS: [f64; 2] = [50.0, 60.0];
 
 impl Path<'_> {
-    fn instruments(&self) -> Vec<Vec<f64>> {
+    fn disturbed(&self, by: Disturbance) -> Vec<Vec<f64>> {
         let data: &Data = &self.fitted.data;
         let time = self.time();
         let n = time.len();
         let (first, last) = (time[0], time[n - 1]);
         let along = |i: usize| 2.0 * (time[i] - first) / (last - first) - 1.0;
-        let mut shapes: Vec<Vec<f64>> =
-            vec![(0..n).map(along).collect(), (0..n).map(|i| 1.5 * along(i) * along(i) - 0.5).collect()];
-        for f in MAINS {
-            shapes.push(time.iter().map(|t| (2.0 * PI * f * (t - first)).sin()).collect());
-            shapes.push(time.iter().map(|t| (2.0 * PI * f * (t - first)).cos()).collect());
-        }
+        let shapes: Vec<Vec<f64>> = match by {
+            Disturbance::Drift => {
+                vec![(0..n).map(along).collect(), (0..n).map(|i| 1.5 * along(i) * along(i) - 0.5).collect()]
+            }
+            Disturbance::Hum => {
+                let phase = |f: f64| time.iter().map(move |t| 2.0 * PI * f * (t - first));
+                MAINS
+                    .iter()
+                    .flat_map(|f| [phase(*f).map(f64::sin).collect(), phase(*f).map(f64::cos).collect()])
+                    .collect()
+            }
+            Disturbance::Walk => HALF_WAVES
+                .map(|j| j as f64)
+                .map(|j| (0..n).map(|i| SQRT_2 / (PI * j) * (0.5 * PI * j * (along(i) + 1.0)).cos()).collect())
+                .collect(),
+        };
         let channels: Vec<Channel> = data.compared(self.record).collect();
         let mut out = Vec::new();
         for c in Channel::ALL.into_iter().filter(|c| data.has(*c)) {
             for shape in &shapes {
                 let mut y = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
                 if channels.contains(&c) {
-                    let sd = DRIFT * data.noise[c.index()].marginal();
+                    let sd = DISTURBED * data.noise[c.index()].marginal();
                     y[c.index()] = shape.iter().map(|s| sd * s).collect();
                 }
                 out.push(self.whitened(&y));

@@ -3,10 +3,10 @@
 //! Kass and Raftery 1995, eq. 5).
 //!
 //! residual = J d(theta) + B c + E e + D d + noise; B: columns that all recordings share, c normal with the discrepancy's
-//! size; E: columns of each recording alone, e normal with a size of their own; D: what its instruments may do, d standard
-//! normal. What has no prior counts as even between its bounds.
+//! size; E: columns of each recording alone, e normal with a size of their own; D: disturbances of its instruments, d
+//! standard normal. What has no prior counts as even between its bounds.
 
-use crate::discrepancy::{Columns, Paths};
+use crate::discrepancy::{Columns, Disturbance, Paths};
 use crate::fitted::{overdispersion_of, Fitted, MOST};
 use crate::problem::{Equations, Parameter};
 use crate::response::Place;
@@ -15,7 +15,7 @@ use plant::kernels::{add_scaled, dot};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Normal equations of one recording: globals, shared columns, nuisances, own columns place by place, instruments'.
+/// Normal equations of one recording: globals, shared columns, nuisances, own columns place by place, disturbances.
 struct Part {
     a: DMatrix<f64>,
     b: DVector<f64>,
@@ -32,7 +32,8 @@ pub struct Evidence<'a> {
     locals: usize,
     /// Columns of each recording alone, at each place asked for.
     own: Vec<usize>,
-    instruments: usize,
+    /// Columns of each of [`Disturbance::ALL`].
+    disturbances: [usize; Disturbance::ALL.len()],
     /// Globals that rest at a bound.
     held: Vec<bool>,
 }
@@ -63,7 +64,8 @@ impl<'a> Evidence<'a> {
     /// Of a fit, each recording with something of its own at each of `places`. None where the simulation fails.
     pub fn new(fitted: &'a Fitted, places: &[Place]) -> Option<Evidence<'a>> {
         let paths = Paths::new(fitted)?;
-        let (shared, instruments) = (paths.shared(), paths.instruments());
+        let shared = paths.shared();
+        let disturbances = Disturbance::ALL.map(|by| paths.disturbed(by));
         let own: Vec<Columns> = places.iter().map(|p| paths.own(*p)).collect();
         let problem = fitted.problem();
         let point = fitted.point();
@@ -72,7 +74,7 @@ impl<'a> Evidence<'a> {
             .into_par_iter()
             .map(|r| {
                 let equations = problem.normal_equations(point, r)?;
-                let alone = own.iter().chain([&instruments]).flat_map(|columns| columns[r].iter().cloned());
+                let alone = own.iter().chain(&disturbances).flat_map(|columns| columns[r].iter().cloned());
                 Some(part(equations, globals, &shared[r], alone.collect()))
             })
             .collect();
@@ -85,16 +87,16 @@ impl<'a> Evidence<'a> {
             shared: count(&shared),
             locals: problem.nuisances().len(),
             own: own.iter().map(count).collect(),
-            instruments: count(&instruments),
+            disturbances: disturbances.each_ref().map(count),
             held: problem.model.parameters.iter().zip(&point.theta).map(at_bound).collect(),
         })
     }
 
     /// The equations with the nuisances eliminated; with them what each recording has of its own, `own`: the index of its
-    /// place and its size as a share of the campaign's peak; and what `instruments` may do.
+    /// place and its size as a share of the campaign's peak; and the instruments `disturbed` by these.
     ///
     /// None where the normal matrix is singular.
-    pub fn beside(&self, own: Option<(usize, f64)>, instruments: bool) -> Option<Reduced<'_>> {
+    pub fn beside(&self, own: Option<(usize, f64)>, disturbed: &[Disturbance]) -> Option<Reduced<'_>> {
         let (g, m, l) = (self.globals, self.shared, self.locals);
         let mut eliminated: Vec<usize> = (g + m..g + m + l).collect();
         // with the precision of each
@@ -104,11 +106,14 @@ impl<'a> Evidence<'a> {
             eliminated.extend(first(place)..first(place + 1));
             precision.resize(eliminated.len(), size.powi(-2));
         }
-        if instruments {
-            let last = first(self.own.len());
-            eliminated.extend(last..last + self.instruments);
-            precision.resize(eliminated.len(), 1.0);
+        let mut from = first(self.own.len());
+        for (by, columns) in Disturbance::ALL.iter().zip(self.disturbances) {
+            if disturbed.contains(by) {
+                eliminated.extend(from..from + columns);
+            }
+            from += columns;
         }
+        precision.resize(eliminated.len(), 1.0);
         let n = g + m;
         let (mut a, mut b) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
         let (mut fall, mut ln_det) = (0.0, 0.0);
@@ -270,7 +275,7 @@ mod tests {
     fn dense(e: &Evidence<'_>, size: f64, own_size: f64) -> (f64, f64) {
         let (g, m) = (e.globals, e.shared);
         let own = e.own.iter().sum::<usize>();
-        let alone = e.locals + own + e.instruments;
+        let alone = e.locals + own + e.disturbances.iter().sum::<usize>();
         let n = g + m + alone * e.parts.len();
         let (mut a, mut b) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
         for (r, p) in e.parts.iter().enumerate() {
@@ -309,7 +314,7 @@ mod tests {
         let e = Evidence::new(&f, &[Place::Contact]).unwrap();
         assert!(e.held.iter().all(|h| !h));
         let (size, own) = (0.01, 0.03);
-        let solved = e.beside(Some((0, own)), true).unwrap().solve(size).unwrap();
+        let solved = e.beside(Some((0, own)), &Disturbance::ALL).unwrap().solve(size).unwrap();
         let (fall, ln_det) = dense(&e, size, own);
         assert!((solved.fall - fall).abs() < 1e-6 * fall.abs().max(1.0), "{} {fall}", solved.fall);
         assert!((solved.ln_det - ln_det).abs() < 1e-6 * ln_det.abs(), "{} {ln_det}", solved.ln_det);
@@ -319,7 +324,7 @@ mod tests {
     fn noise_alone_prefers_no_discrepancy_and_a_vanishing_one_is_none() {
         let f = fitted();
         let e = Evidence::new(&f, &[]).unwrap();
-        let reduced = e.beside(None, false).unwrap();
+        let reduced = e.beside(None, &[]).unwrap();
         let ln = |size: f64| reduced.ln(size).unwrap();
         assert!((ln(1e-9) - ln(0.0)).abs() < 0.1, "{} {}", ln(1e-9), ln(0.0));
         assert!(ln(0.0) > ln(0.01) && ln(0.01) > ln(0.1), "{} {} {}", ln(0.0), ln(0.01), ln(0.1));

@@ -102,7 +102,7 @@ pub struct WeighedStructure {
     pub parameters: usize,
     pub chi2: f64,
     /// ln of the evidence by size of the discrepancy, less what all structures have in common; and the same where the
-    /// instruments may drift and hum.
+    /// instruments may drift, hum and walk.
     pub ln_evidence: Vec<Option<f64>>,
     pub ln_evidence_drifting: Vec<Option<f64>>,
     /// Overdispersion of the residual, and of what the likeliest discrepancy leaves of it.
