@@ -6,7 +6,7 @@
 
 use crate::fitted::Fitted;
 use crate::problem::Data;
-use crate::response::{Place, Response};
+use crate::response::{tangents, Place, Response};
 use law::Parameters as Law;
 use mechanisms::physics::Physics;
 use plant::simulate::{law_of, Trace};
@@ -294,13 +294,20 @@ impl Path<'_> {
                 .collect(),
         };
         let channels: Vec<Channel> = data.compared(self.record).collect();
+        // a path that is imposed where it is not read changes the force
+        let stiffness = match data.kind {
+            Kind::Indentation => tangents(&self.physics, &self.trace, time).into_iter().map(|(k, _)| k).collect(),
+            _ => Vec::new(),
+        };
         let mut out = Vec::new();
         for c in Channel::ALL.into_iter().filter(|c| data.has(*c)) {
+            let sd = DISTURBED * data.noise[c.index()].marginal();
             for shape in &shapes {
                 let mut y = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
                 if channels.contains(&c) {
-                    let sd = DISTURBED * data.noise[c.index()].marginal();
                     y[c.index()] = shape.iter().map(|s| sd * s).collect();
+                } else if c == Channel::Penetration && !stiffness.is_empty() {
+                    y[Channel::Force.index()] = shape.iter().zip(&stiffness).map(|(s, k)| -k * sd * s).collect();
                 }
                 out.push(self.whitened(&y));
             }

@@ -141,8 +141,8 @@ impl<'a> Response<'a> {
     }
 }
 
-/// k(t), c(t) of the contact along a simulated path.
-fn tangents(physics: &Physics, trace: &Trace, time: &[f64]) -> Vec<(f64, f64)> {
+/// k(t) N/m, c(t) N s/m of the contact along a simulated path.
+pub(crate) fn tangents(physics: &Physics, trace: &Trace, time: &[f64]) -> Vec<(f64, f64)> {
     let law = &physics.law;
     let mut m = Memory::default();
     (0..time.len())

@@ -113,7 +113,7 @@ fn diagnoses(of: &Campaigns, folder: &Path, rows: &mut Vec<Row>, progress: &Prog
         let pair = Pair { rounds: beside };
         let limit = Aim::Below(diagnosis::DENSE);
         rows.push(Row::of(&format!("{dense_is}: wall time less reading"), "the campaign above", &pair, "s", limit));
-        let memory = Spread::of(memory.into_iter());
+        let memory = Spread::of(memory);
         rows.push(Row::limit(&format!("{dense_is}: peak memory"), memory, "MB", diagnosis::DENSE_BYTES / 1e6));
     }
     Ok(())
