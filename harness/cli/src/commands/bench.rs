@@ -9,7 +9,6 @@ use crate::progress::Progress;
 use anyhow::{Context, Result};
 use host::{Fmu, Isolation, Limits};
 use plant::recipe::{write_campaign, Recipe};
-use record::Campaign;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -50,8 +49,9 @@ struct Campaigns {
     to_fit: PathBuf,
     /// To diagnose: with hidden friction.
     to_diagnose: PathBuf,
-    /// As that, with many more samples; none beside a campaign that is given.
-    dense: Option<PathBuf>,
+    /// As that, with many more samples a recording, so many, that together say no more; none beside a campaign that is
+    /// given.
+    dense: Option<(PathBuf, usize)>,
 }
 
 fn campaigns(given: Option<&Path>, samples: usize, folder: &Path) -> Result<Campaigns> {
@@ -61,7 +61,8 @@ fn campaigns(given: Option<&Path>, samples: usize, folder: &Path) -> Result<Camp
     let plain = Recipe::default();
     let mut rubbing = plain;
     rubbing.physics.guide_friction.coulomb = 0.8;
-    let interval = rubbing.interval * rubbing.samples as f64 / samples as f64;
+    let denser = samples as f64 / rubbing.samples as f64;
+    let (interval, noise) = (rubbing.interval / denser, rubbing.noise.map(|sd| sd * denser.sqrt()));
     let make = |name: &str, recipe: &Recipe| {
         let dir = folder.join(name);
         write_campaign(&dir, recipe).with_context(|| format!("{}: cannot be written", dir.display())).map(|()| dir)
@@ -69,28 +70,28 @@ fn campaigns(given: Option<&Path>, samples: usize, folder: &Path) -> Result<Camp
     Ok(Campaigns {
         to_fit: make("base", &plain)?,
         to_diagnose: make("hidden-friction", &rubbing)?,
-        dense: Some(make("dense", &Recipe { samples, interval, ..rubbing })?),
+        dense: Some((make("dense", &Recipe { samples, interval, noise, ..rubbing })?, samples)),
     })
 }
 
 /// "diagnose 10 recordings of 700 samples, 2 threads"
-fn diagnosis_of(campaign: &Campaign) -> String {
-    let samples: usize = campaign.recordings.iter().map(|r| r.time.len()).sum();
-    let recordings = campaign.recordings.len();
-    format!("diagnose {recordings} recordings of {} samples, {} threads", samples / recordings, diagnosis::JOBS)
+fn diagnosis_of(recordings: usize, samples: usize) -> String {
+    format!("diagnose {recordings} recordings of {samples} samples, {} threads", diagnosis::JOBS)
 }
 
 /// Whole diagnoses of a campaign and of the dense one, in turn.
 fn diagnoses(of: &Campaigns, folder: &Path, rows: &mut Vec<Row>, progress: &Progress) -> Result<()> {
     let (mut taken, mut beside, mut memory) = (Vec::new(), Vec::new(), Vec::new());
-    let mut dense_is = String::new();
+    let campaign = crate::campaign::load(&of.to_diagnose)?;
+    let recordings = campaign.recordings.len();
+    let samples: usize = campaign.recordings.iter().map(|r| r.time.len()).sum();
     for _ in 0..DIAGNOSES {
         progress.stage("a whole diagnosis");
         let plain = diagnosis::diagnose(&of.to_diagnose, &folder.join("answer"))?;
-        if let Some(dense) = &of.dense {
+        if let Some((dense, _)) = &of.dense {
             progress.stage("a diagnosis of dense recordings");
             let start = Instant::now();
-            dense_is = diagnosis_of(&crate::campaign::load(dense)?);
+            drop(crate::campaign::load(dense)?);
             let reading = start.elapsed().as_secs_f64();
             let many = diagnosis::diagnose(dense, &folder.join("answer"))?;
             beside.push((many.wall - reading, plain.wall));
@@ -99,22 +100,23 @@ fn diagnoses(of: &Campaigns, folder: &Path, rows: &mut Vec<Row>, progress: &Prog
         taken.push(plain);
         progress.add(1);
     }
-    let what = diagnosis_of(&crate::campaign::load(&of.to_diagnose)?);
-    let of = |f: fn(&bench::Taken) -> f64| Spread::of(taken.iter().map(f));
-    rows.push(Row::limit(&format!("{what}: wall time"), of(|t| t.wall), "s", diagnosis::SECONDS));
+    let what = diagnosis_of(recordings, samples / recordings);
+    let figures = |f: fn(&bench::Taken) -> f64| Spread::of(taken.iter().map(f));
+    rows.push(Row::limit(&format!("{what}: wall time"), figures(|t| t.wall), "s", diagnosis::SECONDS));
     rows.push(Row::limit(
         &format!("{what}: CPU time of both threads, halved"),
-        of(|t| t.cpu / diagnosis::JOBS as f64),
+        figures(|t| t.cpu / diagnosis::JOBS as f64),
         "s",
         diagnosis::SECONDS,
     ));
-    rows.push(Row::limit(&format!("{what}: peak memory"), of(|t| t.memory / 1e6), "MB", diagnosis::BYTES / 1e6));
-    if !beside.is_empty() {
+    rows.push(Row::limit(&format!("{what}: peak memory"), figures(|t| t.memory / 1e6), "MB", diagnosis::BYTES / 1e6));
+    if let Some((_, samples)) = of.dense {
+        let what = diagnosis_of(recordings, samples);
         let pair = Pair { rounds: beside };
         let limit = Aim::Below(diagnosis::DENSE);
-        rows.push(Row::of(&format!("{dense_is}: wall time less reading"), "the campaign above", &pair, "s", limit));
+        rows.push(Row::of(&format!("{what}: wall time less reading"), "the campaign above", &pair, "s", limit));
         let memory = Spread::of(memory);
-        rows.push(Row::limit(&format!("{dense_is}: peak memory"), memory, "MB", diagnosis::DENSE_BYTES / 1e6));
+        rows.push(Row::limit(&format!("{what}: peak memory"), memory, "MB", diagnosis::DENSE_BYTES / 1e6));
     }
     Ok(())
 }
