@@ -51,6 +51,16 @@ def played(y, width):
     return out
 
 
+def slewed(y, dt, steepest):
+    """An amplifier whose output changes by no more than `steepest` [units of y per s]."""
+    out, most = np.empty(len(y)), steepest * dt
+    at = y[0]
+    for i, v in enumerate(y):
+        at += min(max(v - at, -most), most)
+        out[i] = at
+    return out
+
+
 def clipped(y, limit, soft, dt=1.0):
     """Clipping at +-limit; soft: True for a knee that starts at 85 % of the limit and saturates at it, or the time [s]
     an overloaded amplifier takes to let go, or (share, time [s]) by which the limit gives way under overload."""
@@ -107,6 +117,17 @@ def through(sig, dt, chain):
         ch, at, by = chain["lost"]
         t = np.arange(len(out[ch])) * dt
         out[ch] = np.where(t < at, out[ch], shifted(out[ch], dt, -by))
+    if "echo" in chain:
+        share, late = chain["echo"]
+        out["force"] = out["force"] + share * shifted(out["force"], dt, late)
+    if "wobble" in chain:
+        by, period, phase = chain["wobble"]
+        t = np.arange(len(out["force"])) * dt
+        out["force"] = CubicSpline(t, out["force"])(np.clip(t - by * np.sin(2 * np.pi * t / period + phase), t[0], t[-1]))
+    if "dead" in chain:
+        out["force"] = np.sign(out["force"]) * np.maximum(np.abs(out["force"]) - chain["dead"], 0.0)
+    if "slew" in chain:
+        out["force"] = slewed(out["force"], dt, chain["slew"])
     if "gain" in chain:
         out["force"] = out["force"] * chain["gain"]
     if "droop" in chain:

@@ -71,22 +71,20 @@ def _(rng, rig):
     return chained(zero_shift=lambda s: ("acceleration", way * 0.2 * s * rig.ref["Fmax"] / rig.P[m.M], rise))
 
 
-# --- sealed half ----------------------------------------------------------------------------------------------------
-
-@stranger("sealed", "thickening", "beyond-a-speed", "contact", "dc")
+@stranger("development", "thickening", "beyond-a-speed", "contact", "dc")
 def _(rng, rig):
     # a shear-thickening pad: no damping below a speed, much above (Barnes 1989)
     v = rng.uniform(0.4, 0.7) * rig.ref["v"]
     return setter(TH=lambda s: s * rig.ref["F"] / rig.ref["v"] / (rig.ref["v"] - v), TH_V=v, TH_D=0.1 * rig.ref["x"])
 
 
-@stranger("sealed", "skin", "breaks", "contact", "di")
+@stranger("development", "skin", "breaks", "contact", "di")
 def _(rng, rig):
     # a skin, ice or paint, that bears until it breaks, once a recording
     return setter(SKIN_F=lambda s: 0.5 * s * rig.ref["F"], SKIN_D=rng.uniform(0.15, 0.4) * rig.ref["x"])
 
 
-@stranger("sealed", "mass_lost", "by-order", "motion", "d", ["force|penetration"])
+@stranger("development", "mass_lost", "by-order", "motion", "d", ["force|penetration"])
 def _(rng, rig):
     # the body loses mass from recording to recording (a load of powder, a leaking tank)
     n = len(rig.recs)
@@ -96,27 +94,27 @@ def _(rng, rig):
     return apply
 
 
-@stranger("sealed", "pawl", "one-way", "motion", "dc")
+@stranger("development", "pawl", "one-way", "motion", "dc")
 def _(rng, rig):
     weight = rig.P[m.M] * 9.81 if rig.kind == "drop-test" else rig.recs[0].preload
     return setter(PAWL=lambda s: 5 * s * weight)
 
 
-@stranger("sealed", "bracket", "gives", "chain", "dc", ["penetration"])
+@stranger("development", "bracket", "gives", "chain", "dc", ["penetration"])
 def _(rng, rig):
     # the displacement sensor's holder gives under the force of the impact, and rings
     f, zeta = rng.uniform(1.0, 4.0) / rig.ref["T"], rng.uniform(0.05, 0.3)
     return chained(bracket=lambda s: (0.4 * s * rig.ref["x"] / rig.ref["F"], f, zeta))
 
 
-@stranger("sealed", "rubbing_sensor", "play", "chain", "dci", ["force"])
+@stranger("development", "rubbing_sensor", "play", "chain", "dci", ["force"])
 def _(rng, rig):
     # a part of the force goes through a joint with play (Prandtl 1928)
     width = rng.uniform(0.1, 0.4) * rig.ref["F"]
     return chained(rub=lambda s: (min(0.6 * s, 0.9), width))
 
 
-@stranger("sealed", "lost_samples", "within-the-contact", "chain", "d", ["force"])
+@stranger("development", "lost_samples", "within-the-contact", "chain", "d", ["force"])
 def _(rng, rig):
     # the logger drops a block of one channel: what comes after it comes early
     at, c = rng.uniform(0.3, 0.8), "force"
@@ -124,6 +122,62 @@ def _(rng, rig):
     def apply(s, P, ch, r):
         ch["lost"] = (c, r.before + at * rig.ref["T"], 0.3 * s * rig.ref["T"])
     return apply
+
+
+# --- sealed half ----------------------------------------------------------------------------------------------------
+# What was sealed up to the proof of build dc6f279 has been looked at since and stands above.
+
+@stranger("sealed", "alternating_stop", "by-parity", "contact", "dci")
+def _(rng, rig):
+    # two stops that are struck in turn, or a stop that is turned over after every recording
+    return lambda s, P, ch, r: P.__setitem__(m.KFAC, P[m.KFAC] * (1 + 0.4 * s * (r.order % 2)))
+
+
+@stranger("sealed", "memory_pad", "by-the-last", "contact", "d")
+def _(rng, rig):
+    # a pad that has not recovered from the impact before, the less the harder that was
+    speeds = {r.order: r.speed for r in rig.recs}
+    top = max(speeds.values())
+
+    def apply(s, P, ch, r):
+        P[m.KFAC] *= 1 - 0.5 * min(s, 1.0) * speeds.get(r.order - 1, 0.0) / top
+    return apply
+
+
+@stranger("sealed", "creeping_push", "by-order", "motion", "d")
+def _(rng, rig):
+    # a force into the stop that grows from recording to recording: a counterweight that runs out
+    n, weight = len(rig.recs), rig.P[m.M] * 9.81
+
+    def apply(s, P, ch, r):
+        P[m.SP_PRE] -= 6 * s * weight * r.order / n
+    return apply
+
+
+@stranger("sealed", "slew_limit", "amplifier", "chain", "dc", ["force"])
+def _(rng, rig):
+    steepest = np.pi * rig.ref["Fmax"] / rig.ref["T"]
+    return chained(slew=lambda s: steepest / (1 + 4 * s))
+
+
+@stranger("sealed", "dead_band", "about-zero", "chain", "dci", ["force"])
+def _(rng, rig):
+    # crossover distortion of an output stage: what lies below a level is not read, nor is that much of the rest
+    return chained(dead=lambda s: 0.2 * s * rig.ref["F"])
+
+
+@stranger("sealed", "echo", "long-cable", "chain", "dc", ["force"])
+def _(rng, rig):
+    # a reflection in a cable, or in the rod that the transducer sits on
+    late = rng.uniform(0.1, 0.6) * rig.ref["T"]
+    return chained(echo=lambda s: (0.3 * min(s, 2.0), late))
+
+
+@stranger("sealed", "uneven_clock", "one-channel", "chain", "dc", ["force"])
+def _(rng, rig):
+    # the clock of one channel runs fast and slow in turn
+    period, phase = rng.uniform(0.5, 2.0) * rig.ref["T"], rng.uniform(0, 2 * np.pi)
+    return chained(wobble=lambda s: (0.1 * s * rig.ref["T"], period, phase))
 
 
 assert set(HALF) <= {k[0] for k in FORMS}

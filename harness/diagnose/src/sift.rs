@@ -39,7 +39,7 @@ impl Search {
         let Some(linear) = problem.linearise(point) else { return Vec::new() };
         let mut scored: Vec<(&Term, Vec<Start>)> = candidates
             .par_iter()
-            .filter(|t| !from.structure.holds(t.name()))
+            .filter(|t| from.structure.admits(t.mechanism))
             .map(|t| (t, from.scored(&problem, &linear, t)))
             .collect();
         let further = from.further();

@@ -215,6 +215,11 @@ impl Structure {
         self.terms.iter().any(|t| t.name() == name)
     }
 
+    /// Whether a mechanism may be added: not what it holds already, nor what does the opposite.
+    pub fn admits(&self, other: &Mechanism) -> bool {
+        !self.holds(other.name) && !other.hints.opposite_of.iter().any(|name| self.holds(name))
+    }
+
     /// Whether a mechanism added has what `hint` asks for.
     pub fn has(&self, hint: impl Fn(&Hints) -> bool) -> bool {
         self.terms.iter().any(|t| hint(&t.mechanism.hints))
@@ -330,4 +335,26 @@ fn flat_top(data: &Data, top: [f64; 3]) -> Option<Channel> {
         levels.dedup();
         levels.len() > 1
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prepare::Prepared;
+    use plant::recipe::{write_campaign, Recipe};
+
+    #[test]
+    fn it_admits_neither_what_it_holds_nor_what_does_the_opposite() {
+        let dir = tempfile::tempdir().unwrap();
+        write_campaign(dir.path(), &Recipe::default()).unwrap();
+        let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        let base = Prepared::new(&campaign).unwrap().structure;
+        let candidates = base.base().candidates();
+        let hardening = candidates.iter().find(|t| t.name() == "cyclic_hardening").unwrap().clone();
+        let with = base.with(hardening);
+        let mut refused: Vec<&str> = ALL.iter().filter(|m| !with.admits(m)).map(|m| m.name).collect();
+        refused.sort_unstable();
+        assert_eq!(refused, ["cyclic_hardening", "cyclic_softening"]);
+        assert!(ALL.iter().all(|m| base.admits(m)));
+    }
 }

@@ -28,7 +28,7 @@ pub struct Entry {
 }
 
 /// A campaign of `kind` with every channel, ten recordings and sizes of one.
-fn plain(kind: Kind) -> Context {
+pub(crate) fn plain(kind: Kind) -> Context {
     Context {
         kind,
         has: [true; 3],
@@ -100,6 +100,19 @@ mod tests {
             }
         }
         assert!(seen >= 18, "{seen}");
+    }
+
+    #[test]
+    fn what_does_the_opposite_says_so_of_each_other() {
+        let mut pairs = 0;
+        for m in ALL {
+            for name in m.hints.opposite_of {
+                let other = crate::named(name).unwrap_or_else(|| panic!("{}: {name} is no mechanism", m.name));
+                assert!(other.hints.opposite_of.contains(&m.name), "{name} does not say so of {}", m.name);
+                pairs += 1;
+            }
+        }
+        assert!(pairs >= 2, "{pairs}");
     }
 
     #[test]

@@ -18,7 +18,12 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The element holds the contact as it was when new; run the contact in first, or raise its stiffness from recording to recording as given here.",
     forms: forms::<CyclicHardening>,
     acts: Acts::Reading,
-    hints: Hints { starts_from: StartsFrom::Drift, depends_on_history: true, ..Hints::PLAIN },
+    hints: Hints {
+        starts_from: StartsFrom::Drift,
+        depends_on_history: true,
+        opposite_of: &["cyclic_softening"],
+        ..Hints::PLAIN
+    },
 };
 
 /// Stiffness gained with the load taken before.

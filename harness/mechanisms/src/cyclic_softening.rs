@@ -18,7 +18,12 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The element holds the contact as it was when new; condition the contact first, or lower its stiffness from recording to recording as given here.",
     forms: forms::<CyclicSoftening>,
     acts: Acts::Reading,
-    hints: Hints { starts_from: StartsFrom::Drift, depends_on_history: true, ..Hints::PLAIN },
+    hints: Hints {
+        starts_from: StartsFrom::Drift,
+        depends_on_history: true,
+        opposite_of: &["cyclic_hardening"],
+        ..Hints::PLAIN
+    },
 };
 
 /// Share of the stiffness that is left at least.

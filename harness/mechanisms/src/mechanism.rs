@@ -124,6 +124,8 @@ pub struct Hints {
     pub is_flexible: bool,
     /// Names that no recordings of this kind distinguish from it.
     pub collinear_with: &'static [&'static str],
+    /// Names of what does the opposite: both at once are one effect of another course, not two.
+    pub opposite_of: &'static [&'static str],
     /// Kinds of campaigns whose rig declares it, so that a simulation that lists it holds it already.
     pub declared_by_rig: &'static [Kind],
 }
@@ -138,6 +140,7 @@ impl Hints {
         depends_on_history: false,
         is_flexible: false,
         collinear_with: &[],
+        opposite_of: &[],
         declared_by_rig: &[],
     };
 }
