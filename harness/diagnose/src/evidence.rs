@@ -9,9 +9,8 @@ use rayon::prelude::*;
 
 /// Sizes of the discrepancy that all recordings share, as a share of force and readings.
 pub const SIZES: [f64; 6] = [0.0, 0.001, 0.003, 0.01, 0.03, 0.1];
-/// Sizes of what each recording has of its own, where the cause is in no vocabulary: forces on a body in flight are far
-/// smaller than those of its impact.
-pub const OWN_SIZES: [f64; 6] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.3];
+/// Sizes of what each recording has of its own, where the cause is in no vocabulary.
+pub const OWN_SIZES: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
 /// Sizes of the shared discrepancy beside it.
 const SHARED_BESIDE: [f64; 2] = [0.0, 0.01];
 
