@@ -4,6 +4,7 @@ import json
 import os
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,8 @@ from .scores import BINS
 ROOT = Path(__file__).resolve().parents[2]
 TABLE = ROOT / "harness" / "diagnose" / "calibration.json"
 PICTURE = ROOT / "docs" / "src" / "images" / "reliability.png"
-# campaigns of a seed: of today's mix, of pairs and of each group; the sealed half never calibrates
+# campaigns of a seed: of today's mix, of pairs and of each group; the sealed half never calibrates while it is sealed.
+# Folders drawn before hold other numbers of each: every group counts as much as it has here
 SHARES = {"mix": 40, "pairs": 12, "print": 20, "dirt": 12, "little": 12, "strangers": 20, "rough": 12}
 FOLDS = 5
 
@@ -68,14 +70,31 @@ def crossed(cases, fit):
     out, needs = [None] * len(cases), []
     for k in range(FOLDS):
         test = set(order[k::FOLDS].tolist())
-        theta = fit([(f, c, 1.0) for i, (_, f, c, _) in enumerate(cases) if i not in test])
-        level = weights.level([(f, c, 1.0) for i, (_, f, c, _) in enumerate(cases) if i not in test], theta)
+        seen = with_weights([c for i, c in enumerate(cases) if i not in test])
+        theta = fit(seen)
+        level = weights.level(seen, theta)
         for i in test:
             name, f, want, group = cases[i]
             p = weights.posterior(f, theta)
             held = weights.credible(p, level)
             out[i] = dict(case=name, group=group, top=p[held[0]], said=sorted(held[0]), right=held[0] == want, loss=float(-np.log(max(p.get(want, 0.0), weights.LEAST))), want=sorted(want), held=want in held, size=len(held))
     return out
+
+
+def group_of(group, cause):
+    """The group of SHARES that a case of `group` counts for: pairs of the mix are pairs, sealed strangers are strangers."""
+    if group == "sealed":
+        return "strangers"
+    return "pairs" if group == "mix" and len(cause) > 1 else group
+
+
+def with_weights(cases):
+    """[(feature, cause, weight)]: the groups add up as SHARES has them, whatever was drawn of each; 1 on average."""
+    groups = [group_of(group, cause) for _, _, cause, group in cases]
+    drawn_of = Counter(groups)
+    weight = {g: SHARES[g] / n for g, n in drawn_of.items()}
+    mean = sum(weight[g] for g in groups) / len(groups)
+    return [(f, cause, weight[g] / mean) for (_, f, cause, _), g in zip(cases, groups)]
 
 
 def reliability(rows):
@@ -119,8 +138,8 @@ def main():
     for g in sorted({r["group"] for r in rows}):
         of = [r for r in rows if r["group"] == g]
         print(f"  {g}: most probable cause right {np.mean([r['right'] for r in of]):.2f} of {len(of)}; believed and wrong {sum(r['top'] >= 0.9 and not r['right'] for r in of)}")
-    theta = fit([(f, c, 1.0) for _, f, c, _ in cases])
-    level = old["level"] if o.only and "level" not in o.only else weights.level([(f, c, 1.0) for _, f, c, _ in cases], theta)
+    theta = fit(with_weights(cases))
+    level = old["level"] if o.only and "level" not in o.only else weights.level(with_weights(cases), theta)
     table = {**{k: round(float(v), 4) for k, v in zip(weights.PARAMETERS, theta)}, "level": round(level, 4)}
     print(json.dumps(table, indent=1))
     if not o.dry:
