@@ -1,6 +1,7 @@
 """The table of probabilities: its posterior, its loss, and its fit on made-up evidence."""
 import numpy as np
 
+from tests.concealed import calibration as c
 from tests.concealed import weights as w
 
 
@@ -68,3 +69,13 @@ def test_every_parameter_more_has_its_weight():
     v, _ = verdict(np.random.default_rng(8))
     of = lambda weight: w.posterior(w.features(v), w.START + np.array([weight * (k == "parameter") for k in w.PARAMETERS]))[frozenset({"gravity"})]
     assert of(-1.0) < of(0.0)
+
+
+def test_every_group_counts_by_its_share_whatever_was_drawn_of_it():
+    of = lambda group, n, names: [("case", None, frozenset(names), group)] * n
+    drawn = of("mix", 8, ["gravity"]) + of("mix", 2, ["adhesion", "gravity"]) + of("strangers", 3, ["unknown"]) + of("sealed", 5, ["unknown"])
+    weights = [weight for _, _, weight in c.with_weights(drawn)]
+    assert abs(np.mean(weights) - 1.0) < 1e-12
+    sums = {"mix": sum(weights[:8]), "pairs": sum(weights[8:10]), "strangers": sum(weights[10:])}
+    for group, total in sums.items():
+        assert abs(total / sums["mix"] - c.SHARES[group] / c.SHARES["mix"]) < 1e-12, (group, sums)
