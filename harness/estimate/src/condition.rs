@@ -5,7 +5,7 @@ use crate::impact::{impact, pulse, push_of, Impact, Pulse};
 use crate::problem::{Data, Record, Scales};
 use crate::statistics::{median, thirds};
 use mechanisms::load_history::LoadHistory;
-use plant::noise::Noise;
+use plant::noise::{Noise, Stretch};
 use plant::simulate::Setup;
 use record::{self, Campaign, Channel, Kind};
 use std::ops::Range;
@@ -231,9 +231,9 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
             }
         })
         .collect();
-    let peak = peaks.iter().cloned().filter(|v| v.is_finite()).fold(0.0, f64::max);
     let forces: Vec<f64> =
         peaks.iter().map(|p| if p.is_finite() && *p > 0.0 { *p } else { mass * speeds[0] / duration }).collect();
+    let peak = forces.iter().cloned().fold(0.0, f64::max);
     // p from how the peak grows with speed (or depth); k from energy (or depth)
     let (xs, kind_is_indentation): (Vec<f64>, bool) =
         if c.kind == Kind::Indentation { (depths.clone(), true) } else { (speeds.clone(), false) };
@@ -355,16 +355,17 @@ pub fn noise_out_of_contact(
     let free: Vec<Vec<Range<usize>>> = depth.iter().map(|d| out_of_contact(d)).collect();
     let (force, path) = (Channel::Force.index(), Channel::Penetration.index());
     let of = |read: &[Option<&[f64]>], i: usize, degree: &dyn Fn(usize) -> Option<usize>| {
-        let (mut stretches, mut lost) = (Vec::new(), 0);
+        let mut stretches = Vec::new();
         for (read, free) in read.iter().zip(&free) {
             for y in read.iter().flat_map(|read| free.iter().map(move |f| &read[f.clone()])) {
-                let degree = degree(y.len());
-                stretches.push(despiked(degree.map_or_else(|| y.to_vec(), |d| detrended(y, d))));
-                // the fit has taken a zero out of each
-                lost += degree.map_or(1, |d| d + 1);
+                stretches.push(despiked(match degree(y.len()) {
+                    Some(degree) => Stretch::less_polynomial(y, degree),
+                    // the fit has taken a zero out of each
+                    None => Stretch::less_level(y.to_vec(), y.len()),
+                }));
             }
         }
-        learnt(&stretches, lost, data.range[i])
+        learnt(&stretches, data.range[i])
     };
     let mut noise = data.noise;
     let of_force: Vec<_> = left.iter().map(Option::as_deref).collect();
@@ -424,7 +425,6 @@ fn noise_of(
             continue;
         }
         let (mut stretches, mut before) = (Vec::new(), Vec::new());
-        let mut lost = 0;
         let mut fallback = Vec::new();
         for (r, q) in readings.iter().zip(quiet) {
             let Some(y) = &r[i] else { continue };
@@ -434,11 +434,11 @@ fn noise_of(
             let rest: Vec<f64> = q.iter().flat_map(|(a, b, _)| y[*a..*b].iter().cloned()).collect();
             let level = if rest.is_empty() { 0.0 } else { rest.iter().sum::<f64>() / rest.len() as f64 };
             if flat && kind == Kind::DropTest {
-                lost += 1;
                 for (a, b, first) in q {
-                    stretches.push(despiked(y[*a..*b].iter().map(|v| v - level).collect()));
+                    let left = y[*a..*b].iter().map(|v| v - level).collect();
+                    stretches.push(despiked(Stretch::less_level(left, rest.len())));
                     if *first {
-                        before.push(despiked(detrended(&y[*a..*b], 0)));
+                        before.push(despiked(Stretch::less_polynomial(&y[*a..*b], 0)));
                     }
                 }
                 continue;
@@ -451,15 +451,14 @@ fn noise_of(
                     (_, Channel::Acceleration) => 1,
                     (_, Channel::Penetration) => 3,
                 };
-                stretches.push(despiked(detrended(&y[*a..*b], degree)));
-                lost += degree + 1;
+                stretches.push(despiked(Stretch::less_polynomial(&y[*a..*b], degree)));
             }
         }
-        let known = learnt(&stretches, lost, range[i]);
+        let known = learnt(&stretches, range[i]);
         unsure[i] = known.is_none();
         noise[i] = known.unwrap_or_else(|| Noise::white(median(fallback).max(FLOOR * range[i])));
         // what is slow after the impact alone is no noise: the impact has left it behind
-        if let Some(n) = learnt(&before, before.len(), range[i]) {
+        if let Some(n) = learnt(&before, range[i]) {
             if n.low_frequency() < CALM * noise[i].low_frequency() {
                 noise[i] = n;
             }
@@ -468,18 +467,18 @@ fn noise_of(
     (noise, unsure)
 }
 
-/// Noise of `stretches` in which nothing touches, of a channel of that range, as wide as their slow part asks for; `lost`
-/// degrees of freedom were taken out of them. None with too few samples.
-fn learnt(stretches: &[Vec<f64>], lost: usize, range: f64) -> Option<Noise> {
-    let n = Noise::estimate(stretches, lost, FLOOR * range)?;
+/// Noise of `stretches` in which nothing touches, of a channel of that range, as wide as their slow part asks for. None with
+/// too few samples.
+fn learnt(stretches: &[Stretch], range: f64) -> Option<Noise> {
+    let n = Noise::estimate(stretches, FLOOR * range)?;
     Some(n.widened(overdispersion(&n, stretches)))
 }
 
 /// Variance of batch means of the whitened noise over that of white noise, at least 1 (batch means: Conway 1963): slow
 /// noise that no autoregression of low order holds.
-fn overdispersion(noise: &Noise, stretches: &[Vec<f64>]) -> f64 {
+fn overdispersion(noise: &Noise, stretches: &[Stretch]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
-    for e in stretches {
+    for Stretch { left: e, .. } in stretches {
         let mut w = vec![0.0; e.len()];
         noise.whiten(e, &mut w);
         for b in w.chunks_exact(BATCH) {
@@ -504,25 +503,14 @@ fn overdispersion(noise: &Noise, stretches: &[Vec<f64>]) -> f64 {
 const BATCH: usize = 24;
 
 /// A stretch without the samples far outside its spread, which are noise of another kind: they become zero.
-fn despiked(mut e: Vec<f64>) -> Vec<f64> {
-    let spread = median(e.iter().map(|v| v.abs()).collect()) / 0.6745;
-    for v in &mut e {
+fn despiked(mut stretch: Stretch) -> Stretch {
+    let spread = median(stretch.left.iter().map(|v| v.abs()).collect()) / 0.6745;
+    for v in &mut stretch.left {
         if v.abs() > 6.0 * spread {
             *v = 0.0;
         }
     }
-    e
-}
-
-/// Residuals of a polynomial of `degree` fitted to `y`.
-fn detrended(y: &[f64], degree: usize) -> Vec<f64> {
-    let n = y.len();
-    let a = nalgebra::DMatrix::from_fn(n, degree + 1, |i, j| (2.0 * i as f64 / (n - 1) as f64 - 1.0).powi(j as i32));
-    let b = nalgebra::DVector::from_column_slice(y);
-    match a.clone().svd(true, true).solve(&b, 1e-12) {
-        Ok(c) => (b - a * c).iter().cloned().collect(),
-        Err(_) => y.to_vec(),
-    }
+    stretch
 }
 
 #[cfg(test)]

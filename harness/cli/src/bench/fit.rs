@@ -240,11 +240,12 @@ pub fn base_fit(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plant::noise::Stretch;
 
     #[test]
     fn whitening_told_is_whitening_done() {
         let e: Vec<f64> = (0..400).map(|i| (f64::from(i) * 0.7).sin() + (f64::from(i * i) * 0.3).cos()).collect();
-        let noise = Noise::estimate(std::slice::from_ref(&e), 0, 0.0).unwrap();
+        let noise = Noise::estimate(&[Stretch::whole(e.clone())], 0.0).unwrap();
         let (head, taps) = whitening(&noise);
         let mut w = vec![0.0; e.len()];
         noise.whiten(&e, &mut w);
