@@ -93,12 +93,12 @@ pub fn impose(record: &mut Record, sigma: f64) {
 }
 
 /// Sample `k` of a smooth course by the cubic through the two on either side; None at its ends.
-fn by_neighbours(y: &[f64], k: usize) -> Option<f64> {
+pub(crate) fn by_neighbours(y: &[f64], k: usize) -> Option<f64> {
     (k >= 2 && k + 2 < y.len()).then(|| (4.0 * (y[k - 1] + y[k + 1]) - y[k - 2] - y[k + 2]) / 6.0)
 }
 
 /// Standard deviations of white noise by which a sample and the cubic through its neighbours differ.
-const BY_NEIGHBOURS: f64 = 1.4;
+pub(crate) const BY_NEIGHBOURS: f64 = 1.4;
 /// Standard deviations of that difference from which a sample is a spike, and steps of the course from one sample to the
 /// next: a corner differs by less than one.
 const SPIKE: f64 = 6.0;

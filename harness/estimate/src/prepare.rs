@@ -1,10 +1,12 @@
 //! From conditioned data to data ready for estimation: what takes a fit of the simulation as given.
 
 use crate::condition::{
-    condition, impose, noise_out_of_contact, renewed_noise, spikes_of_course, Conditioned, Guess, Invalid,
+    by_neighbours, condition, impose, noise_out_of_contact, renewed_noise, spikes_of_course, Conditioned, Guess,
+    Invalid, BY_NEIGHBOURS,
 };
 use crate::fitted::Fitted;
 use crate::problem::{Data, Options};
+use crate::statistics::median;
 use crate::structure::{Structure, Term};
 use mechanisms::mechanism::Origin;
 use rayon::prelude::*;
@@ -64,7 +66,7 @@ impl Prepared {
             renewed.noise = renewed_noise(c, &data, &remainders(&base));
             base = base.on(Arc::new(renewed));
         }
-        Ok(Prepared { data: without_spikes(&base).data, guess, structure })
+        Ok(Prepared { data: without_spikes(&with_growing_noise(&base)).data, guess, structure })
     }
 }
 
@@ -80,6 +82,54 @@ fn least_in_flight(data: &Data, structure: &Structure, guess: &Guess) -> f64 {
     let with = |t: &Term| base.add(t, 1, &quick).map(|f| f.chi2());
     let with: Vec<f64> = forces.par_iter().filter_map(with).collect();
     with.into_iter().fold(base.chi2(), f64::min)
+}
+
+/// Shares of a recording's largest reading below which the noise is that of rest, and from which that of a large signal.
+const SMALL: f64 = 0.05;
+const LARGE: f64 = 0.5;
+/// Samples of each that its noise takes to be known.
+const ENOUGH: usize = 30;
+
+/// A fit held against the same recordings with each sample weighed by its own noise: what an amplifier, a reference or a fringe
+/// count adds to a reading goes with the reading, sigma(y)^2 = sigma^2 + g^2 y^2. By how much each residual stands off the
+/// cubic through its neighbours, which neither a wrong law nor a slow disturbance does; medians, so that neither spikes nor
+/// corners count.
+fn with_growing_noise(base: &Fitted) -> Fitted {
+    let mut data = (*base.data).clone();
+    let predicted: Vec<[Vec<f64>; 3]> = (0..data.records.len()).map(|r| base.predict(r).1).collect();
+    for c in Channel::ALL {
+        let i = c.index();
+        let (mut small, mut share, mut squares) = (Vec::new(), Vec::new(), Vec::new());
+        for (rec, y) in data.records.iter().zip(&predicted) {
+            let (y, weight) = (&y[i], &rec.weight[i]);
+            let Some(left) = rec.left_of(c, y) else { continue };
+            let e: Vec<f64> = left.iter().zip(weight).map(|(e, w)| e * w).collect();
+            let top = record::largest(y);
+            for k in (0..e.len()).filter(|k| weight[*k] > 0.0) {
+                let Some(off) = by_neighbours(&e, k).map(|v| (e[k] - v).abs() / BY_NEIGHBOURS) else { continue };
+                if y[k].abs() < SMALL * top {
+                    small.push(off);
+                } else if y[k].abs() >= LARGE * top {
+                    let size = (weight[k] * y[k]).abs();
+                    share.push(off / size);
+                    squares.push(size.powi(-2));
+                }
+            }
+        }
+        if small.len() < ENOUGH || share.len() < ENOUGH {
+            continue;
+        }
+        // a normal deviate's median is 0.6745 standard deviations
+        let variance = |off: Vec<f64>| (median(off) / 0.6745).powi(2);
+        let at_rest = variance(small) * squares.iter().sum::<f64>() / squares.len() as f64;
+        let growth = (variance(share) - at_rest).max(0.0) / data.noise[i].marginal().powi(2);
+        for (rec, y) in data.records.iter_mut().zip(&predicted) {
+            for (w, y) in rec.weight[i].iter_mut().zip(&y[i]) {
+                *w /= (1.0 + growth * (*w * y).powi(2)).sqrt();
+            }
+        }
+    }
+    base.on(Arc::new(data))
 }
 
 /// A fit held against the same recordings without the samples called spikes.
@@ -257,6 +307,32 @@ mod tests {
         read[19] = -20.0;
         read[30] += 12.0;
         assert_eq!(spikes(&read, &touching), [8, 19, 30]);
+    }
+
+    #[test]
+    fn a_noise_that_grows_with_the_signal_weighs_the_peak_less_and_one_that_does_not_leaves_it() {
+        let dir = tempfile::tempdir().unwrap();
+        plant::recipe::write_campaign(dir.path(), &plant::recipe::Recipe::default()).unwrap();
+        let mut c = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        let least = |c: &Campaign| {
+            let data = Prepared::new(c).unwrap().data;
+            let of = |r: &crate::problem::Record| {
+                let at = |k: &usize| r.y[0].as_ref().unwrap()[*k];
+                let k = (0..r.weight[0].len()).max_by(|a, b| at(a).total_cmp(&at(b))).unwrap();
+                (r.weight[0][k], at(&k) / data.noise[0].marginal())
+            };
+            data.records.iter().map(of).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
+        };
+        assert!(least(&c).0 > 0.9, "{:?}", least(&c));
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(4);
+        for y in c.recordings.iter_mut().filter_map(|r| r.channels[0].as_mut()) {
+            for y in y {
+                *y *= 1.0 + 0.02 * ((0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0);
+            }
+        }
+        let (weight, peak) = least(&c);
+        let right = 1.0 / (1.0 + (0.02 * peak).powi(2)).sqrt();
+        assert!(right < 0.5 && (weight / right - 1.0).abs() < 0.15, "{weight} {right}");
     }
 
     #[test]
