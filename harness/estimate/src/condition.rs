@@ -3,7 +3,7 @@
 use crate::budget::Budget;
 use crate::impact::{impact, pulse, push_of, Impact, Pulse};
 use crate::problem::{Data, Record, Scales};
-use crate::statistics::{median, thirds};
+use crate::statistics::{median, spread, spread_of_course};
 use mechanisms::load_history::LoadHistory;
 use plant::noise::{Noise, Stretch};
 use plant::simulate::Setup;
@@ -428,7 +428,7 @@ fn noise_of(
         let mut fallback = Vec::new();
         for (r, q) in readings.iter().zip(quiet) {
             let Some(y) = &r[i] else { continue };
-            fallback.push(median(thirds(y)) / 0.6745 / 20f64.sqrt());
+            fallback.push(spread_of_course(y));
             // force and acceleration rest at one level wherever nothing touches
             let flat = kind != Kind::Indentation && ch != Channel::Penetration;
             let rest: Vec<f64> = q.iter().flat_map(|(a, b, _)| y[*a..*b].iter().cloned()).collect();
@@ -504,7 +504,7 @@ const BATCH: usize = 24;
 
 /// A stretch without the samples far outside its spread, which are noise of another kind: they become zero.
 fn despiked(mut stretch: Stretch) -> Stretch {
-    let spread = median(stretch.left.iter().map(|v| v.abs()).collect()) / 0.6745;
+    let spread = spread(stretch.left.iter().map(|v| v.abs()).collect());
     for v in &mut stretch.left {
         if v.abs() > 6.0 * spread {
             *v = 0.0;

@@ -1,6 +1,6 @@
 //! The impact in a recording: where it is, and whether it is one at all.
 
-use crate::statistics::{means, median, thirds};
+use crate::statistics::{means, median, spread_of_course, thirds};
 use record::{Kind, Recording};
 use statrs::function::erf::erfc;
 
@@ -51,8 +51,7 @@ fn is_safe(y: &[f64], level: f64) -> bool {
     if y.len() < 4 {
         return true;
     }
-    // the median of a normal magnitude is 0.6745 standard deviations
-    let sigma = median(thirds(y)) / (0.6745 * 20f64.sqrt());
+    let sigma = spread_of_course(y);
     let above = 0.5 * erfc(level / (sigma.max(f64::MIN_POSITIVE) * std::f64::consts::SQRT_2));
     y.len() as f64 * above.powi(IN_A_ROW) < FALSE_TOUCHES
 }

@@ -5,10 +5,11 @@ use crate::condition::{
     Invalid, BY_NEIGHBOURS,
 };
 use crate::fitted::Fitted;
-use crate::problem::{Data, Options};
-use crate::statistics::median;
+use crate::problem::{Data, Options, Record};
+use crate::statistics::spread;
 use crate::structure::{Structure, Term};
 use mechanisms::mechanism::Origin;
+use plant::simulate::Trace;
 use rayon::prelude::*;
 use record::{Campaign, Channel, Kind};
 use std::sync::Arc;
@@ -66,7 +67,9 @@ impl Prepared {
             renewed.noise = renewed_noise(c, &data, &remainders(&base));
             base = base.on(Arc::new(renewed));
         }
-        Ok(Prepared { data: without_spikes(&with_growing_noise(&base)).data, guess, structure })
+        let simulated = simulations(&base);
+        let data = without_spikes(&with_growing_noise(&base, &simulated), &simulated).data;
+        Ok(Prepared { data, guess, structure })
     }
 }
 
@@ -90,40 +93,28 @@ const LARGE: f64 = 0.5;
 /// Samples of each that its noise takes to be known.
 const ENOUGH: usize = 30;
 
+/// Traces and readings of every recording at a fit.
+type Simulated = Vec<(Trace, [Vec<f64>; 3])>;
+
+fn simulations(base: &Fitted) -> Simulated {
+    (0..base.data.records.len()).into_par_iter().map(|r| base.predict(r)).collect()
+}
+
+/// What a channel's readings leave of predictions `y`, weighed as the fit does; None where it was not recorded.
+fn weighed(rec: &Record, c: Channel, y: &[f64]) -> Option<Vec<f64>> {
+    let left = rec.left_of(c, y)?;
+    Some(left.iter().zip(&rec.weight[c.index()]).map(|(e, w)| e * w).collect())
+}
+
 /// A fit held against the same recordings with each sample weighed by its own noise: what an amplifier, a reference or a fringe
-/// count adds to a reading goes with the reading, sigma(y)^2 = sigma^2 + g^2 y^2. By how much each residual stands off the
-/// cubic through its neighbours, which neither a wrong law nor a slow disturbance does; medians, so that neither spikes nor
-/// corners count.
-fn with_growing_noise(base: &Fitted) -> Fitted {
+/// count adds to a reading goes with the reading, sigma(y)^2 = sigma^2 + g^2 y^2.
+fn with_growing_noise(base: &Fitted, simulated: &Simulated) -> Fitted {
     let mut data = (*base.data).clone();
-    let predicted: Vec<[Vec<f64>; 3]> = (0..data.records.len()).map(|r| base.predict(r).1).collect();
     for c in Channel::ALL {
         let i = c.index();
-        let (mut small, mut share, mut squares) = (Vec::new(), Vec::new(), Vec::new());
-        for (rec, y) in data.records.iter().zip(&predicted) {
-            let (y, weight) = (&y[i], &rec.weight[i]);
-            let Some(left) = rec.left_of(c, y) else { continue };
-            let e: Vec<f64> = left.iter().zip(weight).map(|(e, w)| e * w).collect();
-            let top = record::largest(y);
-            for k in (0..e.len()).filter(|k| weight[*k] > 0.0) {
-                let Some(off) = by_neighbours(&e, k).map(|v| (e[k] - v).abs() / BY_NEIGHBOURS) else { continue };
-                if y[k].abs() < SMALL * top {
-                    small.push(off);
-                } else if y[k].abs() >= LARGE * top {
-                    let size = (weight[k] * y[k]).abs();
-                    share.push(off / size);
-                    squares.push(size.powi(-2));
-                }
-            }
-        }
-        if small.len() < ENOUGH || share.len() < ENOUGH {
-            continue;
-        }
-        // a normal deviate's median is 0.6745 standard deviations
-        let variance = |off: Vec<f64>| (median(off) / 0.6745).powi(2);
-        let at_rest = variance(small) * squares.iter().sum::<f64>() / squares.len() as f64;
-        let growth = (variance(share) - at_rest).max(0.0) / data.noise[i].marginal().powi(2);
-        for (rec, y) in data.records.iter_mut().zip(&predicted) {
+        let Some(variance) = growth(base, simulated, c) else { continue };
+        let growth = variance / data.noise[i].marginal().powi(2);
+        for (rec, (_, y)) in data.records.iter_mut().zip(simulated) {
             for (w, y) in rec.weight[i].iter_mut().zip(&y[i]) {
                 *w /= (1.0 + growth * (*w * y).powi(2)).sqrt();
             }
@@ -132,10 +123,37 @@ fn with_growing_noise(base: &Fitted) -> Fitted {
     base.on(Arc::new(data))
 }
 
+/// g^2 of a channel, by how much each residual stands off the cubic through its neighbours, which neither a wrong law nor a
+/// slow disturbance does; medians, so that neither spikes nor corners count. None with too few samples.
+fn growth(base: &Fitted, simulated: &Simulated, c: Channel) -> Option<f64> {
+    let i = c.index();
+    let (mut small, mut share, mut squares) = (Vec::new(), Vec::new(), Vec::new());
+    for (rec, (_, y)) in base.data.records.iter().zip(simulated) {
+        let (y, weight) = (&y[i], &rec.weight[i]);
+        let Some(e) = weighed(rec, c, y) else { continue };
+        let top = record::largest(y);
+        for k in (0..e.len()).filter(|k| weight[*k] > 0.0) {
+            let Some(off) = by_neighbours(&e, k).map(|v| (e[k] - v).abs() / BY_NEIGHBOURS) else { continue };
+            if y[k].abs() < SMALL * top {
+                small.push(off);
+            } else if y[k].abs() >= LARGE * top {
+                let size = (weight[k] * y[k]).abs();
+                share.push(off / size);
+                squares.push(size.powi(-2));
+            }
+        }
+    }
+    if small.len() < ENOUGH || share.len() < ENOUGH {
+        return None;
+    }
+    let at_rest = spread(small).powi(2) * squares.iter().sum::<f64>() / squares.len() as f64;
+    Some((spread(share).powi(2) - at_rest).max(0.0))
+}
+
 /// A fit held against the same recordings without the samples called spikes.
-fn without_spikes(base: &Fitted) -> Fitted {
+fn without_spikes(base: &Fitted, simulated: &Simulated) -> Fitted {
     let mut data = (*base.data).clone();
-    for (r, channel, k) in spikes(base) {
+    for (r, channel, k) in spikes(base, simulated) {
         data.records[r].weight[channel][k] = 0.0;
     }
     base.on(Arc::new(data))
@@ -147,11 +165,10 @@ fn without_spikes(base: &Fitted) -> Fitted {
 fn at_the_path_read(base: &Fitted, unsure: [bool; 3]) -> Fitted {
     let i = Channel::Penetration.index();
     let mut renewed = (*base.data).clone();
-    let simulated = base.data.records.iter().enumerate().map(|(r, record)| {
-        let (trace, y) = base.predict(r);
+    let of = |(record, (trace, y)): (&Record, (Trace, [Vec<f64>; 3]))| {
         (record.left_of(Channel::Force, &y[Channel::Force.index()]), trace.position)
-    });
-    let (left, depth): (Vec<_>, Vec<_>) = simulated.unzip();
+    };
+    let (left, depth): (Vec<_>, Vec<_>) = base.data.records.iter().zip(simulations(base)).map(of).unzip();
     renewed.noise = noise_out_of_contact(&base.data, unsure, &left, &depth);
     let noise = renewed.noise[i];
     for record in &mut renewed.records {
@@ -159,7 +176,8 @@ fn at_the_path_read(base: &Fitted, unsure: [bool; 3]) -> Fitted {
         spikes.into_iter().for_each(|k| record.weight[i][k] = 0.0);
         impose(record, noise.low_frequency());
     }
-    let base = without_spikes(&base.on(Arc::new(renewed)));
+    let base = base.on(Arc::new(renewed));
+    let base = without_spikes(&base, &simulations(&base));
     let mut there = (*base.data).clone();
     for (r, record) in there.records.iter_mut().enumerate() {
         let Some(read) = &record.y[i] else { continue };
@@ -214,13 +232,8 @@ fn local_slope(path: &[f64], force: &[f64], weight: &[f64], i: usize, range: f64
 
 /// The readings less the fit's, by recording and channel.
 fn remainders(base: &Fitted) -> Vec<[Option<Vec<f64>>; 3]> {
-    let records = base.data.records.iter().enumerate();
-    records
-        .map(|(r, rec)| {
-            let (_, y) = base.predict(r);
-            Channel::ALL.map(|c| rec.left_of(c, &y[c.index()]))
-        })
-        .collect()
+    let of = |(rec, (_, y)): (&Record, (Trace, [Vec<f64>; 3]))| Channel::ALL.map(|c| rec.left_of(c, &y[c.index()]));
+    base.data.records.iter().zip(simulations(base)).map(of).collect()
 }
 
 /// Samples on either side of a touch that a touch simulated a little off moves.
@@ -230,17 +243,15 @@ const ONSET: usize = 3;
 const PASSES: usize = 3;
 
 /// Samples that stand alone far outside the noise: (recording, channel, sample).
-fn spikes(base: &Fitted) -> Vec<(usize, usize, usize)> {
+fn spikes(base: &Fitted, simulated: &Simulated) -> Vec<(usize, usize, usize)> {
     let data = &base.data;
     let mut out = Vec::new();
-    for (r, rec) in data.records.iter().enumerate() {
-        let (t, y) = base.predict(r);
+    for (r, (rec, (t, y))) in data.records.iter().zip(simulated).enumerate() {
         let touching: Vec<bool> = t.position.iter().map(|x| *x > 0.0).collect();
         for c in data.compared(r) {
             let i = c.index();
             let Some(read) = &rec.y[i] else { continue };
-            let left = rec.left_of(c, &y[i]).unwrap_or_default();
-            let e: Vec<f64> = left.iter().zip(&rec.weight[i]).map(|(e, w)| e * w).collect();
+            let e = weighed(rec, c, &y[i]).unwrap_or_default();
             let s = data.noise[i].marginal();
             let mut kept = vec![true; e.len()];
             for _ in 0..PASSES {

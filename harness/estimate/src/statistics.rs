@@ -6,6 +6,17 @@ pub fn median(mut v: Vec<f64>) -> f64 {
     *v.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
+/// Standard deviation of normal deviates of these magnitudes, by their median, which outliers do not move. At least one.
+pub(crate) fn spread(magnitudes: Vec<f64>) -> f64 {
+    // the median of a normal magnitude is 0.6745 standard deviations
+    median(magnitudes) / 0.6745
+}
+
+/// Standard deviation of the white noise on a smooth course. At least four samples.
+pub(crate) fn spread_of_course(y: &[f64]) -> f64 {
+    spread(thirds(y)) / 20f64.sqrt()
+}
+
 /// Magnitudes of the differences of third order, which see noise alone where the signal is smooth; their variance is
 /// 20 times that of white noise. At least four samples.
 pub(crate) fn thirds(y: &[f64]) -> Vec<f64> {
