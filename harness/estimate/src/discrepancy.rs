@@ -16,8 +16,11 @@ use std::f64::consts::{PI, SQRT_2};
 use std::ops::RangeInclusive;
 
 /// Waves over the depth of a force that is conservative, and of one that opposes the motion.
-const CONSERVATIVE: usize = 8;
+const CONSERVATIVE: usize = 10;
 const OPPOSED: usize = 4;
+/// Their fundamental's half wave, over the largest depth. A cosine has no slope at the end of its half wave: over the depth
+/// itself, a law that is off with a slope at the deepest point would look like a second stop there.
+const HALF_WAVE: f64 = 1.25;
 /// How small each kind is beside the waves of a conservative force.
 const LOSS: f64 = 0.3;
 const RATE: f64 = 0.3;
@@ -126,7 +129,7 @@ impl Path<'_> {
         let response = self.response();
         let moving = data.kind != Kind::Indentation;
         let mut out = Vec::new();
-        let wave = |j: usize, i: usize| (j as f64 * PI * t.position[i].max(0.0) / depth).cos();
+        let wave = |j: usize, i: usize| (j as f64 * PI * t.position[i].max(0.0) / (HALF_WAVE * depth)).cos();
         let mut force = |place: Place, size: f64, of: &dyn Fn(usize) -> f64| {
             let drive: Vec<f64> = (0..n).map(|i| size * t.force[i] * of(i)).collect();
             out.push(self.whitened(&response.to(&drive, place)));
