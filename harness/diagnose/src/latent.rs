@@ -7,7 +7,7 @@
 //! shows in force and motion, a body force in motion alone, an error of a reading in that reading alone.
 
 use super::figure::figure;
-use super::phases::{phases, PHASES};
+use super::phases::{phases, strongest, PHASES};
 use estimate::fitted::Fitted;
 use estimate::problem::{Nuisance, Point, Problem};
 pub use estimate::response::Place;
@@ -37,7 +37,8 @@ pub struct Latent {
     pub brief: String,
     /// Where it is clearest.
     pub text: String,
-    pub phase: usize,
+    /// Share, by phase, of the squares by which it stands out of its band.
+    pub shares: [f64; 4],
 }
 
 /// Knots of d(t).
@@ -77,7 +78,9 @@ pub fn latent(reference: &Fitted) -> Option<Latent> {
             }
         }
     }
-    let most = (0..4).max_by(|a, b| by_phase[*a].total_cmp(&by_phase[*b])).unwrap_or(1);
+    let most = strongest(&by_phase);
+    let sum: f64 = by_phase.iter().sum();
+    let shares = by_phase.map(|s| if sum > 0.0 { s / sum } else { 0.0 });
     let (z, r, i) = best?;
     let rec = &records[r];
     let channels = data.compared(r).count();
@@ -100,7 +103,7 @@ pub fn latent(reference: &Fitted) -> Option<Latent> {
         figure(rec.band[i], unit),
         z
     );
-    Some(Latent { place, scores, records, brief, text, phase: most })
+    Some(Latent { place, scores, records, brief, text, shares })
 }
 
 /// d(t) of one recording and what it gains.

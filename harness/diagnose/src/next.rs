@@ -4,7 +4,7 @@ use super::bias::Bias;
 use super::decide::Decision;
 use super::experiment::Tie;
 use super::findings::Findings;
-use super::phases::PHASES;
+use super::phases::{strongest, PHASES};
 use mechanisms::mechanism::{Mechanism, Origin};
 use mechanisms::ALL;
 use record::{Campaign, Channel};
@@ -213,7 +213,7 @@ fn unexplained(d: &Decision, f: &Findings) -> Option<String> {
             "Look for a cause in the {} that acts most in the {} phase: latent_force/ holds, recording by recording, the force it \
              takes.",
             l.place.origin(),
-            PHASES[l.phase]
+            PHASES[strongest(&l.shares)]
         ),
         None => "Look at the residuals below: where they stand out of the noise, in every recording alike, the cause acts.".into(),
     })

@@ -83,6 +83,36 @@ pub fn shares(chosen: &Fitted, term: usize) -> [f64; 4] {
     share
 }
 
+/// Share of the square of the contact's force in each phase, every recording weighing alike: where a stiffness that differs
+/// between recordings acts.
+pub fn of_force(chosen: &Fitted) -> [f64; 4] {
+    let mut share = [0.0; 4];
+    for r in 0..chosen.data.records.len() {
+        let (trace, _) = chosen.predict(r);
+        let sum: f64 = trace.force.iter().map(|f| f * f).sum();
+        if trace.ok && sum > 0.0 {
+            for (f, p) in trace.force.iter().zip(phases(&trace, &chosen.data)) {
+                share[p] += f * f / sum;
+            }
+        }
+    }
+    let sum: f64 = share.iter().sum();
+    share.map(|s| if sum > 0.0 { s / sum } else { 0.0 })
+}
+
+/// The phase of most action, of the shares of one effect.
+pub fn strongest(shares: &[f64; 4]) -> usize {
+    (0..4).max_by(|a, b| shares[*a].total_cmp(&shares[*b])).unwrap_or(1)
+}
+
+/// The effects by their shares, as indices; first the one whose strongest phase is the one in which most acts of all.
+pub fn by_strongest(each: &[[f64; 4]]) -> Vec<usize> {
+    let of_all = |i: &usize| each.iter().map(|s| s[strongest(&each[*i])]).sum::<f64>();
+    let mut order: Vec<usize> = (0..each.len()).collect();
+    order.sort_by(|a, b| of_all(b).total_cmp(&of_all(a)));
+    order
+}
+
 /// The phase each sample lies in, as an index into [`PHASES`]: every time in contact loads up to its deepest point and
 /// unloads from there to where it leaves the nominal surface. An imposed path that is held at its depth is deepest where it
 /// has come there but for its noise, and not where that noise happens to be largest.
@@ -116,6 +146,14 @@ pub const PHASES: [&str; 4] = ["approach", "loading", "unloading", "after"];
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_several_effects_the_one_in_the_phase_of_most_action_comes_first() {
+        // softening acts alike in loading and unloading, a loose part while unloading
+        assert_eq!(by_strongest(&[[0.0, 0.51, 0.49, 0.0], [0.0, 0.1, 0.9, 0.0]]), [1, 0]);
+        assert_eq!(by_strongest(&[[0.0, 0.1, 0.9, 0.0], [0.0, 0.51, 0.49, 0.0]]), [0, 1]);
+        assert_eq!(by_strongest(&[[0.3, 0.2, 0.2, 0.3]]), [0]);
+    }
 
     #[test]
     fn every_contact_loads_and_unloads() {

@@ -1,7 +1,7 @@
 //! Which structures are weighed: mechanisms added one at a time beside what is likeliest, for as long as that leaves more than
 //! noise. What is not worth trying is left out here; what is believed is for the posterior to say.
 
-use super::candidate::{Candidate, WHITE_ALONE};
+use super::candidate::{Candidate, DETECT_TOLERANCE, WHITE_ALONE};
 use super::evidence::{unknown, weighed, Evidences, Weighed};
 use super::expand::{QUICK, SLOW};
 use super::posterior::{Posterior, Table, POSSIBLE};
@@ -99,6 +99,11 @@ impl Pool {
         Posterior::new(&self.evidence, &self.table)
     }
 
+    /// Whether several mechanisms are possible, and `pair` leaves more than noise.
+    fn may_be_bettered(&self, pair: &Fitted) -> bool {
+        self.posterior().of_several() >= POSSIBLE && pair.overdispersion() >= EXCHANGED
+    }
+
     /// The likeliest structures with `count` mechanisms of the vocabulary, one for each set of names, the likeliest
     /// first, as long as they are possible beside that.
     fn likeliest(&self, count: usize) -> Vec<Fitted> {
@@ -161,7 +166,9 @@ impl Search {
         match (limited, alone.first()) {
             // what shows in the readings without any fit comes first
             (Some(first), _) => pool.take(self.beside(&first, 9, 2, 6).into_iter().take(SECONDS).collect()),
-            (None, Some(first)) if !nothing && !is_explained(&base, first) => {
+            (None, Some(first))
+                if !nothing && !(is_explained(&base, first) && self.promise(first) < DETECT_TOLERANCE) =>
+            {
                 self.pairs(&mut pool, &alone);
                 self.further(&mut pool);
             }
@@ -174,8 +181,7 @@ impl Search {
         pool
     }
 
-    /// A second mechanism beside the likeliest few; and each of a pair exchanged for what does better beside the other, as
-    /// long as that leads on and leaves more than noise.
+    /// A second mechanism beside the likeliest few, and what makes the best of them better.
     fn pairs(&self, pool: &mut Pool, alone: &[Fitted]) {
         let mut searched: Vec<Vec<(&str, &str)>> = Vec::new();
         let firsts = alone.iter().take(FIRSTS).cloned().chain(self.plainer(&pool.fits[0], &alone[0]));
@@ -183,12 +189,15 @@ impl Search {
             searched.push(sorted_forms(&first));
             pool.take(self.seconds(&first));
         }
+        self.exchanges(pool, searched);
+        self.forms_of_pairs(pool);
+    }
+
+    /// Each of the likeliest pair exchanged for what does better beside the other, as long as that leads on and leaves more
+    /// than noise; beside which structures seconds have been `searched` already.
+    fn exchanges(&self, pool: &mut Pool, mut searched: Vec<Vec<(&'static str, &'static str)>>) {
         for _ in 0..EXCHANGES {
-            let Some(pair) = pool.likeliest(2).into_iter().next() else { return };
-            let is_possible = pool.posterior().of_several() >= POSSIBLE;
-            if !is_possible || pair.overdispersion() < EXCHANGED {
-                return;
-            }
+            let Some(pair) = pool.likeliest(2).into_iter().next().filter(|p| pool.may_be_bettered(p)) else { return };
             for i in 0..pair.structure.terms().len() {
                 let Some(kept) = pair.without(i, &SLOW) else { continue };
                 if !searched.contains(&sorted_forms(&kept)) {
@@ -199,6 +208,33 @@ impl Search {
             if pool.likeliest(2).first().is_some_and(|p| p.names() == pair.names()) {
                 return;
             }
+        }
+    }
+
+    /// The likeliest pair, and the pair of least cost, with each mechanism in every form it has, as long as they leave more
+    /// than noise: what a wrong form of one leaves looks like nothing of the other.
+    fn forms_of_pairs(&self, pool: &mut Pool) {
+        let likeliest = pool.likeliest(2).into_iter().next();
+        let pairs = pool.fits.iter().filter(|f| f.is_named() && f.names().len() == 2);
+        let cheapest = pairs.min_by(|a, b| a.cost().total_cmp(&b.cost())).cloned();
+        let mut done: Vec<Vec<&str>> = Vec::new();
+        for pair in [likeliest, cheapest].into_iter().flatten() {
+            let names = pair.names();
+            if done.contains(&names) || pair.overdispersion() < EXCHANGED {
+                continue;
+            }
+            let mut best = vec![pair];
+            for name in &names {
+                let pair = &best[0];
+                let Some(i) = pair.names().iter().position(|n| n == name) else { continue };
+                let Some(kept) = pair.without(i, &SLOW) else { continue };
+                let mut turned = vec![pair.turned_to(i)];
+                self.families(&kept, &mut turned, &[], &SLOW, &|_| true);
+                self.carry_on(&mut turned);
+                best = turned;
+            }
+            done.push(names);
+            pool.take(best);
         }
     }
 
@@ -230,7 +266,7 @@ impl Search {
     }
 }
 
-/// Whether one mechanism leaves noise alone, and gained so much that another one could not hide in it.
+/// Whether one mechanism leaves noise alone, and gained so much that hardly another one hides in it.
 fn is_explained(base: &Fitted, first: &Fitted) -> bool {
     first.overdispersion() <= WHITE_ALONE && first.gain(base) >= FAINT
 }

@@ -31,6 +31,16 @@ const PACE_EXPLAINED: f64 = 0.5;
 const FORMS_A_MECHANISM: usize = 2;
 
 impl Search {
+    /// The most that any mechanism beside `from` promises to gain in chi^2, by the score of its tangents alone: a whole
+    /// residual that looks like noise may still hold what one direction shows.
+    pub fn promise(&self, from: &Fitted) -> f64 {
+        let problem = from.problem();
+        let Some(linear) = problem.linearise(from.point()) else { return 0.0 };
+        let candidates = self.candidates();
+        let gain = |t: &Term| from.scored(&problem, &linear, t).first().map_or(0.0, |s| s.gain);
+        candidates.par_iter().filter(|t| from.structure.admits(t.mechanism)).map(gain).reduce(|| 0.0, f64::max)
+    }
+
     /// Scores every candidate beside `from` and fits those that stand a chance, the best forms of each mechanism. Best
     /// first.
     pub fn screen(&self, from: &Fitted, candidates: &[Term], starts: usize, options: &Options) -> Vec<Fitted> {

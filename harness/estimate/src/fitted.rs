@@ -145,6 +145,13 @@ impl Fitted {
         Some(Fitted { data: self.data.clone(), structure, fit })
     }
 
+    /// The same fit with its term `i` as the last one.
+    pub fn turned_to(&self, i: usize) -> Fitted {
+        let mut turned = self.clone();
+        (turned.structure, turned.fit.point.theta) = self.structure.turned_to(&self.fit.point.theta, i);
+        turned
+    }
+
     /// Fitted on from where it stands, until it has converged.
     pub fn carried_on(&self) -> Fitted {
         let options = Options { iterations: CONVERGED, ..Options::default() };
@@ -182,4 +189,40 @@ pub(crate) fn overdispersion_of<'a>(residuals: impl Iterator<Item = (usize, &'a 
 fn batch_square(w: &[f64], most: f64) -> f64 {
     let m: f64 = w.iter().sum();
     (m * m / w.len() as f64).min(most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prepare::Prepared;
+    use plant::recipe::{write_campaign, Recipe};
+
+    #[test]
+    fn turned_to_another_term_a_fit_stays_the_same_fit() {
+        let dir = tempfile::tempdir().unwrap();
+        write_campaign(dir.path(), &Recipe::default()).unwrap();
+        let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        let prepared = Prepared::new(&campaign).unwrap();
+        let term = |name: &str| {
+            let all = prepared.structure.base().candidates();
+            all.into_iter().find(|t| t.name() == name).unwrap()
+        };
+        let mut structure = prepared.structure.clone();
+        let mut theta = structure.start(Law { k: prepared.guess.k, p: prepared.guess.p, mu_d: 0.0 });
+        for term in [term("guide_friction"), term("secondary_stiffening")] {
+            theta.extend(term.start());
+            structure = structure.with(term);
+        }
+        let problem = Problem::new(&prepared.data, structure.model());
+        let point = problem.evaluate(theta.clone(), problem.start(theta).locals);
+        let fit = Fit { point, iterations: 0, converged: true, objective: Vec::new(), samples: 0 };
+        let fitted = Fitted { data: prepared.data.clone(), structure, fit };
+        let turned = fitted.turned_to(0);
+        assert_eq!(turned.names(), ["secondary_stiffening", "guide_friction"]);
+        assert_ne!(turned.point().theta, fitted.point().theta);
+        let again = turned.problem().evaluate(turned.point().theta.clone(), turned.point().locals.clone());
+        assert!(fitted.chi2().is_finite());
+        assert!((again.chi2 / fitted.chi2() - 1.0).abs() < 1e-12, "{} {}", again.chi2, fitted.chi2());
+        assert_eq!(turned.turned_to(0).point().theta, fitted.point().theta);
+    }
 }

@@ -232,11 +232,23 @@ impl Structure {
 
     /// The parameters `theta` without those of term `i`.
     pub fn theta_without(&self, theta: &[f64], i: usize) -> Vec<f64> {
+        let mut theta = theta.to_vec();
+        theta.drain(self.values_of(i));
+        theta
+    }
+
+    /// Where the values of term `i` stand among the parameters.
+    fn values_of(&self, i: usize) -> std::ops::Range<usize> {
         let before: usize = self.terms[..i].iter().map(|t| t.form.parameters.len()).sum();
         let at = self.first_term() + before;
-        let mut theta = theta.to_vec();
-        theta.drain(at..at + self.terms[i].form.parameters.len());
-        theta
+        at..at + self.terms[i].form.parameters.len()
+    }
+
+    /// This structure with its term `i` as the last one, and the parameters `theta` in that order.
+    pub fn turned_to(&self, theta: &[f64], i: usize) -> (Structure, Vec<f64>) {
+        let mut turned = self.theta_without(theta, i);
+        turned.extend(&theta[self.values_of(i)]);
+        (self.without(i).with(self.terms[i].clone()), turned)
     }
 
     /// Parameters to start from: a law, tolerances at zero, every term at its first start.

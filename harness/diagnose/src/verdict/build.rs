@@ -8,7 +8,7 @@ use crate::experiment;
 use crate::findings::Findings;
 use crate::map;
 use crate::next;
-use crate::phases::{phases, shares, PHASES};
+use crate::phases::{by_strongest, of_force, phases, shares, strongest, PHASES};
 use crate::posterior::LARGE;
 use crate::rivals::Rival;
 use crate::sensors::{Against, Mean, Reading};
@@ -19,8 +19,8 @@ use record::{Campaign, Channel};
 impl Verdict {
     /// The verdict of a campaign.
     pub fn new(c: &Campaign, d: &Decision, f: &Findings, packed: Option<&Packed>) -> Verdict {
-        let terms = if d.detected { d.chosen.structure.terms() } else { &[] };
-        let named = (0..terms.len()).filter(|i| terms[*i].mechanism.named);
+        let terms = by_action(d);
+        let named = terms.iter().filter(|(i, _)| d.chosen.structure.terms()[*i].mechanism.named);
         let quality = |nrmse: f64, fitted: &estimate::fitted::Fitted| Quality {
             heldout_nrmse: Some(nrmse),
             chi2: Some(fitted.chi2()),
@@ -30,8 +30,8 @@ impl Verdict {
             format: FORMAT,
             campaign: c.folder.clone(),
             invalid: None,
-            mismatch: mismatch(d, f, (0..terms.len()).map(|i| place(c, d, &f.map, i)).collect()),
-            missing: named.map(|i| missing(d, f, i)).collect(),
+            mismatch: mismatch(d, f, places(c, d, f, &terms)),
+            missing: named.map(|(i, _)| missing(d, f, *i)).collect(),
             unexplained: Unexplained { detected: d.unexplained, text: unexplained(d, f) },
             next: next::steps(c, d, f, packed.is_some()),
             fit: FitQuality {
@@ -53,7 +53,7 @@ impl Verdict {
             other_sensors: f.sensors.iter().map(other_sensor).collect(),
             latent_force: f.latent.as_ref().map(|l| LatentForce {
                 origin: l.place.origin(),
-                phase: PHASES[l.phase],
+                phase: PHASES[strongest(&l.shares)],
                 unit: l.place.unit(),
                 places: l.scores.iter().map(|(p, g)| LatentPlace { what: p.words(), chi2_gain: *g }).collect(),
             }),
@@ -299,11 +299,42 @@ fn bias(d: &Decision, f: &Findings) -> BaseBias {
     BaseBias { ln_force_at_reference_depth: of(0), exponent: of(1), parameters: f.bias.iter().map(parameter).collect() }
 }
 
-/// Where the cause of term `i` sits.
-fn place(c: &Campaign, d: &Decision, map: &[map::Cell], i: usize) -> Place {
-    let t = &d.chosen.structure.terms()[i];
-    let shares = shares(&d.chosen, i);
-    let strongest = (0..4).max_by(|a, b| shares[*a].total_cmp(&shares[*b])).unwrap_or(1);
+/// The chosen terms with the shares of their action by phase; first the one in whose phase most acts of all that is missing.
+fn by_action(d: &Decision) -> Vec<(usize, [f64; 4])> {
+    let terms = if d.detected { d.chosen.structure.terms().len() } else { 0 };
+    let each: Vec<[f64; 4]> = (0..terms).map(|i| shares(&d.chosen, i)).collect();
+    by_strongest(&each).into_iter().map(|i| (i, each[i])).collect()
+}
+
+/// Where the `terms` chosen sit, in their order; then where what stays unexplained does, if nothing stands in for it.
+fn places(c: &Campaign, d: &Decision, f: &Findings, terms: &[(usize, [f64; 4])]) -> Vec<Place> {
+    let missing = "what is missing";
+    let all = d.chosen.structure.terms();
+    let of_term = |(i, shares): &(usize, [f64; 4])| {
+        let m = all[*i].mechanism;
+        place(c, d, &f.map, m.origin.name(), if m.named { m.name } else { missing }, shares)
+    };
+    let mut v: Vec<Place> = terms.iter().map(of_term).collect();
+    if d.unexplained && terms.iter().all(|(i, _)| all[*i].mechanism.named) {
+        if d.excess_scatter.is_some() {
+            v.push(place(
+                c,
+                d,
+                &f.map,
+                Origin::Contact.name(),
+                "what differs between recordings",
+                &of_force(&d.chosen),
+            ));
+        } else if let Some(l) = &f.latent {
+            v.push(place(c, d, &f.map, l.place.origin(), missing, &l.shares));
+        }
+    }
+    v
+}
+
+/// Where `what` sits, by the `shares` of its action.
+fn place(c: &Campaign, d: &Decision, map: &[map::Cell], origin: &'static str, what: &str, shares: &[f64; 4]) -> Place {
+    let strongest = strongest(shares);
     let mut by_channel = [0.0; 3];
     let mut by_level = vec![0.0; c.levels.len()];
     for m in map {
@@ -317,7 +348,7 @@ fn place(c: &Campaign, d: &Decision, map: &[map::Cell], i: usize) -> Place {
     let span = span(d, strongest, &by_level);
     let phase = PHASES[strongest];
     Place {
-        origin: t.mechanism.origin.name(),
+        origin,
         phase,
         channel,
         share: shares[strongest],
@@ -325,10 +356,7 @@ fn place(c: &Campaign, d: &Decision, map: &[map::Cell], i: usize) -> Place {
         recording: span.as_ref().map(|s| s.0.clone()),
         t_start: span.as_ref().map(|s| s.1),
         t_end: span.as_ref().map(|s| s.2),
-        text: format!(
-            "{} acts most in the {phase} phase and shows most clearly in {channel}",
-            if t.mechanism.named { t.mechanism.name } else { "what is missing" },
-        ),
+        text: format!("{what} acts most in the {phase} phase and shows most clearly in {channel}"),
     }
 }
 
