@@ -215,9 +215,12 @@ impl Structure {
         self.terms.iter().any(|t| t.name() == name)
     }
 
-    /// Whether a mechanism may be added: not what it holds already, nor what does the opposite.
+    /// Whether a mechanism may be added: not what it holds already, nor what does the opposite, nor what no recordings part
+    /// from what it holds: that would be one cause by two names.
     pub fn admits(&self, other: &Mechanism) -> bool {
-        !self.holds(other.name) && !other.hints.opposite_of.iter().any(|name| self.holds(name))
+        let hints = &other.hints;
+        let excluded = hints.opposite_of.iter().chain(hints.collinear_with);
+        !self.holds(other.name) && !excluded.into_iter().any(|name| self.holds(name))
     }
 
     /// Whether a mechanism added has what `hint` asks for.

@@ -1,11 +1,11 @@
-//! lowpass_lag: a low-pass filter in the chain lags and rounds the reading
+//! lowpass_lag: a low-pass filter in the chain lags and rounds the reading; one of many poles delays it as well
 
 use crate::mechanism::*;
 use crate::part::{Part, Sampling};
-use crate::signal::{pole, pole_pair};
+use crate::signal::{pole, pole_pair, shift};
 use record::Channel;
 
-/// y' = w (u - y), or of higher order (Butterworth 1930; Thomson 1949).
+/// y' = w (u - y), or of higher order (Butterworth 1930; Thomson 1949); what further poles add is a delay, to first order.
 pub const MECHANISM: Mechanism = Mechanism {
     name: "lowpass_lag",
     origin: Origin::Chain,
@@ -42,15 +42,20 @@ pub struct LowPass {
     pub corner: f64,
     pub filter: Filter,
     pub channel: Channel,
+    /// What poles beyond those of `filter` delay by, s.
+    pub delay: f64,
 }
 
 impl LowPass {
     pub fn new(corner: f64, filter: Filter, channel: Channel) -> LowPass {
-        LowPass { corner, filter, channel }
+        LowPass { corner, filter, channel, delay: 0.0 }
     }
 
     fn apply(&self, u: &mut [f64], dt: f64) {
         let w = self.corner;
+        if self.delay > 0.0 {
+            shift(u, self.delay, dt);
+        }
         match self.filter {
             Filter::Pole => pole(u, w, dt),
             Filter::Butterworth => pole_pair(u, w, std::f64::consts::FRAC_1_SQRT_2, dt),
@@ -87,6 +92,21 @@ fn filtered(t: &[f64], c: &Context, p: &mut crate::physics::Physics, filter: Fil
     p.low_pass = Some(LowPass::new(t[0].exp() / c.scales.duration, filter, channel));
 }
 
+/// `of` with a delay, whose filter is `apply`'s.
+fn delayed(of: &Form, label: &'static str, apply: Apply) -> Form {
+    let mut form = of.extended(label, vec![chain_parameter("delay", 0.0, 0.5, 1e-3)], vec![vec![0.01], vec![0.05]]);
+    form.apply = apply;
+    form.describe = |t, c| {
+        vec![("corner", t[0].exp() / c.scales.duration, "rad/s"), ("delay", t[1] * c.scales.duration, "s")]
+    };
+    form
+}
+
+fn filtered_late(t: &[f64], c: &Context, p: &mut crate::physics::Physics, filter: Filter, channel: Channel) {
+    let filter = LowPass::new(t[0].exp() / c.scales.duration, filter, channel);
+    p.low_pass = Some(LowPass { delay: t[1] * c.scales.duration, ..filter });
+}
+
 fn forms(c: &Context) -> Vec<Form> {
     let form = |label, apply: Apply| Form {
         label,
@@ -101,14 +121,22 @@ fn forms(c: &Context) -> Vec<Form> {
     if c.has[0] {
         v.push(form("force, first order", |t, c, p| filtered(t, c, p, Filter::Pole, Channel::Force)));
         v.push(form("force, second order", |t, c, p| filtered(t, c, p, Filter::Butterworth, Channel::Force)));
-        v.push(form("force, two poles", |t, c, p| filtered(t, c, p, Filter::TwoPoles, Channel::Force)));
+        let two = form("force, two poles", |t, c, p| filtered(t, c, p, Filter::TwoPoles, Channel::Force));
+        v.push(delayed(&two, "force, two poles and a delay", |t, c, p| {
+            filtered_late(t, c, p, Filter::TwoPoles, Channel::Force)
+        }));
+        v.push(two);
         v.push(form("force, Bessel", |t, c, p| filtered(t, c, p, Filter::Bessel, Channel::Force)));
     }
     if c.has[1] {
         v.push(form("acceleration, first order", |t, c, p| filtered(t, c, p, Filter::Pole, Channel::Acceleration)));
-        v.push(form("acceleration, second order", |t, c, p| {
+        let second = form("acceleration, second order", |t, c, p| {
             filtered(t, c, p, Filter::Butterworth, Channel::Acceleration)
+        });
+        v.push(delayed(&second, "acceleration, second order and a delay", |t, c, p| {
+            filtered_late(t, c, p, Filter::Butterworth, Channel::Acceleration)
         }));
+        v.push(second);
     }
     v
 }
@@ -116,6 +144,24 @@ fn forms(c: &Context) -> Vec<Form> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn three_equal_poles_are_nearer_to_two_with_a_delay_than_to_two() {
+        let pulse: Vec<f64> = (0..400).map(|i| (std::f64::consts::PI * i as f64 / 400.0).sin().powi(2)).collect();
+        let mut three = pulse.clone();
+        for _ in 0..3 {
+            pole(&mut three, 5e3, 1e-5);
+        }
+        let off = |delay: f64| {
+            (20..80).fold(f64::INFINITY, |least, hundred| {
+                let mut u = pulse.clone();
+                let two = LowPass::new(100.0 * f64::from(hundred), Filter::TwoPoles, Channel::Force);
+                LowPass { delay, ..two }.apply(&mut u, 1e-5);
+                least.min(u.iter().zip(&three).map(|(a, b)| (a - b).powi(2)).sum::<f64>())
+            })
+        };
+        assert!(off(1e-4) < 0.2 * off(0.0), "{} {}", off(1e-4), off(0.0));
+    }
 
     #[test]
     fn two_modes_share_what_one_reads_and_settle_where_it_does() {
