@@ -1,6 +1,8 @@
 //! What the search asks of a fitted structure: what it costs, what it gains, and whether what it leaves is noise.
 
+use super::posterior::{ln_sum, Table};
 use estimate::fitted::Fitted;
+use std::f64::consts::TAU;
 
 /// Gain in chi^2, beyond one parameter and over the overdispersion of the residual, from which a misfit counts as
 /// detected. Held to under 1 % false alarms with the maximum over all candidates.
@@ -18,17 +20,38 @@ pub const WHITE_ALONE: f64 = 1.05;
 /// present.
 const LEFT: f64 = 0.05;
 
-/// Mean square by which the stiffness of repeats differs, over that of repeat scatter, which no scatter has; and the
-/// degrees of freedom from which it is judged.
-const EXCESS_SCATTER: f64 = 12.0;
-const EXCESS_SCATTER_FREEDOM: f64 = 2.0;
-/// Share of that square which may stay where what the recordings differ by has been found.
+/// Standard deviation of ln of the repeat scatter that rigs have, about the one assumed: a factor of two either way.
+const SCATTER_SPREAD: f64 = std::f64::consts::LN_2;
+/// Largest scatter, over the one assumed, of a stiffness that something moves between recordings.
+const MOVED_AT_MOST: f64 = 100.0;
+/// Steps by which both are integrated over, of ln scatter.
+const SCATTER_STEP: f64 = 0.05;
+/// Share of the mean square of that scatter which may stay where what the recordings differ by has been found.
 const EXCESS_SCATTER_LEFT: f64 = 0.2;
 
 /// Gain from which a candidate stands beside one that gains `top` and explains what there is: `share` of that, and in any
 /// case what lies less than [`DETECT`] behind it.
 pub fn least_beside(top: f64, share: f64) -> f64 {
     (share * top).min(top - DETECT)
+}
+
+/// Probability that something moved the stiffness between recordings of one level, rather than that they scatter as a rig's
+/// repeats do: of the sum of squares over the square of the scatter assumed, with its degrees of freedom. The scatter of
+/// repeats is lognormal about the one assumed; one that something moves lies anywhere from there to [`MOVED_AT_MOST`], ln of it
+/// even. `prior`: ln prior odds of the latter.
+fn moved_between(sum: f64, freedom: f64, prior: f64) -> f64 {
+    let ln_likelihood = |u: f64| -freedom * u - 0.5 * sum * (-2.0 * u).exp();
+    let width = MOVED_AT_MOST.ln();
+    let mut ln = [Vec::new(), Vec::new()];
+    let steps = (2.0 * width / SCATTER_STEP) as i32;
+    for u in (-steps / 2..=steps / 2).map(|i| f64::from(i) * SCATTER_STEP) {
+        ln[0].push(ln_likelihood(u) - 0.5 * (u / SCATTER_SPREAD).powi(2) - (SCATTER_SPREAD * TAU.sqrt()).ln());
+        if u >= 0.0 {
+            ln[1].push(ln_likelihood(u) - width.ln());
+        }
+    }
+    let odds = prior + ln_sum(&ln[1]) - ln_sum(&ln[0]);
+    1.0 / (1.0 + (-odds).exp())
 }
 
 /// A fitted structure, weighed against others.
@@ -42,8 +65,8 @@ pub trait Candidate {
     /// Whether it explains what `from` leaves: what is left is noise, or so little beside that that its form is not quite
     /// the one present.
     fn explains(&self, from: &Fitted) -> bool;
-    /// Root mean square by which ln stiffness differs between recordings of one level, where that is more than repeats
-    /// scatter by: something between the recordings changed it.
+    /// Root mean square by which ln stiffness differs between recordings of one level, where it is more likely than not that
+    /// something between the recordings changed it than that repeats scatter so.
     fn excess_scatter(&self) -> Option<f64>;
     /// The excess scatter where it is still a good share of what it was in another fit (`from`): a course with order that
     /// is not quite the one found leaves a little.
@@ -80,15 +103,38 @@ impl Candidate for Fitted {
             let mean = l.iter().sum::<f64>() / l.len() as f64;
             (sum + l.iter().map(|s| (s - mean).powi(2)).sum::<f64>(), freedom + l.len() as f64 - 1.0)
         });
-        let (square, most) = (sum / freedom, EXCESS_SCATTER * self.data.repeat_scatter.powi(2));
-        let beyond = freedom >= EXCESS_SCATTER_FREEDOM
-            && square > most
-            // slow noise moves what each recording is fitted to, too
-            && square > most * self.overdispersion();
+        let moved =
+            |sum: f64| moved_between(sum / self.data.repeat_scatter.powi(2), freedom, Table::calibrated().unknown);
+        // slow noise moves what each recording is fitted to, too
+        let beyond = moved(sum) > 0.5 && moved(sum / self.overdispersion().max(1.0)) > 0.5;
+        let square = sum / freedom;
         beyond.then(|| square.sqrt())
     }
 
     fn excess_scatter_left(&self, from: Option<f64>) -> Option<f64> {
         self.excess_scatter().filter(|s| from.is_none_or(|f| s * s > EXCESS_SCATTER_LEFT * f * f))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn repeats_may_scatter_threefold_and_tenfold_is_something_that_moved() {
+        let p = |times: f64, freedom: f64| moved_between(times * times * freedom, freedom, Table::calibrated().unknown);
+        for freedom in [1.0, 3.0, 5.0, 10.0] {
+            assert!(
+                p(1.0, freedom) < 0.25 && p(3.0, freedom) < 0.5,
+                "{freedom}: {} {}",
+                p(1.0, freedom),
+                p(3.0, freedom)
+            );
+        }
+        for freedom in [3.0, 5.0, 10.0] {
+            assert!(p(10.0, freedom) > 0.9, "{freedom}: {}", p(10.0, freedom));
+        }
+        // more repeats tell more
+        assert!(p(6.0, 10.0) > p(6.0, 2.0));
     }
 }

@@ -96,9 +96,8 @@ fn filtered(t: &[f64], c: &Context, p: &mut crate::physics::Physics, filter: Fil
 fn delayed(of: &Form, label: &'static str, apply: Apply) -> Form {
     let mut form = of.extended(label, vec![chain_parameter("delay", 0.0, 0.5, 1e-3)], vec![vec![0.01], vec![0.05]]);
     form.apply = apply;
-    form.describe = |t, c| {
-        vec![("corner", t[0].exp() / c.scales.duration, "rad/s"), ("delay", t[1] * c.scales.duration, "s")]
-    };
+    form.describe =
+        |t, c| vec![("corner", t[0].exp() / c.scales.duration, "rad/s"), ("delay", t[1] * c.scales.duration, "s")];
     form
 }
 
@@ -130,9 +129,8 @@ fn forms(c: &Context) -> Vec<Form> {
     }
     if c.has[1] {
         v.push(form("acceleration, first order", |t, c, p| filtered(t, c, p, Filter::Pole, Channel::Acceleration)));
-        let second = form("acceleration, second order", |t, c, p| {
-            filtered(t, c, p, Filter::Butterworth, Channel::Acceleration)
-        });
+        let second =
+            form("acceleration, second order", |t, c, p| filtered(t, c, p, Filter::Butterworth, Channel::Acceleration));
         v.push(delayed(&second, "acceleration, second order and a delay", |t, c, p| {
             filtered_late(t, c, p, Filter::Butterworth, Channel::Acceleration)
         }));
