@@ -279,6 +279,10 @@ fn unexplained(d: &Decision, f: &Findings) -> String {
         }
         None => format!("the residual is overdispersed, {:.1} times white noise", d.overdispersion.1),
     };
+    let what = match d.base.structure.base().machine.as_ref().filter(|m| !m.facts().takes_force()) {
+        Some(_) => format!("{what}; the FMUs take no force, so that no physics of contact or motion could be tried"),
+        None => what,
+    };
     match &f.latent {
         Some(l) => format!("{what}. {}", l.text),
         None => what,
@@ -286,10 +290,26 @@ fn unexplained(d: &Decision, f: &Findings) -> String {
 }
 
 fn bias(d: &Decision, f: &Findings) -> BaseBias {
-    let (b, a) = (&d.base.fit.point.theta, &d.chosen.fit.point.theta);
-    let of = |i: usize| if d.detected { b[i] - a[i] } else { 0.0 };
+    let law = |f: &estimate::fitted::Fitted| {
+        let (elastic, s) = (f.physics().law.elastic, f.data.scales);
+        (elastic.stiffness.ln() + elastic.exponent * s.x_ref.ln(), elastic.exponent)
+    };
+    // of FMUs by what their contact nearly follows; of ours as fitted
+    let of = |i: usize| match &d.base.structure.base().machine {
+        _ if !d.detected => 0.0,
+        None => d.base.fit.point.theta[i] - d.chosen.fit.point.theta[i],
+        Some(_) => {
+            let (b, a) = (law(&d.base), law(&d.chosen));
+            let off = if i == 0 { b.0 - a.0 } else { b.1 - a.1 };
+            if off.is_finite() {
+                off
+            } else {
+                0.0
+            }
+        }
+    };
     let parameter = |b: &crate::bias::Bias| ParameterBias {
-        name: b.name,
+        name: b.name.clone(),
         unit: b.unit.clone(),
         before: b.before,
         after: b.after,
@@ -316,8 +336,16 @@ fn place(c: &Campaign, d: &Decision, map: &[map::Cell], i: usize) -> Place {
     let levels = c.levels.iter().zip(&by_level).filter(|(l, g)| l.0.is_finite() && **g >= 0.3 * most);
     let span = span(d, strongest, &by_level);
     let phase = PHASES[strongest];
+    let bonds = c.system.as_ref().filter(|_| t.mechanism.origin != Origin::Chain).map(|s| &s.bonds);
+    let bond = bonds.and_then(|b| b.get(t.bond));
+    let fmu = bond.and_then(|b| b.penetration.text.split_once('.')).map(|(fmu, _)| fmu.to_string());
+    let at = bond.map_or(String::new(), |b| {
+        format!(" sits at bond {} of FMU {},", b.name.text, fmu.as_deref().unwrap_or_default())
+    });
     Place {
         origin: t.mechanism.origin.name(),
+        bond: bond.map(|b| b.name.text.clone()),
+        fmu,
         phase,
         channel,
         share: shares[strongest],
@@ -326,7 +354,7 @@ fn place(c: &Campaign, d: &Decision, map: &[map::Cell], i: usize) -> Place {
         t_start: span.as_ref().map(|s| s.1),
         t_end: span.as_ref().map(|s| s.2),
         text: format!(
-            "{} acts most in the {phase} phase and shows most clearly in {channel}",
+            "{}{at} acts most in the {phase} phase and shows most clearly in {channel}",
             if t.mechanism.named { t.mechanism.name } else { "what is missing" },
         ),
     }
