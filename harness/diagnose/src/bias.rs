@@ -2,11 +2,12 @@
 
 use super::intervals::Interval;
 use estimate::fitted::Fitted;
+use plant::machine::FreeFacts;
 
 /// One parameter of the base, as calibrated without and with the mechanisms found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bias {
-    pub name: &'static str,
+    pub name: String,
     pub unit: String,
     pub before: f64,
     pub after: f64,
@@ -22,17 +23,36 @@ type Value = Box<dyn Fn(&[f64]) -> f64>;
 /// A quantity of the simulation's own parameters.
 struct Quantity {
     /// Name in a report, and in the element; the latter empty where the element has no such parameter.
-    name: &'static str,
+    name: String,
     parameter: &'static str,
-    unit: &'static str,
+    parameter_unit: &'static str,
+    unit: String,
     value: Value,
 }
 
-/// Force at the reference depth, in which stiffness and exponent do not trade off, these two, and the damping.
+/// Force at the reference depth, in which stiffness and exponent do not trade off, these two, and the damping. Of FMUs, their
+/// free variables.
 fn quantities(f: &Fitted) -> Vec<Quantity> {
+    if let Some(m) = &f.structure.base().machine {
+        let free = m.facts().free.iter().cloned().enumerate();
+        let of = |(i, v): (usize, FreeFacts)| Quantity {
+            name: v.name.clone(),
+            parameter: "",
+            parameter_unit: "",
+            unit: v.unit.clone(),
+            value: Box::new(move |t: &[f64]| v.value(t[i])),
+        };
+        return free.map(of).collect();
+    }
     let s = f.data.scales;
     let stiffness = move |t: &[f64]| (t[0] - t[1] * s.x_ref.ln()).exp();
-    let quantity = |name, parameter, unit, value| Quantity { name, parameter, unit, value };
+    let quantity = |name: &str, parameter, unit, value| Quantity {
+        name: name.into(),
+        parameter,
+        parameter_unit: unit,
+        unit: unit.into(),
+        value,
+    };
     let mut all = vec![
         quantity("force at reference depth", "", "N", Box::new(|t: &[f64]| t[0].exp()) as Value),
         quantity("k", "stiffness", "N/m^p", Box::new(stiffness)),
@@ -49,7 +69,13 @@ fn quantities(f: &Fitted) -> Vec<Quantity> {
 /// inflates the noise's variance.
 fn deviations(f: &Fitted, of: &[Quantity], overdispersion: f64) -> Vec<f64> {
     let covariance = f.problem().covariance(&f.fit.point);
-    let (theta, n) = (&f.fit.point.theta, if f.structure.base().hysteresis { 3 } else { 2 });
+    let base = f.structure.base();
+    let n = match &base.machine {
+        Some(m) => m.facts().free.len(),
+        None if base.hysteresis => 3,
+        None => 2,
+    };
+    let theta = &f.fit.point.theta;
     let deviation = |q: &Quantity| {
         let Some(c) = &covariance else { return f64::NAN };
         let g: Vec<f64> = (0..n)
@@ -74,8 +100,8 @@ pub fn biases(base: &Fitted, chosen: &Fitted, overdispersion: f64) -> Vec<Bias> 
     let bias = |(q, sd): (&Quantity, f64)| {
         let (before, after) = ((q.value)(b), (q.value)(a));
         Bias {
-            name: q.name,
-            unit: q.unit.into(),
+            name: q.name.clone(),
+            unit: q.unit.clone(),
             before,
             after,
             percent: if after == 0.0 { f64::NAN } else { 100.0 * (before - after) / after },
@@ -94,7 +120,7 @@ pub fn of_element(f: &Fitted, overdispersion: f64) -> Vec<Interval> {
         Interval {
             name: q.parameter,
             value,
-            unit: q.unit,
+            unit: q.parameter_unit,
             low: value - 1.96 * sd,
             high: value + 1.96 * sd,
             held: false,

@@ -41,6 +41,14 @@ impl Packed {
         Model::contact().labelled(&self.values, &self.binaries, &label)
     }
 
+    /// The bytes of HysteresisContact.fmu with nothing to tell but its start values.
+    ///
+    /// # Errors
+    /// As [`Model::archive`].
+    pub fn plain(&self) -> Result<Vec<u8>> {
+        Model::contact().archive(&self.values, &self.binaries)
+    }
+
     /// The platforms it runs on, as FMI 2.0 names them.
     pub fn platforms(&self) -> Vec<&str> {
         self.binaries.iter().map(|b| b.platform.as_str()).collect()

@@ -252,6 +252,11 @@ fn rigs(d: &Decision) -> Vec<Rig> {
             v.push(rig("other rate", "indent five times slower".into(), faster(data, 0.2), 1.0, 1.0));
             v.push(rig("other depths", "indent twice as deep".into(), changed(data, 2.0, 1.0, None), 1.0, 1.0));
         }
+        // what else of a user's machine may be changed is not known
+        Kind::System => {
+            let long = changed(data, 1.0, 3.0, None);
+            v.push(rig("longer record", "record three times as long".into(), long, 1.0, 1.0));
+        }
         kind => {
             let mass = data.mass;
             for f in [3.0, 1.0 / 3.0] {

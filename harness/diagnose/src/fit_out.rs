@@ -189,8 +189,9 @@ fn restarted_from(c: &Fitted, by: f64, options: &Options) -> Option<Fitted> {
     let coarse = c.data.coarse();
     let sift = Problem::new(&coarse, model);
     let mut theta = c.fit.point.theta.clone();
-    let q = &model.parameters[1];
-    theta[1] = (theta[1] + by).clamp(q.lower + 0.05, q.upper - 0.05);
+    if !c.structure.bend(&mut theta, by) {
+        return None;
+    }
     for (t, q) in theta.iter_mut().zip(&model.parameters) {
         if let Some((mean, _)) = q.prior {
             *t = mean;

@@ -41,7 +41,7 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
         );
     }
     v.extend(against_others(c, d, f, &named));
-    v.extend(unexplained(d, f));
+    v.extend(unexplained(c, d, f));
     v.extend(more_recordings(c, d, f));
     let in_the_fmu = named.iter().any(|m| m.origin == Origin::Contact) && f.gates.is_empty();
     if fmu && !in_the_fmu {
@@ -83,7 +83,7 @@ fn recalibrated(d: &Decision, named: &[&Mechanism], f: &Findings) -> &'static st
 
 /// What else the element's start values put right; None where the calibration had absorbed nothing.
 fn calibration(f: &Findings) -> Option<String> {
-    let off = |b: &&Bias| b.sigmas.abs() > 2.0 && b.percent.is_finite() && SYMBOLS.contains(&b.name);
+    let off = |b: &&Bias| b.sigmas.abs() > 2.0 && b.percent.is_finite() && SYMBOLS.contains(&b.name.as_str());
     let moved: Vec<String> = f
         .bias
         .iter()
@@ -197,9 +197,32 @@ fn levels(c: &Campaign) -> String {
     }
 }
 
-fn unexplained(d: &Decision, f: &Findings) -> Option<String> {
+/// Where FMUs that take no force would need one; None where they take one, or a rig of ours simulates.
+fn without_force(c: &Campaign, d: &Decision) -> Option<String> {
+    d.base.structure.base().machine.as_ref().filter(|m| !m.facts().takes_force())?;
+    let system = c.system.as_ref()?;
+    let told = match system.bonds.first() {
+        Some(b) => format!("on the body whose motion {} and {} tell", b.penetration.text, b.velocity.text),
+        None => {
+            let outputs: Vec<&str> = system.channels.iter().flatten().map(|w| w.text.as_str()).collect();
+            format!(
+                "on the body that {} are told of, with outputs of its penetration (m) and velocity (m/s)",
+                outputs.join(", ")
+            )
+        }
+    };
+    Some(told)
+}
+
+fn unexplained(c: &Campaign, d: &Decision, f: &Findings) -> Option<String> {
     if !d.unexplained {
         return None;
+    }
+    if let Some(place) = without_force(c, d) {
+        return Some(format!(
+            "Give the model an input that takes a force, in N, {place}: then it can be said which physics of contact or motion is \
+             missing, and not of the measuring chain alone."
+        ));
     }
     if d.excess_scatter.is_some() {
         return Some(

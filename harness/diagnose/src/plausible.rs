@@ -189,6 +189,8 @@ fn one_campaign(c: &Campaign, data: &Data) -> Result<(), Invalid> {
         let drive = match c.kind {
             Kind::DropTest => rec.speed.map(|v| v.0),
             Kind::ContactorOpening => r.spring_preload,
+            // what FMUs are set to may be anything
+            Kind::System => None,
             Kind::Indentation => rec.y[2].as_ref().map(|x| x.iter().cloned().fold(f64::MIN, f64::max)),
         };
         let peak = match (&rec.y[0], &rec.y[1]) {

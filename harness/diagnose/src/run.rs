@@ -11,12 +11,13 @@ use super::propose::Pool;
 use super::search::Search;
 use super::sensors::against;
 use super::verdict::Verdict;
-use estimate::condition::{condition, Invalid};
+use estimate::condition::{condition_on, Invalid};
 use estimate::fitted::Fitted;
 use estimate::prepare::Prepared;
 use estimate::problem::{Data, Options};
 use estimate::{Budget, Ended};
-use record::{Campaign, Kind};
+use plant::machine::Machine;
+use record::{Campaign, FmuSystem, Kind};
 use std::cell::RefCell;
 use std::path::Path;
 use std::sync::Arc;
@@ -34,6 +35,8 @@ pub struct Outcome {
     pub findings: Findings,
     /// The element with that law; or why it could not be packed or run.
     pub element: Result<Packed, String>,
+    /// The user's system of FMUs with that element in the place of its contact, file by file; None where there is none.
+    pub system: Option<Vec<(String, Vec<u8>)>>,
 }
 
 /// How a diagnosis is run.
@@ -48,6 +51,8 @@ pub struct Settings<'a> {
     pub others: &'a [Campaign],
     /// Called with the name of every stage as it begins.
     pub stage: &'a (dyn Fn(&str) + Sync),
+    /// What simulates the campaign where no rig of ours does.
+    pub machine: Option<Arc<dyn Machine>>,
     /// When it has to end.
     pub budget: Budget,
 }
@@ -60,6 +65,7 @@ impl Default for Settings<'_> {
             platforms: None,
             others: &[],
             stage: &|_| {},
+            machine: None,
             budget: Budget::default(),
         }
     }
@@ -75,6 +81,9 @@ pub enum Failure {
     #[error("interrupted")]
     Interrupted,
 }
+
+/// Why there is no element where none was asked for.
+const NOT_PACKED: &str = "not asked for";
 
 /// Fall of chi^2 from which the speeds are taken to have been measured elsewhere than the base fit had it.
 const ELSEWHERE: f64 = 10.0;
@@ -125,7 +134,7 @@ pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, F
         Unfinished::Ended(Ended::Interrupted, _) => Err(Failure::Interrupted),
         Unfinished::Ended(Ended::TimeIsUp, stage) => {
             let reason = format!("the time given was up while {stage}; give it more");
-            Ok(unjudged(c, Arc::new(condition(c)?.data), reason, None))
+            Ok(unjudged(c, Arc::new(condition_on(c, settings.machine.as_ref())?.data), reason, None))
         }
     })
 }
@@ -157,7 +166,7 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
         Ok(())
     };
     stage("learning the noise")?;
-    let mut conditioned = condition(c)?;
+    let mut conditioned = condition_on(c, settings.machine.as_ref())?;
     conditioned.data.budget = settings.budget;
     super::plausible::check(c, &conditioned.data)?;
     stage("fitting the simulation as given")?;
@@ -211,16 +220,20 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     // a law fitted beside what stands in for the unknown is none without it
     let holds = relied_on && decision.chosen.is_named();
     let law = if holds { decision.chosen.physics().law } else { decision.base.physics().law };
-    let element = if settings.element {
+    // of FMUs, where our element can take the place of a contact of theirs
+    let replaces =
+        c.system.as_ref().is_none_or(|s| host::replaceable(s, decision.chosen.structure.base().first_bond()));
+    let element = if settings.element && replaces && law.elastic.stiffness > 0.0 {
         stage("running the recordings through the element")?;
-        let through = decision.after.as_ref().filter(|_| relied_on).map(|a| (&decision.chosen, a));
+        let through = decision.after.as_ref().filter(|_| relied_on && c.kind != Kind::System);
+        let through = through.map(|a| (&decision.chosen, a));
         let calibrated = if holds { &decision.chosen } else { &decision.base };
         let binaries = pack::Model::contact().libraries(settings.platforms);
         let overdispersion = decision.overdispersion.1.max(1.0);
         let packing = |binaries| packed(binaries, calibrated, overdispersion, &law, through);
         binaries.and_then(packing).map_err(|e| format!("{e:#}"))
     } else {
-        Err("not asked for".into())
+        Err(NOT_PACKED.into())
     };
     let traces = Traces::new(&decision.base, &decision.before);
     let traces_after = decision.after.as_ref().map(|a| Traces::new(&decision.chosen, a));
@@ -240,12 +253,35 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     let better = traces_after.as_ref().zip(decision.after.as_ref()).filter(|_| !worse);
     let courses = Courses::new(&decision, &traces, better.map(|(t, a)| (t, &a.predictions)));
     in_time()?;
-    if let Err(e) = &element {
+    if let Some(m) = &settings.machine {
+        findings.caveats.extend(m.facts().notes.iter().cloned());
+        findings.caveats.extend(m.troubles().into_iter().map(|t| format!("What an FMU refused was left out: {t}.")));
+    }
+    if let Some(e) = element.as_ref().err().filter(|_| c.kind != Kind::System) {
         findings.caveats.push(format!("HysteresisContact.fmu is not written: {e}."));
     }
+    let system = match (&c.system, &element) {
+        (Some(of), Ok(e)) if settings.element => {
+            Some(handed_back(of, e, if holds { &decision.chosen } else { &decision.base }))
+        }
+        _ => None,
+    };
+    let system =
+        system.and_then(|s| s.map_err(|e| findings.caveats.push(format!("system/ is not written: {e:#}."))).ok());
     let verdict = Verdict::new(c, &decision, &findings, element.as_ref().ok());
     let Decision { before, after, .. } = decision;
-    Ok(Outcome { verdict, before, after, courses, law, findings, element, data: prepared.data })
+    Ok(Outcome { verdict, before, after, courses, law, findings, element, system, data: prepared.data })
+}
+
+/// The user's system with the element `e` in the place of the contact at its first bond, and the free variables as `f` has
+/// them: files by their names.
+fn handed_back(of: &FmuSystem, e: &Packed, f: &Fitted) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
+    let base = f.structure.base();
+    let free = base.machine.as_ref().map_or(Vec::new(), |m| {
+        let theta = &f.point().theta;
+        m.facts().free.iter().enumerate().map(|(i, v)| (v.name.clone(), v.value(theta[i]))).collect()
+    });
+    host::handed_back(of, base.first_bond(), &free, &e.plain()?)
 }
 
 /// The outcome where nothing can be judged.
@@ -260,5 +296,6 @@ fn unjudged(c: &Campaign, data: Arc<Data>, reason: String, before: Option<HeldOu
         law: Default::default(),
         findings: Findings { caveats: c.warnings.clone(), ..Findings::default() },
         element: Err("nothing was judged".into()),
+        system: None,
     }
 }

@@ -5,10 +5,12 @@ use crate::impact::{impact, pulse, push_of, Impact, Pulse};
 use crate::problem::{Data, Record, Scales};
 use crate::statistics::{median, spread, spread_of_course};
 use mechanisms::load_history::LoadHistory;
+use plant::machine::{Impact as Impacted, Machine, Seat};
 use plant::noise::{Noise, Stretch};
 use plant::simulate::Setup;
-use record::{self, Campaign, Channel, Kind};
+use record::{self, Campaign, Channel, Kind, Recording};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Why a campaign cannot be judged.
 #[derive(Debug, thiserror::Error)]
@@ -138,6 +140,18 @@ pub struct Conditioned {
 /// # Errors
 /// When the recordings hold no impact, or the noise cannot be estimated.
 pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
+    condition_on(c, None)
+}
+
+/// Conditions a campaign's recordings, which `machine` simulates where no rig of ours does.
+///
+/// # Errors
+/// As [`condition`]; or there is no machine.
+pub fn condition_on(c: &Campaign, machine: Option<&Arc<dyn Machine>>) -> Result<Conditioned, Invalid> {
+    if c.kind == Kind::System && machine.is_none() {
+        return Err(Invalid("this command simulates no systems of FMUs; `touchdown diagnose` does".into()));
+    }
+    let impacts: Vec<_> = (0..c.recordings.len()).map(|r| machine.and_then(|m| m.facts().impacts[r])).collect();
     let mass = c.moving_mass.unwrap_or(1.0);
     let mut records = Vec::new();
     let mut range = [0.0f64; 3];
@@ -145,7 +159,7 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
     let mut quiet = Vec::new();
     let mut peaks = Vec::new();
     let mut depths: Vec<f64> = Vec::new();
-    for r in &c.recordings {
+    for (at, r) in c.recordings.iter().enumerate() {
         for (k, ch) in r.channels.iter().enumerate() {
             if let Some(y) = ch {
                 range[k] = range[k].max(record::range(y));
@@ -174,6 +188,7 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
                 depth: 1.0,
                 speed: 1.0,
                 duration: 1.0,
+                machine: machine.map(|m| Seat { machine: m.clone(), set: at, level: 0 }),
                 control: plant::integrate::Control::dense(plant::simulate::TOLERANCE),
             },
             file: r.file.clone(),
@@ -186,6 +201,7 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
             at_first: r.impact_speed.is_none() && r.start_speed.is_some(),
             start: match c.kind {
                 Kind::ContactorOpening => r.begins(),
+                Kind::System => began(r, r.time[pu.first], impacts[at].as_ref()),
                 _ => r.time[pu.first],
             },
         });
@@ -213,7 +229,9 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
         .recordings
         .iter()
         .zip(&records)
-        .map(|(r, d)| match c.kind {
+        .zip(&impacts)
+        .map(|((r, d), impact)| match c.kind {
+            Kind::System => impact.map_or(1.0, |i| i.speed).max(1e-6),
             Kind::DropTest => d.speed.map_or(1.0, |s| s.0).max(1e-6),
             Kind::ContactorOpening => {
                 let travel = c.travel.unwrap_or(1e-3);
@@ -290,6 +308,21 @@ pub fn condition(c: &Campaign) -> Result<Conditioned, Invalid> {
     let data =
         Data { kind: c.kind, mass, records, noise, scales, range, repeat_scatter: REPEATS, budget: Budget::default() };
     Ok(Conditioned { data, guess: Guess { k, p }, unsure })
+}
+
+/// When the simulation of a system of FMUs begins on a recording's clock, s: its touch is the recording's, `touch`, or else
+/// its largest reading is.
+fn began(r: &Recording, touch: f64, impact: Option<&Impacted>) -> f64 {
+    let Some(impact) = impact else { return r.begins() };
+    if impact.touch.is_finite() {
+        return touch - impact.touch;
+    }
+    let of = |c: &Channel| {
+        let (y, at) = (r.channels[c.index()].as_ref()?, impact.peaks[c.index()]);
+        let top = (0..y.len()).max_by(|a, b| y[*a].abs().total_cmp(&y[*b].abs()))?;
+        at.is_finite().then(|| r.time[top] - at)
+    };
+    Channel::ALL.iter().find_map(of).unwrap_or(r.begins())
 }
 
 /// Stretches in which nothing touches: before the first pulse, and between and after pulses.

@@ -128,9 +128,14 @@ impl Path<'_> {
         let t = &self.trace;
         let response = self.response();
         let moving = data.kind != Kind::Indentation;
+        let takes_force = data.takes_force();
         let mut out = Vec::new();
         let wave = |j: usize, i: usize| (j as f64 * PI * t.position[i].max(0.0) / (HALF_WAVE * depth)).cos();
         let mut force = |place: Place, size: f64, of: &dyn Fn(usize) -> f64| {
+            // what no force moves has no discrepancy of force
+            if !takes_force {
+                return;
+            }
             let drive: Vec<f64> = (0..n).map(|i| size * t.force[i] * of(i)).collect();
             out.push(self.whitened(&response.to(&drive, place)));
         };

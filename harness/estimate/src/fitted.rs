@@ -2,7 +2,7 @@
 
 use crate::condition::Guess;
 use crate::problem::{Data, Fit, Options, Point, Problem};
-use crate::structure::{Law, Structure, Term};
+use crate::structure::{Structure, Term};
 use mechanisms::physics::Physics;
 use plant::simulate::Trace;
 use rayon::prelude::*;
@@ -33,22 +33,12 @@ impl Fitted {
 
     /// The simulation as given, fitted from the campaign's law and from the guess; the better one.
     pub fn base(data: &Arc<Data>, structure: &Structure, guess: &Guess) -> Fitted {
-        let simulation = &structure.base().simulation;
-        let mut starts: Vec<Law> = structure.base().law().into_iter().collect();
-        let s = data.scales;
-        starts.push(Law { k: guess.k, p: guess.p, mu_d: 0.15 * guess.k / s.v_ref });
-        if simulation.k.is_none() {
-            // the same force at 0.6 depth with other powers
-            for p in [1.0, 1.5, 2.2, 3.0] {
-                let k = guess.k * s.x_ref.powf(guess.p - p);
-                starts.push(Law { k, p, mu_d: 0.3 * k / s.v_ref });
-            }
-        }
+        let starts = structure.starts(guess);
         let problem = Problem::new(data, structure.model());
         let fits: Vec<Fit> = starts
             .into_par_iter()
-            .map(|law| {
-                let start = problem.start(structure.start(law));
+            .map(|theta| {
+                let start = problem.start(theta);
                 problem.fit(start, &Options { iterations: 40, ..Options::default() })
             })
             .collect();

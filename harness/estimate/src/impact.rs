@@ -176,6 +176,7 @@ mod tests {
                 impact_speed: None,
                 start_speed: None,
                 spring_preload: None,
+                set: Vec::new(),
                 rows: record::Rows::alike(time.clone()),
                 time,
                 whole: None,

@@ -3,6 +3,7 @@
 mod budget;
 pub mod case;
 pub mod condition;
+mod coupling;
 pub mod course;
 pub mod descent;
 pub mod discrepancy;

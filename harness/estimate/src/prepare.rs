@@ -4,6 +4,7 @@ use crate::condition::{
     by_neighbours, condition, impose, noise_out_of_contact, renewed_noise, spikes_of_course, Conditioned, Guess,
     Invalid, BY_NEIGHBOURS,
 };
+use crate::coupling;
 use crate::fitted::Fitted;
 use crate::problem::{Data, Options, Record};
 use crate::statistics::spread;
@@ -53,6 +54,9 @@ impl Prepared {
             }
         }
         let mut base = Fitted::base(&data, &structure, &guess);
+        if base.chi2().is_finite() {
+            base = coupling::fine_enough(base)?;
+        }
         if !base.chi2().is_finite() {
             return Err(Invalid(
                 "the simulation could not be brought near the recordings; check mass, units and speeds".into(),
@@ -61,7 +65,7 @@ impl Prepared {
         if c.kind == Kind::Indentation {
             base = at_the_path_read(&base, unsure);
         }
-        if c.kind == Kind::ContactorOpening {
+        if c.kind.starts_driven() {
             // at rest, released, flying: no polynomial follows that, the fit does
             let mut renewed = (*data).clone();
             renewed.noise = renewed_noise(c, &data, &remainders(&base));

@@ -25,6 +25,9 @@ impl Place {
             return vec![Place::Contact];
         }
         let channels = Channel::ALL.into_iter().filter(|c| data.has(*c)).map(Place::Reading);
+        if !data.takes_force() {
+            return channels.collect();
+        }
         [Place::Contact, Place::Motion].into_iter().chain(channels).collect()
     }
 

@@ -131,7 +131,7 @@ impl Fitted {
         term.form.apply(values, c, &mut p);
         let share = p.base_compliance.share_of_approach(s.force, s.depth, s.duration)?;
         let share = share.min(MOST_COMPLIANCE);
-        Some(-self.fit.point.theta[1] * (1.0 - share).ln())
+        Some(-self.structure.exponent(&self.fit.point.theta) * (1.0 - share).ln())
     }
 
     /// This structure with one more term, fitted from each of `starts` and from what `further` holds for it; the best.
@@ -142,7 +142,7 @@ impl Fitted {
         let mut points = Vec::new();
         for start in starts {
             let mut theta = from.theta.clone();
-            theta[0] += start.rise;
+            self.structure.raise(&mut theta, start.rise);
             theta.extend(&start.values);
             points.push((theta, self.locals_for(&from.locals, term)));
         }
@@ -150,7 +150,7 @@ impl Fitted {
             for start in &term.form.starts {
                 let (rise, start) = self.along_drift(d, term, start);
                 let mut theta = d.theta.clone();
-                theta[0] += rise;
+                self.structure.raise(&mut theta, rise);
                 theta.extend(start);
                 points.push((theta, self.locals_for(&d.locals, term)));
             }

@@ -1,10 +1,13 @@
 //! A model structure: the simulation as given, and the mechanisms added to it, each in one of its forms.
 
+use crate::condition::Guess;
 use crate::problem::{Data, Model, Parameter, STIFFNESS_SCALE};
 use crate::ring;
-use mechanisms::mechanism::{Context, Form, Hints, Mechanism};
+use law::Parameters;
+use mechanisms::mechanism::{Context, Form, Hints, Mechanism, Origin};
 use mechanisms::physics::{Physics, GRAVITY};
 use mechanisms::ALL;
+use plant::machine::{BondFacts, Machine};
 use record::{largest, Campaign, Channel, Kind, Simulation};
 use std::sync::Arc;
 
@@ -37,6 +40,8 @@ pub struct Law {
 pub struct Term {
     pub mechanism: &'static Mechanism,
     pub form: Form,
+    /// The bond of a system of FMUs that it acts at; 0 of a rig of ours.
+    pub bond: usize,
 }
 
 impl Term {
@@ -54,6 +59,25 @@ impl Term {
     }
 }
 
+/// A place where mechanisms may act, by where they come from.
+struct Acting {
+    bond: usize,
+    contact: bool,
+    motion: bool,
+    chain: bool,
+}
+
+impl Acting {
+    /// Whether a mechanism's form may act here. A form of the chain that moves the body needs a force as well.
+    fn admits(&self, origin: Origin, form: &Form) -> bool {
+        match origin {
+            Origin::Contact => self.contact,
+            Origin::Motion => self.motion,
+            Origin::Chain => self.chain && (self.motion || form.parameters.iter().all(|p| !p.dynamic)),
+        }
+    }
+}
+
 /// The simulation as its user has it: what every structure of a campaign has in common.
 #[derive(Clone)]
 pub struct Base {
@@ -68,6 +92,8 @@ pub struct Base {
     pub given: Vec<Term>,
     /// As the campaign declares it.
     pub simulation: Simulation,
+    /// What simulates the recordings in place of a rig of ours.
+    pub machine: Option<Arc<dyn Machine>>,
 }
 
 impl Base {
@@ -98,17 +124,20 @@ impl Base {
                     && m.name != GRAVITY_TERM
                     && m.name != HYSTERESIS_TERM
                     && !m.hints.declared_by_rig.contains(&data.kind)
+                    // the FMUs hold theirs by themselves
+                    && data.kind != Kind::System
             })
-            .filter_map(|m| m.forms(&context).into_iter().next().map(|form| Term { mechanism: m, form }))
+            .filter_map(|m| m.forms(&context).into_iter().next().map(|form| Term { mechanism: m, form, bond: 0 }))
             .collect();
         context.terms = terms.clone();
         Base {
             context,
             mass: data.mass,
             gravity: terms.iter().any(|t| t == GRAVITY_TERM) && data.kind == Kind::DropTest,
-            hysteresis: terms.iter().any(|t| t == HYSTERESIS_TERM),
+            hysteresis: terms.iter().any(|t| t == HYSTERESIS_TERM) && data.kind != Kind::System,
             given,
             simulation: campaign.simulation.clone(),
+            machine: data.records.first().and_then(|r| r.setup.machine.as_ref()).map(|s| s.machine.clone()),
         }
     }
 
@@ -131,10 +160,61 @@ impl Base {
 
     fn terms(&self) -> Vec<Term> {
         let have: Vec<&str> = self.given.iter().map(Term::name).collect();
+        let bonds = self.bonds();
+        let at = move |m: &'static Mechanism, form: Form| {
+            let bonds = bonds.iter().filter(|b| b.admits(m.origin, &form)).map(|b| b.bond);
+            let all = bonds.map(|bond| Term { mechanism: m, form: form.clone(), bond });
+            all.collect::<Vec<_>>()
+        };
         ALL.iter()
             .filter(|m| !have.contains(&m.name))
-            .flat_map(|m| m.forms(&self.context).into_iter().map(move |form| Term { mechanism: m, form }))
+            .flat_map(|m| m.forms(&self.context).into_iter().map(move |form| (m, form)))
+            .flat_map(|(m, form)| at(m, form))
             .collect()
+    }
+
+    /// Where mechanisms may act: the one body of a rig of ours; of FMUs, every bond that takes a force, the first contact
+    /// first, and the measuring chain in any case.
+    fn bonds(&self) -> Vec<Acting> {
+        let Some(m) = &self.machine else { return vec![Acting { bond: 0, contact: true, motion: true, chain: true }] };
+        let bonds = &m.facts().bonds;
+        let of = |(bond, b): (usize, &BondFacts)| Acting {
+            bond,
+            contact: b.is_contact && b.law.is_some(),
+            motion: true,
+            chain: false,
+        };
+        let mut all: Vec<Acting> = bonds.iter().enumerate().filter(|(_, b)| b.takes_force).map(of).collect();
+        all.sort_by_key(|a| !a.contact);
+        match all.first_mut() {
+            Some(first) => first.chain = true,
+            None => all.push(Acting { bond: 0, contact: false, motion: false, chain: true }),
+        }
+        all
+    }
+
+    /// Puts the instruments' gains behind `ps`: place and channel of each.
+    fn gains(&self, ps: &mut Vec<Parameter>) -> Vec<(usize, usize)> {
+        let mut gains = Vec::new();
+        for (c, sd) in [(Channel::Force, GAIN), (Channel::Acceleration, GAIN), (Channel::Penetration, PENETRATION_GAIN)]
+        {
+            if self.context.has[c.index()] {
+                gains.push((ps.len(), c.index()));
+                ps.push(tolerance(&format!("ln gain {}", c.name()), sd, false));
+            }
+        }
+        gains
+    }
+
+    /// Parameters of a system of FMUs before those of any mechanism.
+    fn own_parameters(&self) -> usize {
+        let free = self.machine.as_ref().map_or(0, |m| m.facts().free.len());
+        free + self.context.has.iter().filter(|has| **has).count()
+    }
+
+    /// The bond that is looked at where no mechanism acts.
+    pub fn first_bond(&self) -> usize {
+        self.bonds()[0].bond
     }
 }
 
@@ -254,9 +334,107 @@ impl Structure {
         (self.without(i).with(self.terms[i].clone()), turned)
     }
 
+    /// Exponent of the contact's law at `theta`, 1.
+    pub fn exponent(&self, theta: &[f64]) -> f64 {
+        self.law_at(theta).elastic.exponent
+    }
+
+    fn law_at(&self, theta: &[f64]) -> Parameters {
+        let mut p = Physics::default();
+        self.model.apply(theta, &mut p);
+        p.law
+    }
+
+    /// Raises ln of the force at the reference depth by `by`: of FMUs, by the least change of the free variables that does.
+    pub fn raise(&self, theta: &mut [f64], by: f64) {
+        let Some(m) = &self.base.machine else {
+            theta[0] += by;
+            return;
+        };
+        if by == 0.0 {
+            return;
+        }
+        let facts = m.facts();
+        let Some(law) = facts.bonds.get(self.base.first_bond()).and_then(|b| b.law) else { return };
+        let n = facts.free.len();
+        let ln_x = self.base.context.scales.x_ref.ln();
+        let slopes: Vec<f64> = (0..n).map(|i| law.stiffness.slopes[i] + ln_x * law.exponent.slopes[i]).collect();
+        // what scales the force alone comes before what also bends it
+        let weight = |i: usize| {
+            if law.exponent.slopes[i].abs() > 1e-3 || facts.free[i].tolerance.is_some() {
+                0.0
+            } else {
+                slopes[i]
+            }
+        };
+        let square: f64 = (0..n).map(|i| weight(i) * slopes[i]).sum();
+        if square > 0.0 {
+            (0..n).for_each(|i| theta[i] += by * weight(i) / square);
+        }
+    }
+
+    /// Changes the exponent of the contact's law by `by`, the force at the reference depth held. Whether there is one to change.
+    pub fn bend(&self, theta: &mut [f64], by: f64) -> bool {
+        let free = match &self.base.machine {
+            None => Some((1, 1.0)),
+            Some(m) => {
+                let law = m.facts().bonds.get(self.base.first_bond()).and_then(|b| b.law);
+                law.and_then(|l| {
+                    (0..m.facts().free.len()).map(|i| (i, l.exponent.slopes[i])).find(|(_, s)| s.abs() > 1e-3)
+                })
+            }
+        };
+        let Some((i, slope)) = free else { return false };
+        let q = &self.model.parameters[i];
+        let force = self.ln_force(theta);
+        let margin = 0.05 / slope.abs();
+        theta[i] = (theta[i] + by / slope).clamp(q.lower + margin, q.upper - margin);
+        if self.base.machine.is_some() {
+            self.raise(theta, force - self.ln_force(theta));
+        }
+        true
+    }
+
+    /// ln of the force at the reference depth, N, at `theta`.
+    fn ln_force(&self, theta: &[f64]) -> f64 {
+        let elastic = self.law_at(theta).elastic;
+        elastic.stiffness.ln() + elastic.exponent * self.base.context.scales.x_ref.ln()
+    }
+
+    /// Parameters that a fit of the simulation as given starts from, each: its own law where it is calibrated, that of the
+    /// guess, and where it is not calibrated others of the same force. Of FMUs, where the system file has them, and with the
+    /// force of the guess.
+    pub fn starts(&self, guess: &Guess) -> Vec<Vec<f64>> {
+        let s = self.base.context.scales;
+        if self.base.machine.is_some() {
+            let as_given = self.start(Law { k: 1.0, p: 1.0, mu_d: 0.0 });
+            let own = self.ln_force(&as_given);
+            let mut guessed = as_given.clone();
+            if own.is_finite() {
+                self.raise(&mut guessed, guess.k.ln() + guess.p * s.x_ref.ln() - own);
+            }
+            return if guessed == as_given { vec![as_given] } else { vec![as_given, guessed] };
+        }
+        let mut laws: Vec<Law> = self.base.law().into_iter().collect();
+        laws.push(Law { k: guess.k, p: guess.p, mu_d: 0.15 * guess.k / s.v_ref });
+        if self.base.simulation.k.is_none() {
+            // the same force at 0.6 depth with other powers
+            for p in [1.0, 1.5, 2.2, 3.0] {
+                let k = guess.k * s.x_ref.powf(guess.p - p);
+                laws.push(Law { k, p, mu_d: 0.3 * k / s.v_ref });
+            }
+        }
+        laws.into_iter().map(|law| self.start(law)).collect()
+    }
+
     /// Parameters to start from: a law, tolerances at zero, every term at its first start.
     pub fn start(&self, law: Law) -> Vec<f64> {
         let s = self.base.context.scales;
+        if self.base.machine.is_some() {
+            let mut theta = vec![0.0; self.base.own_parameters()];
+            self.base.given.iter().chain(&self.terms).for_each(|t| theta.extend(t.start()));
+            return theta;
+        }
         let mut theta = vec![(law.k * s.x_ref.powf(law.p)).ln(), law.p];
         if self.base.hysteresis {
             theta.push(law.mu_d * s.v_ref / law.k);
@@ -271,6 +449,9 @@ impl Structure {
 
 /// The model of `base` with `added` terms.
 fn model(base: &Arc<Base>, added: &[Term]) -> Model<'static> {
+    if let Some(machine) = &base.machine {
+        return model_of_fmus(base, machine.clone(), added);
+    }
     let s = base.context.scales;
     let free = |name: &str, lower, upper, step| Parameter {
         name: name.into(),
@@ -287,25 +468,8 @@ fn model(base: &Arc<Base>, added: &[Term]) -> Model<'static> {
     }
     let gravity = base.gravity;
     let mass = base.mass;
-    let tolerance = |name: &str, sd: f64, dynamic: bool| Parameter {
-        name: name.into(),
-        lower: -WIDEST * sd,
-        upper: WIDEST * sd,
-        step: 1e-3,
-        prior: Some((0.0, sd)),
-        dynamic,
-    };
-    let mut gains = Vec::new();
     let with_mass = base.context.kind != Kind::Indentation;
-    if with_mass {
-        for (c, sd) in [(Channel::Force, GAIN), (Channel::Acceleration, GAIN), (Channel::Penetration, PENETRATION_GAIN)]
-        {
-            if base.context.has[c.index()] {
-                gains.push((ps.len(), c.index()));
-                ps.push(tolerance(&format!("ln gain {}", c.name()), sd, false));
-            }
-        }
-    }
+    let gains = if with_mass { base.gains(&mut ps) } else { Vec::new() };
     let at_mass = ps.len();
     if with_mass {
         ps.push(tolerance("ln mass", MASS, true));
@@ -325,6 +489,55 @@ fn model(base: &Arc<Base>, added: &[Term]) -> Model<'static> {
         p.law.hysteresis_damping.coefficient = if hysteresis { th[2] * p.law.elastic.stiffness / s.v_ref } else { 0.0 };
         p.mass = if with_mass { mass * th[at_mass].exp() } else { mass };
         p.gravity = if gravity { GRAVITY } else { 0.0 };
+        for (i, c) in &gains {
+            p.force_gain.channel[*c] = th[*i].exp();
+        }
+        for (t, at) in all.iter().zip(&spans) {
+            t.form.apply(&th[*at..*at + t.form.parameters.len()], &base.context, p);
+        }
+    })
+}
+
+/// A parameter with a tolerance of standard deviation `sd`.
+fn tolerance(name: &str, sd: f64, dynamic: bool) -> Parameter {
+    Parameter {
+        name: name.into(),
+        lower: -WIDEST * sd,
+        upper: WIDEST * sd,
+        step: 1e-3,
+        prior: Some((0.0, sd)),
+        dynamic,
+    }
+}
+
+/// The model of `base`, which FMUs simulate, with `added` terms: their free variables, the gains of the instruments, terms.
+fn model_of_fmus(base: &Arc<Base>, machine: Arc<dyn Machine>, added: &[Term]) -> Model<'static> {
+    let mut ps: Vec<Parameter> = Vec::new();
+    for f in &machine.facts().free {
+        let (lower, upper) = (f.away(f.bounds.0), f.away(f.bounds.1));
+        let plain = Parameter { name: f.name.clone(), lower, upper, step: 1e-3, prior: None, dynamic: true };
+        ps.push(match f.tolerance {
+            Some(sd) => Parameter { prior: Some((0.0, sd)), lower: -WIDEST * sd, upper: WIDEST * sd, ..plain },
+            None => plain,
+        });
+    }
+    let gains = base.gains(&mut ps);
+    let mut spans = Vec::new();
+    for t in added {
+        spans.push(ps.len());
+        let named = |q: &Parameter| Parameter { name: format!("{}: {}", t.mechanism.name, q.name), ..q.clone() };
+        ps.extend(t.form.parameters.iter().map(named));
+    }
+    let bond = added.iter().find(|t| t.mechanism.origin != Origin::Chain).map_or(base.first_bond(), |t| t.bond);
+    let (base, all) = (base.clone(), added.to_vec());
+    Model::new(ps, move |th: &[f64], p: &mut Physics| {
+        let facts = machine.facts();
+        p.free[..facts.free.len()].copy_from_slice(&th[..facts.free.len()]);
+        p.bond = bond;
+        p.gravity = facts.gravity;
+        p.mass = facts.bonds.get(bond).map_or(base.mass, |b| b.mass.of(&p.free).exp());
+        let law = facts.bonds.get(bond).and_then(|b| b.law);
+        p.law = law.map_or_else(|| Parameters::power_law(0.0, 1.0, 0.0), |l| l.of(&p.free));
         for (i, c) in &gains {
             p.force_gain.channel[*c] = th[*i].exp();
         }

@@ -108,6 +108,8 @@ pub struct Variable {
     pub start: Option<Start>,
     /// Name of the unit, its own or its type's.
     pub unit: Option<String>,
+    /// Least and largest value of a Real, where the file tells them.
+    pub bounds: (Option<f64>, Option<f64>),
     /// The items of an Enumeration: name, number.
     pub items: Vec<(String, i32)>,
     /// The exporter's words.
@@ -330,6 +332,7 @@ impl Reading {
                     kind: Kind::Real,
                     start: None,
                     unit: None,
+                    bounds: (None, None),
                     items: Vec::new(),
                     description: a.text("description"),
                 });
@@ -345,6 +348,10 @@ impl Reading {
                     Kind::String => a.0.remove("start").map(Start::String),
                 };
                 v.unit = a.0.remove("unit");
+                if kind == Kind::Real {
+                    // a bound that is no number bounds nothing
+                    v.bounds = (a.get("min").unwrap_or_default(), a.get("max").unwrap_or_default());
+                }
                 if let Some(declared) = a.0.get("declaredType") {
                     v.unit = v.unit.or_else(|| self.type_units.get(declared).cloned());
                     v.items = self.type_items.get(declared).cloned().unwrap_or_default();

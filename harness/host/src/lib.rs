@@ -7,6 +7,7 @@
 mod apart;
 mod archive;
 mod arithmetic;
+mod coupled;
 mod description;
 mod error;
 mod fmu;
@@ -23,6 +24,7 @@ mod value;
 mod xml;
 
 pub use apart::serve;
+pub use coupled::{handed_back, propose, replaceable, Fmus, Proposal, ProposedBond};
 pub use description::{Capabilities, Causality, Description, Kind, Start, Unit, Variability, Variable};
 pub use error::{CallError, Discarded, HostError};
 pub use fmu::Fmu;

@@ -16,3 +16,15 @@ pub enum Value {
     /// Of a String, or the item's name of an Enumeration.
     Text(String),
 }
+
+impl std::fmt::Display for Value {
+    /// As TOML has it.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Value::Boolean(b) => write!(f, "{b}"),
+            Value::Integer(n) => write!(f, "{n}"),
+            Value::Real(x) => write!(f, "{x:?}"),
+            Value::Text(t) => write!(f, "{}", toml::Value::String(t.clone())),
+        }
+    }
+}

@@ -254,7 +254,7 @@ fn facts(p: &mut Plan, files: &[File], o: &Options) {
             g.0.retain(|k, _| match p.kind {
                 Kind::DropTest => *k != "spring_preload",
                 Kind::ContactorOpening => *k == "spring_preload",
-                Kind::Indentation => false,
+                Kind::Indentation | Kind::System => false,
             });
             Ok(g)
         };
@@ -466,6 +466,8 @@ fn missing(p: &mut Plan, files: &[File]) {
                 p.missing.push(Missing { key: "spring_preload", quantity: "force", unit: "N", files: of, cure });
             }
         }
+        // what FMUs simulate is described by hand
+        Kind::System => {}
         Kind::Indentation => {
             for r in &p.recordings {
                 let track = &files[r.file].seen[r.seen].track;

@@ -59,7 +59,7 @@ pub fn catalogue() -> Vec<Entry> {
         .map(|mechanism| {
             let keys = Physics::keys().into_iter().filter(|k| k.mechanism == mechanism.name).collect();
             let mut entry = Entry { mechanism, forms: Vec::new(), quantities: Vec::new(), kinds: Vec::new(), keys };
-            for kind in Kind::ALL {
+            for kind in Kind::BUILT_IN {
                 let c = plain(kind);
                 let forms = mechanism.forms(&c);
                 if !forms.is_empty() {

@@ -39,7 +39,8 @@ const fn mechanism<P: Part>() -> Mechanism {
 fn forms<P: Part>(c: &Context) -> Vec<Form> {
     let experiment = match c.kind {
         Kind::DropTest => Experiment::DropTest,
-        Kind::ContactorOpening => Experiment::ContactorOpening,
+        // driven into the stop, bouncing: what a contactor shows, FMUs may show
+        Kind::ContactorOpening | Kind::System => Experiment::ContactorOpening,
         Kind::Indentation => Experiment::Indentation,
     };
     if c.terms.iter().any(|t| t == P::MECHANISM.name) {

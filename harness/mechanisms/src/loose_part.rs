@@ -156,7 +156,7 @@ fn part(t: &[f64], c: &Context, p: &mut crate::physics::Physics, borne: bool) {
     p.loose_part.damping = 2.0 * t[3].exp() * (p.loose_part.stiffness * p.loose_part.mass).sqrt();
     p.loose_part.ramp = EASED * c.scales.speed * (p.loose_part.mass / p.loose_part.stiffness).sqrt();
     p.loose_part.borne = borne;
-    if c.kind == Kind::ContactorOpening {
+    if c.kind.starts_driven() {
         // a body that a spring sets in motion from rest would leave the part where it was, were it not carried along
         p.loose_part.back = 0.0;
     }

@@ -7,6 +7,9 @@ use ::law::Parameters;
 
 pub use crate::constants::GRAVITY;
 
+/// Most variables of FMUs that a calibration may move.
+pub const FREE: usize = 16;
+
 /// A mass that rides on the body with a motion of its own; see the hooks of [`Part`].
 #[derive(Clone, Copy, Debug)]
 pub struct Rider {
@@ -56,6 +59,10 @@ macro_rules! physics {
             pub mass: f64,
             /// Gravity along +x, m/s^2.
             pub gravity: f64,
+            /// Where FMUs simulate the recording: the bond that all of this acts at, and how far their free variables are
+            /// from where the system file has them, each in its own measure.
+            pub bond: usize,
+            pub free: [f64; FREE],
             $($(pub $name: $part,)?)*
         }
 
@@ -66,6 +73,8 @@ macro_rules! physics {
                     damping_speed: None,
                     mass: 1.0,
                     gravity: 0.0,
+                    bond: 0,
+                    free: [0.0; FREE],
                     $($($name: Default::default(),)?)*
                 }
             }

@@ -3,7 +3,6 @@
 use crate::mechanism::*;
 use crate::part::{Allowed, Key, Motion, Part};
 use crate::physics::Physics;
-use record::Kind;
 
 /// F = -F_m exp(-t/tau) / (1 + z/z_0)^2 (Maxwell 1873; reluctance of an air gap).
 pub const MECHANISM: Mechanism = Mechanism {
@@ -57,7 +56,7 @@ impl Part for ResidualMagnetism {
 const TRAVELS: f64 = 20.0;
 
 fn forms(c: &Context) -> Vec<Form> {
-    if c.kind != Kind::ContactorOpening {
+    if !c.kind.starts_driven() {
         return Vec::new();
     }
     let force = parameter("force", 0.0, 0.5, 1e-4);

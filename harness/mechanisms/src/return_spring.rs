@@ -48,7 +48,8 @@ impl Part for ReturnSpring {
 }
 
 fn forms(c: &Context) -> Vec<Form> {
-    if c.kind != Kind::DropTest {
+    let held = c.kind == Kind::System && c.terms.iter().any(|t| t == MECHANISM.name);
+    if held || !matches!(c.kind, Kind::DropTest | Kind::System) {
         return Vec::new();
     }
     vec![

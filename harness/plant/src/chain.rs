@@ -8,7 +8,9 @@ use mechanisms::physics::Physics;
 /// without the offsets of their zeros.
 pub fn readings(p: &Physics, trace: &Trace, time: &[f64]) -> [Vec<f64>; 3] {
     let dt = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
-    let mut y = [trace.force.clone(), trace.acceleration.clone(), trace.position.clone()];
+    let [f, a, x] = &trace.read;
+    let read = |own: &Vec<f64>, other: &Option<Vec<f64>>| other.as_ref().unwrap_or(own).clone();
+    let mut y = [read(&trace.force, f), read(&trace.acceleration, a), read(&trace.position, x)];
     p.measure(&mut y, &Sampling { dt, before: trace.before });
     y
 }

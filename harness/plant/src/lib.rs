@@ -1,14 +1,16 @@
 //! The forward model of a recording: rig, contact law and measuring chain.
 //!
 //! `element` is what stands in for the contact; `integrate` is the one integrator, whose events `roots` locates;
-//! `motion` follows the rig from event to event, as a scenario does, `simulate` gives what a recording of it holds;
+//! `coupled` is the motion where FMUs simulate it, each a [`machine::Machine`]'s; `motion` follows the rig from event to event, as a scenario does, `simulate` gives what a recording of it holds;
 //! `chain` is what the instruments make of it, `noise` how they scatter, `recipe` writes a campaign simulated with
 //! seeded noise.
 
 pub mod chain;
+mod coupled;
 pub mod element;
 pub mod integrate;
 pub mod kernels;
+pub mod machine;
 pub mod noise;
 pub mod recipe;
 mod rig;

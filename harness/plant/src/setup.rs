@@ -1,6 +1,7 @@
 //! What the forward model has to know of one recording.
 
 use crate::integrate::Control;
+use crate::machine::Seat;
 use mechanisms::load_history::LoadHistory;
 use mechanisms::part::Motion;
 use mechanisms::physics::Physics;
@@ -31,6 +32,8 @@ pub struct Setup {
     pub depth: f64,
     pub speed: f64,
     pub duration: f64,
+    /// What simulates the recording in place of a rig of ours.
+    pub machine: Option<Seat>,
     /// How the motion is integrated; errors are relative to depth and speed of the impact.
     pub control: Control,
 }
@@ -79,6 +82,7 @@ impl Setup {
             depth,
             speed,
             duration,
+            machine: None,
             control: Control::dense(TOLERANCE),
         }
     }

@@ -1,5 +1,6 @@
 //! One recording of a campaign simulated: approach, contact, flight, and what an ideal chain reads.
 
+use super::coupled::coupled;
 use super::integrate::{integrate, Advance, Control, Locate, State, Stepper};
 use super::motion::{Contact, Motion, SURFACE, TURN};
 use super::rig::{Driven, Rig};
@@ -40,12 +41,14 @@ pub struct Trace {
     pub first_speed: f64,
     /// Recordings taken before this one.
     pub before: f64,
+    /// Channels that read something else than the motion above: force, acceleration, penetration.
+    pub read: [Option<Vec<f64>>; 3],
     /// False when the integrator gave up.
     pub ok: bool,
 }
 
 impl Trace {
-    fn blank(s: &Setup) -> Trace {
+    pub(crate) fn blank(s: &Setup) -> Trace {
         let n = s.time.len();
         Trace {
             force: vec![0.0; n],
@@ -60,7 +63,7 @@ impl Trace {
         }
     }
 
-    fn put(&mut self, i: usize, [f, a, x, v]: [f64; 4]) {
+    pub(crate) fn put(&mut self, i: usize, [f, a, x, v]: [f64; 4]) {
         self.force[i] = f;
         self.acceleration[i] = a;
         self.position[i] = x;
@@ -68,7 +71,7 @@ impl Trace {
     }
 
     /// Phases that were not reached end with the recording.
-    fn end_phases(&mut self, last: f64) {
+    pub(crate) fn end_phases(&mut self, last: f64) {
         for t in [&mut self.touch, &mut self.deepest, &mut self.leave] {
             if t.is_nan() {
                 *t = last;
@@ -99,6 +102,10 @@ pub fn simulate(physics: &Physics, s: &Setup, local: &Local) -> Trace {
     // the law called directly refuses nothing
     match (s.kind, s.control.locate) {
         (Kind::Indentation, _) => indent(&p, s, local, None),
+        (Kind::System, _) => {
+            let stiffness = local.stiffness.exp() * physics.wear(&s.history).stiffness;
+            coupled(&p, s, local, stiffness)
+        }
         (_, Locate::Polynomial) => free(&p, s, local, None).unwrap_or_default(),
         (_, Locate::Step) => {
             let mut law = Direct::new(p.law);

@@ -12,6 +12,7 @@ pub enum Section {
     Campaign,
     Rig,
     Simulation,
+    SystemsOfFmus,
     Recording,
     SpeedsAndHeights,
     CsvHeader,
@@ -24,11 +25,12 @@ pub enum Section {
 }
 
 impl Section {
-    pub const ALL: [Section; 13] = [
+    pub const ALL: [Section; 14] = [
         Section::FormatKey,
         Section::Campaign,
         Section::Rig,
         Section::Simulation,
+        Section::SystemsOfFmus,
         Section::Recording,
         Section::SpeedsAndHeights,
         Section::CsvHeader,
@@ -46,6 +48,7 @@ impl Section {
             "campaign" => Section::Campaign,
             "rig" => Section::Rig,
             "simulation" => Section::Simulation,
+            "simulation.free" | "simulation.bond" | "simulation.channels" => Section::SystemsOfFmus,
             "recording" => Section::Recording,
             _ => Section::FormatKey,
         }
@@ -58,6 +61,7 @@ impl Section {
             Section::Campaign => "Campaign",
             Section::Rig => "Rig",
             Section::Simulation => "Simulation",
+            Section::SystemsOfFmus => "Systems of FMUs",
             Section::Recording => "Recording",
             Section::SpeedsAndHeights => "Speeds and heights",
             Section::CsvHeader => "CSV header",

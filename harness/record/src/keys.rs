@@ -39,10 +39,25 @@ const RIG: &[Key] = &[
 
 const SIMULATION: &[Key] = &[
     Key("terms", Rule::Texts, ""),
+    Key("system", Rule::Text, ""),
+    Key("gravity", Rule::Number, "m/s^2"),
     Key("k", Rule::Above, "N/m^p"),
     Key("p", Rule::Above, ""),
     Key("mu_d", Rule::FromZero, "N s/m^(p+1)"),
 ];
+
+const FREE: &[Key] = &[Key("variable", Rule::Text, ""), Key("tolerance", Rule::Above, "")];
+
+const BOND: &[Key] = &[
+    Key("name", Rule::Text, ""),
+    Key("kind", Rule::Text, ""),
+    Key("force", Rule::Text, ""),
+    Key("penetration", Rule::Text, ""),
+    Key("velocity", Rule::Text, ""),
+];
+
+const CHANNELS: &[Key] =
+    &[Key("force", Rule::Text, ""), Key("acceleration", Rule::Text, ""), Key("penetration", Rule::Text, "")];
 
 const RECORDING: &[Key] = &[
     Key("file", Rule::Text, ""),
@@ -59,13 +74,19 @@ const RECORDING: &[Key] = &[
 const FORMAT: &[Key] = &[Key("format", Rule::Text, "")];
 
 /// The tables: name, where their keys stand, and the keys. What stands above all tables comes first.
-pub(crate) const TABLES: [(&str, &str, &[Key]); 5] = [
+pub(crate) const TABLES: [(&str, &str, &[Key]); 8] = [
     ("", "at the top of the file", FORMAT),
     ("campaign", "under [campaign]", CAMPAIGN),
     ("rig", "under [rig]", RIG),
     ("simulation", "under [simulation]", SIMULATION),
     ("recording", "under [[recording]]", RECORDING),
+    ("simulation.free", "under [[simulation.free]]", FREE),
+    ("simulation.bond", "under [[simulation.bond]]", BOND),
+    ("simulation.channels", "under [simulation.channels]", CHANNELS),
 ];
+
+/// The table of a recording whose keys are variables of FMUs.
+pub(crate) const SET: &str = "set";
 
 /// A value as it was read.
 #[derive(Clone, Debug, PartialEq)]
@@ -125,7 +146,24 @@ pub struct Document {
     pub campaign: Entries,
     pub rig: Entries,
     pub simulation: Entries,
+    /// Tables below [simulation], of a campaign of kind `system`.
+    pub free: Vec<Entries>,
+    pub bonds: Vec<Entries>,
+    pub channels: Option<Entries>,
     pub recordings: Vec<Entries>,
+    /// Values of `[recording.set]`, by recording.
+    pub sets: Vec<Vec<Setting>>,
+}
+
+/// A value that a recording gives a variable of an FMU.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// `fmu.variable`.
+    pub variable: String,
+    /// In the variable's unit.
+    pub value: f64,
+    /// Line in campaign.toml.
+    pub line: usize,
 }
 
 /// Reads `text` of the file `path`: what is right of it, and everything wrong with its keys and values.
@@ -148,7 +186,12 @@ pub fn read(path: &Path, text: &str) -> Result<(Document, Vec<RecordError>), Vec
         match (key.get_ref().as_ref(), value.get_ref()) {
             ("campaign", DeValue::Table(t)) => d.campaign = r.entries("campaign", t, head),
             ("rig", DeValue::Table(t)) => d.rig = r.entries("rig", t, head),
-            ("simulation", DeValue::Table(t)) => d.simulation = r.entries("simulation", t, head),
+            ("simulation", DeValue::Table(t)) => {
+                d.simulation = r.entries("simulation", t, head);
+                d.free = r.list("simulation.free", t);
+                d.bonds = r.list("simulation.bond", t);
+                d.channels = r.table("simulation.channels", t);
+            }
             (name @ ("campaign" | "rig" | "simulation"), _) => {
                 r.error(name, head, format!("{name} is no table"), format!("write it as a table [{name}]"));
             }
@@ -158,6 +201,7 @@ pub fn read(path: &Path, text: &str) -> Result<(Document, Vec<RecordError>), Vec
                     if let DeValue::Table(t) = v.get_ref() {
                         let entries = r.entries("recording", t, line);
                         d.recordings.push(entries);
+                        d.sets.push(r.settings(t));
                     }
                 }
             }
@@ -173,6 +217,15 @@ pub fn read(path: &Path, text: &str) -> Result<(Document, Vec<RecordError>), Vec
         }
     }
     Ok((d, r.errors))
+}
+
+/// The number that a value is, if it is one.
+fn number(value: &DeValue<'_>) -> Option<f64> {
+    match value {
+        DeValue::Float(f) => f.as_str().parse::<f64>().ok(),
+        DeValue::Integer(i) => i128::from_str_radix(i.as_str(), i.radix()).ok().map(|i| i as f64),
+        _ => None,
+    }
 }
 
 struct Reader<'a> {
@@ -203,10 +256,70 @@ impl Reader<'_> {
                     entries.values.insert(k.0, (at, value));
                 }
                 None if name.is_empty() && TABLES.iter().any(|t| t.0 == word) => {}
+                None if !name.is_empty() && TABLES.iter().any(|t| t.0 == format!("{name}.{word}")) => {}
+                None if name == "recording" && word == SET => {}
                 None => self.unknown(name, word, at),
             }
         }
         entries
+    }
+
+    /// The tables of the list `name` ("table.list") in `parent`; none where it is absent.
+    fn list(&mut self, name: &'static str, parent: &DeTable<'_>) -> Vec<Entries> {
+        let Some((line, value)) = self.below(name, parent) else { return Vec::new() };
+        let tables = match value.get_ref() {
+            DeValue::Array(list) if list.iter().all(|v| v.get_ref().is_table()) => list.iter().collect(),
+            _ => {
+                self.error("simulation", line, format!("{name} is no list of tables"), format!("write [[{name}]]"));
+                Vec::new()
+            }
+        };
+        let each = |v: &Spanned<DeValue<'_>>| {
+            let line = self.line(v.span().start);
+            v.get_ref().as_table().map(|t| self.entries(name, t, line))
+        };
+        tables.into_iter().filter_map(each).collect()
+    }
+
+    /// The table `name` ("table.inner") in `parent`; None where it is absent.
+    fn table(&mut self, name: &'static str, parent: &DeTable<'_>) -> Option<Entries> {
+        let (line, value) = self.below(name, parent)?;
+        match value.get_ref() {
+            DeValue::Table(t) => Some(self.entries(name, t, line)),
+            _ => {
+                self.error("simulation", line, format!("{name} is no table"), format!("write it as a table [{name}]"));
+                None
+            }
+        }
+    }
+
+    /// Line and value of the key that comes behind the dot in `name`.
+    fn below<'v, 'd>(&self, name: &str, parent: &'v DeTable<'d>) -> Option<(usize, &'v Spanned<DeValue<'d>>)> {
+        let (_, key) = name.split_once('.')?;
+        let (word, value) = parent.iter().find(|(word, _)| word.get_ref() == key)?;
+        Some((self.line(word.span().start), value))
+    }
+
+    /// The values of `[recording.set]` in the table of a recording.
+    fn settings(&mut self, recording: &DeTable<'_>) -> Vec<Setting> {
+        let Some((word, value)) = recording.iter().find(|(word, _)| word.get_ref() == SET) else { return Vec::new() };
+        let head = self.line(word.span().start);
+        let cure = "write [recording.set] with a line \"fmu.variable\" = number for each";
+        let DeValue::Table(t) = value.get_ref() else {
+            self.error("recording", head, "set is no table", cure);
+            return Vec::new();
+        };
+        let mut found = Vec::new();
+        for (name, value) in t {
+            let line = self.line(name.span().start);
+            match number(value.get_ref()).filter(|v| v.abs() <= LARGEST) {
+                Some(value) => found.push(Setting { variable: name.get_ref().to_string(), value, line }),
+                None => {
+                    self.error("recording", line, format!("{:?} is set to what is no number", name.get_ref()), cure)
+                }
+            }
+        }
+        found
     }
 
     /// A key that its table does not know: it stands in the wrong table, or is misspelt.
@@ -215,7 +328,8 @@ impl Reader<'_> {
         let cure = match TABLES.iter().find(|t| t.2.iter().any(|k| k.0 == word)) {
             Some(home) => format!("it belongs {}", home.1),
             None => {
-                let tables = TABLES.iter().map(|t| t.0).filter(|t| table.is_empty() && !t.is_empty());
+                let tables =
+                    TABLES.iter().map(|t| t.0).filter(|t| table.is_empty() && !t.is_empty() && !t.contains('.'));
                 words::instead(word, &own.2.iter().map(|k| k.0).chain(tables).collect::<Vec<_>>())
             }
         };
@@ -235,12 +349,7 @@ impl Reader<'_> {
             Rule::Texts => format!("write {name} = [\"...\", \"...\"]"),
             Rule::Label => format!("give {name} as a number or a text"),
         };
-        let number = match value.get_ref() {
-            DeValue::Float(f) => f.as_str().parse::<f64>().ok(),
-            DeValue::Integer(i) => i128::from_str_radix(i.as_str(), i.radix()).ok().map(|i| i as f64),
-            _ => None,
-        };
-        match (rule, value.get_ref(), number) {
+        match (rule, value.get_ref(), number(value.get_ref())) {
             (Rule::Text | Rule::Label, DeValue::String(s), _) => return Some(Value::Text(s.to_string())),
             (Rule::Texts, DeValue::Array(list), _) => {
                 let mut texts = Vec::new();

@@ -1,6 +1,7 @@
 //! Campaigns in the format `recordings/1`: read, checked, converted to SI.
 
 mod error;
+mod fmus;
 mod keys;
 mod load;
 mod samples;
@@ -9,6 +10,8 @@ pub mod units;
 pub mod words;
 
 pub use error::{RecordError, RecordErrors, Section};
+pub use fmus::{Bond, BondKind, FmuSystem, Free, Written};
+pub use keys::Setting;
 pub use load::load;
 pub use samples::{read_file, Signals, LARGEST};
 pub use schema::schema;
@@ -23,10 +26,14 @@ pub enum Kind {
     DropTest,
     ContactorOpening,
     Indentation,
+    /// Whatever a system of FMUs simulates.
+    System,
 }
 
 impl Kind {
-    pub const ALL: [Kind; 3] = [Kind::DropTest, Kind::ContactorOpening, Kind::Indentation];
+    pub const ALL: [Kind; 4] = [Kind::DropTest, Kind::ContactorOpening, Kind::Indentation, Kind::System];
+    /// Those whose rig is built in.
+    pub const BUILT_IN: [Kind; 3] = [Kind::DropTest, Kind::ContactorOpening, Kind::Indentation];
 
     /// The kind of that name; a `_` for the `-` does as well.
     pub fn named(name: &str) -> Option<Kind> {
@@ -40,7 +47,13 @@ impl Kind {
             Kind::DropTest => "drop-test",
             Kind::ContactorOpening => "contactor-opening",
             Kind::Indentation => "indentation",
+            Kind::System => "system",
         }
+    }
+
+    /// Whether the body starts at rest and is driven: what is loose in it is carried along.
+    pub fn starts_driven(self) -> bool {
+        matches!(self, Kind::ContactorOpening | Kind::System)
     }
 
     /// What the simulation of such a campaign holds beside k x^p where campaign.toml does not say it: a weight and a law that
@@ -49,7 +62,7 @@ impl Kind {
         match self {
             Kind::DropTest => &["gravity", "hysteresis_damping"],
             Kind::ContactorOpening => &["hysteresis_damping"],
-            Kind::Indentation => &[],
+            Kind::Indentation | Kind::System => &[],
         }
     }
 }
@@ -198,6 +211,8 @@ pub struct Recording {
     /// Speed at the first sample, m/s, and its std.
     pub start_speed: Option<(f64, f64)>,
     pub spring_preload: Option<f64>,
+    /// Values of variables of FMUs in this recording, of a campaign of kind `system`.
+    pub set: Vec<Setting>,
     /// s, strictly increasing
     pub time: Vec<f64>,
     /// Times from the first sample to the last, s, at which courses of the whole recording are worked out where `time` holds
@@ -267,6 +282,8 @@ pub struct Campaign {
     pub travel: Option<f64>,
     pub return_spring_rate: Option<f64>,
     pub simulation: Simulation,
+    /// The FMUs that simulate it, of a campaign of kind `system`.
+    pub system: Option<FmuSystem>,
     /// Value and text of each level, ascending.
     pub levels: Vec<(f64, String)>,
     pub recordings: Vec<Recording>,

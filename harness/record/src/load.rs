@@ -3,7 +3,9 @@
 use crate::error::Section;
 use crate::keys::{self, Document, Entries, Value};
 use crate::samples::{self, short};
-use crate::{words, Campaign, Kind, RecordError, RecordErrors, Recording, Simulation, GRAVITY};
+use crate::{
+    fmus, words, Campaign, Channel, FmuSystem, Kind, RecordError, RecordErrors, Recording, Setting, Simulation, GRAVITY,
+};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -28,6 +30,7 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
     let kind = c.head(&document);
     let (rig, sim) = (&document.rig, &document.simulation);
     c.rig(rig, kind);
+    let system = fmus::read(&path, &document, kind, &mut c.errors);
     for (term, line) in sim.texts("terms").unwrap_or_default() {
         if !terms.contains(&term.as_str()) {
             c.error(Section::Simulation, *line, format!("term {term:?} is not known"), words::instead(term, terms));
@@ -39,7 +42,8 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
     let mut seen = BTreeMap::new();
     let mut listed: Vec<Listed> = Vec::new();
     for (i, r) in document.recordings.iter().enumerate() {
-        if let Some(l) = c.recording(r, i, kind, &mut seen) {
+        if let Some(mut l) = c.recording(r, i, kind, &mut seen) {
+            l.take_settings(document.sets.get(i).map_or(&[][..], Vec::as_slice), r.given("level"));
             listed.push(l);
         }
     }
@@ -59,6 +63,7 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
                     impact_speed: l.impact_speed,
                     start_speed: l.start_speed,
                     spring_preload: l.spring_preload,
+                    set: l.set.clone(),
                     time: s.time,
                     whole: None,
                     channels: s.channels,
@@ -82,12 +87,16 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
         .and_then(|d| d.file_name().map(|n| n.to_string_lossy().into_owned()))
         .unwrap_or_else(|| "campaign".into());
     let names: Vec<&str> = recordings.iter().map(|r| r.file.as_str()).collect();
-    warnings.extend(unlisted(dir, &names));
+    let own = system.as_ref().map(|s| s.file.text.as_str());
+    warnings.extend(unlisted(dir, &names.into_iter().chain(own).collect::<Vec<_>>()));
     warnings.extend(same_order(&document.recordings));
     let terms: Vec<String> = match sim.texts("terms") {
         Some(given) => given.iter().map(|t| t.0.clone()).collect(),
         None => kind.usual_terms().iter().map(|t| t.to_string()).collect(),
     };
+    if let Some(s) = &system {
+        warnings.extend(keep_channels_of(s, &mut recordings));
+    }
     if sim.texts("terms").is_none() && !terms.is_empty() {
         warnings.push(format!(
             "[simulation] lists no terms: it is taken to hold {}. Write terms = [] where it holds k x^p alone.",
@@ -105,10 +114,27 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
         travel: rig.number("travel"),
         return_spring_rate: rig.number("return_spring_rate"),
         simulation: Simulation { terms, k: sim.number("k"), p: sim.number("p"), mu_d: sim.number("mu_d") },
+        system,
         levels,
         recordings,
         warnings,
     })
+}
+
+/// Takes recorded channels out that no output of the FMUs is; says which.
+fn keep_channels_of(system: &FmuSystem, recordings: &mut [Recording]) -> Vec<String> {
+    let without = Channel::ALL.into_iter().filter(|c| system.channels[c.index()].is_none());
+    let mut notes = Vec::new();
+    for c in without {
+        let taken = recordings.iter_mut().filter_map(|r| r.channels[c.index()].take()).count();
+        if taken > 0 {
+            notes.push(format!(
+                "{} is recorded, but [simulation.channels] names no output for it: it was left out.",
+                c.name()
+            ));
+        }
+    }
+    notes
 }
 
 /// A recording as campaign.toml lists it.
@@ -121,6 +147,19 @@ struct Listed {
     impact_speed: Option<(f64, f64)>,
     start_speed: Option<(f64, f64)>,
     spring_preload: Option<f64>,
+    set: Vec<Setting>,
+}
+
+impl Listed {
+    /// Takes the values of FMUs' variables; where nothing else names the level, they do.
+    fn take_settings(&mut self, set: &[Setting], named: bool) {
+        self.set = set.to_vec();
+        if named || self.drop_height.is_some() || self.spring_preload.is_some() || set.is_empty() {
+            return;
+        }
+        let texts: Vec<String> = set.iter().map(|s| format!("{} = {}", s.variable, s.value)).collect();
+        self.level = (set[0].value, texts.join(", "));
+    }
 }
 
 /// The levels, ascending, and for each recording the index of its own.
@@ -249,7 +288,9 @@ impl Check<'_> {
             _ => (0.0, "all".to_string()),
         };
         let order = r.number("order").unwrap_or(i as f64 + 1.0);
-        Some(Listed { file: file.to_string(), order, level, drop_height, impact_speed, start_speed, spring_preload })
+        let file = file.to_string();
+        let set = Vec::new();
+        Some(Listed { file, order, level, drop_height, impact_speed, start_speed, spring_preload, set })
     }
 }
 
@@ -272,7 +313,8 @@ fn unlisted(dir: &Path, listed: &[&str]) -> Option<String> {
         .filter_map(|e| e.ok()?.file_name().into_string().ok())
         .filter(|n| {
             let l = n.to_lowercase();
-            (l.ends_with(".csv") && !listed.contains(&n.as_str())) || (l.ends_with(".toml") && n != "campaign.toml")
+            (l.ends_with(".csv") && !listed.contains(&n.as_str()))
+                || (l.ends_with(".toml") && n != "campaign.toml" && !listed.contains(&n.as_str()))
         })
         .collect();
     names.sort();

@@ -1,21 +1,36 @@
 //! The JSON schema of campaign.toml, from the table of its keys: for editors that complete and check as one types.
 
-use crate::keys::{Key, Rule, TABLES};
-use crate::Kind;
+use crate::keys::{Key, Rule, SET, TABLES};
+use crate::{BondKind, Kind};
 use serde_json::{json, Map, Value};
 
 /// The schema (JSON Schema 2020-12) of campaign.toml. `terms`: what `[simulation]` may list.
 pub fn schema(terms: &[&str]) -> Value {
     let mut properties = Map::new();
     for (table, _, keys) in TABLES {
-        let of: Map<_, _> = keys.iter().map(|k| (k.0.to_string(), property(k, terms))).collect();
+        let of: Map<_, _> = keys.iter().map(|k| (k.0.to_string(), property(table, k, terms))).collect();
         let of_table = json!({"type": "object", "additionalProperties": false, "properties": of});
         match table {
             "" => properties.extend(of),
             "recording" => {
                 let mut each = of_table;
                 each["required"] = json!(["file"]);
+                each["properties"][SET] = json!({"type": "object", "additionalProperties": {"type": "number"}});
                 properties.insert(table.into(), json!({"type": "array", "minItems": 1, "items": each}));
+            }
+            // tables below another, whose row comes first
+            _ if table.contains('.') => {
+                let (parent, key) = table.split_once('.').unwrap_or_default();
+                let required = match key {
+                    "free" => json!(["variable"]),
+                    "bond" => json!(["name", "kind", "penetration", "velocity"]),
+                    _ => json!([]),
+                };
+                let mut each = of_table;
+                each["required"] = required;
+                let list = key != "channels";
+                properties[parent]["properties"][key] =
+                    if list { json!({"type": "array", "items": each}) } else { each };
             }
             _ => {
                 properties.insert(table.into(), of_table);
@@ -34,10 +49,11 @@ pub fn schema(terms: &[&str]) -> Value {
 }
 
 /// What a key may hold.
-fn property(key: &Key, terms: &[&str]) -> Value {
+fn property(table: &str, key: &Key, terms: &[&str]) -> Value {
     let Key(name, rule, unit) = key;
     let mut of = match (*name, rule) {
         ("format", _) => json!({"const": "recordings/1"}),
+        ("kind", _) if table == "simulation.bond" => json!({"enum": BondKind::ALL.map(BondKind::name)}),
         ("kind", _) => {
             let names = Kind::ALL.map(Kind::name);
             json!({"enum": names.iter().map(|n| n.to_string()).chain(names.map(|n| n.replace('-', "_"))).collect::<std::collections::BTreeSet<_>>()})

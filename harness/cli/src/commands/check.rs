@@ -1,14 +1,19 @@
 //! `touchdown check`.
 
+use super::fmus::Fmus;
 use super::form::Form;
 use crate::aligned::aligned;
 use crate::campaign::of_campaign;
 use crate::print;
 use anyhow::Result;
 use diagnose::figure::figure;
-use estimate::condition::{condition, Invalid};
+use estimate::condition::{condition_on, Guess, Invalid};
 use estimate::impact::touch;
-use record::{Campaign, Channel, RecordErrors, Recording, Section};
+use estimate::levels::nrmse;
+use estimate::problem::{Data, Nuisance, Problem};
+use estimate::structure::Structure;
+use host::Isolation;
+use record::{Campaign, Channel, RecordError, RecordErrors, Recording, Section};
 use serde::Serialize;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -26,6 +31,8 @@ pub struct Arguments {
     #[arg(required = true)]
     campaigns: Vec<PathBuf>,
     #[command(flatten)]
+    fmus: Fmus,
+    #[command(flatten)]
     form: Form,
 }
 
@@ -41,6 +48,9 @@ struct Understood {
     recordings: Vec<Row>,
     notes: Vec<String>,
     noise: Vec<Noise>,
+    /// What FMUs make of the recordings before anything is fitted; empty where none simulate it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    simulated: Vec<Simulated>,
     /// What is wrong with it, a line each; also told on standard error.
     errors: Vec<String>,
 }
@@ -66,6 +76,19 @@ struct Row {
     force: Option<[f64; 2]>,
     acceleration: Option<[f64; 2]>,
     penetration: Option<[f64; 2]>,
+}
+
+/// A channel of a recording, as read and as FMUs simulate it with the values of the system file.
+#[derive(Serialize)]
+struct Simulated {
+    file: String,
+    channel: &'static str,
+    unit: &'static str,
+    /// Least and largest.
+    recorded: [f64; 2],
+    simulated: [f64; 2],
+    /// Root mean square of the difference over the recording's range.
+    off: f64,
 }
 
 /// A channel's noise: standard deviation in its unit, and over its range.
@@ -133,6 +156,7 @@ fn cells(r: &Row) -> [String; 10] {
 
 fn words(u: &Understood) -> String {
     let simulation = match (u.simulation.k, u.simulation.p) {
+        _ if u.kind == record::Kind::System.name() => "FMUs".to_string(),
         (Some(k), Some(p)) => format!("k = {k} N/m^p, p = {p}"),
         _ => "not calibrated yet".to_string(),
     };
@@ -153,6 +177,17 @@ fn words(u: &Understood) -> String {
         let (noise, share) = (figure(n.noise, n.unit), figure(100.0 * n.over_range, "%"));
         s += &format!("  noise of {}: {noise}, {share} of its range\n", n.channel);
     }
+    for m in &u.simulated {
+        let range = |[low, high]: [f64; 2]| format!("{} to {}", figure(low, ""), figure(high, m.unit));
+        let off = figure(100.0 * m.off, "%");
+        s += &format!(
+            "  {}, {}: recorded {}, simulated {}, off by {off} of range\n",
+            m.file,
+            m.channel,
+            range(m.recorded),
+            range(m.simulated)
+        );
+    }
     if u.errors.is_empty() {
         s += "  nothing contradicts\n";
     }
@@ -163,8 +198,10 @@ fn words(u: &Understood) -> String {
 ///
 /// # Errors
 /// Where it cannot be read at all; what contradicts is among what is understood.
-fn understood(dir: &Path) -> Result<Understood> {
-    let c = crate::campaign::load(dir)?;
+fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
+    let mut c = crate::campaign::load(dir)?;
+    let machine = crate::campaign::machine(&mut c, isolation)?;
+    let c = c;
     let mut u = Understood {
         folder: dir.into(),
         name: c.name.clone(),
@@ -175,11 +212,12 @@ fn understood(dir: &Path) -> Result<Understood> {
         recordings: c.recordings.iter().map(|r| row(&c, r)).collect(),
         notes: c.warnings.clone(),
         noise: Vec::new(),
+        simulated: Vec::new(),
         errors: Vec::new(),
     };
     let told = |e: Invalid| of_campaign(dir, &e).lines().map(str::to_string).collect();
-    let data = match condition(&c) {
-        Ok(conditioned) => conditioned.data,
+    let (data, guess) = match condition_on(&c, machine.as_ref()) {
+        Ok(conditioned) => (conditioned.data, conditioned.guess),
         Err(e) => {
             u.errors = told(e);
             return Ok(u);
@@ -194,7 +232,38 @@ fn understood(dir: &Path) -> Result<Understood> {
     if let Err(e) = diagnose::plausible::check(&c, &data) {
         u.errors = told(e);
     }
+    if let Some(m) = machine {
+        u.notes.extend(m.facts().notes.iter().cloned());
+        u.simulated = simulated(&c, &data, &guess);
+        u.errors.extend(m.troubles().iter().map(|t| format!("{}: {t}", dir.display())));
+    }
     Ok(u)
+}
+
+/// What FMUs make of every recording with the values of the system file.
+fn simulated(c: &Campaign, data: &Data, guess: &Guess) -> Vec<Simulated> {
+    let structure = Structure::given(c, data);
+    let problem = Problem::new(data, structure.model());
+    let Some(theta) = structure.starts(guess).into_iter().next() else { return Vec::new() };
+    let ends = |y: &[f64]| y.iter().fold([f64::MAX, f64::MIN], |[low, high], v| [low.min(*v), high.max(*v)]);
+    let mut all = Vec::new();
+    for (r, rec) in data.records.iter().enumerate() {
+        let local = problem.fit_local(&theta, r, &data.local_start(r), &|n| n == Nuisance::Start);
+        let (trace, y) = problem.predict(&theta, r, &local);
+        for k in data.compared(r).filter(|_| trace.ok) {
+            let Some(read) = &rec.y[k.index()] else { continue };
+            let simulated = &y[k.index()];
+            all.push(Simulated {
+                file: rec.file.clone(),
+                channel: k.name(),
+                unit: k.unit(),
+                recorded: ends(read),
+                simulated: ends(simulated),
+                off: nrmse(read, simulated).unwrap_or(f64::NAN),
+            });
+        }
+    }
+    all
 }
 
 /// An error, and where the documentation says what is right.
@@ -205,8 +274,9 @@ fn linked(error: &dyn Display, section: Section) -> String {
 pub fn run(a: &Arguments) -> Result<ExitCode> {
     let mut all = Vec::new();
     let mut failed = false;
+    let isolation = a.fmus.isolation()?;
     for dir in &a.campaigns {
-        match understood(dir) {
+        match understood(dir, &isolation) {
             Ok(u) => {
                 // what is to be one JSON text is printed at the end
                 if !a.form.json {
@@ -220,7 +290,10 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
                 failed = true;
                 match e.downcast_ref::<RecordErrors>() {
                     Some(all) => all.0.iter().for_each(|e| print::error(&linked(e, e.section))),
-                    None => print::error(&linked(&format!("{e:#}"), Section::NoImpact)),
+                    None => {
+                        let of_fmus = e.downcast_ref::<RecordError>().map(|e| e.section);
+                        print::error(&linked(&format!("{e:#}"), of_fmus.unwrap_or(Section::NoImpact)))
+                    }
                 }
             }
         }

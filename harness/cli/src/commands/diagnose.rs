@@ -1,6 +1,7 @@
 //! `touchdown diagnose`.
 
 use super::batch::Batch;
+use super::fmus::Fmus;
 use super::form::Form;
 use crate::campaign::{content, of_campaign};
 use crate::place;
@@ -11,7 +12,9 @@ use diagnose::run::{self as diagnosis, Failure, Outcome, Settings};
 use diagnose::sensors::are_of_same_impacts;
 use diagnose::verdict::Verdict;
 use estimate::Budget;
+use host::Isolation;
 use output::{hexadecimal, Entry, Manifest};
+use plant::machine::Machine;
 use record::Campaign;
 use report::diagnosis as answer;
 use serde::Serialize;
@@ -55,17 +58,27 @@ pub struct Arguments {
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
+    fmus: Fmus,
+    #[command(flatten)]
     form: Form,
 }
+
+/// What simulates each campaign where no rig of ours does.
+type Machines = Vec<Option<Arc<dyn Machine>>>;
 
 /// Time between looks at whether the user has ended the command.
 const LOOK: Duration = Duration::from_millis(50);
 /// Time that a diagnosis has to end by itself, then.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// The campaign in `dir`, to be answered below `out` beside the answers of `others`.
-fn taken_in(dir: &Path, out: &Path, others: &[Campaign]) -> Result<Campaign> {
-    let c = crate::campaign::load(dir)?;
+/// The campaign in `dir`, to be answered below `out` beside the answers of `others`, and what simulates it.
+fn taken_in(
+    dir: &Path,
+    out: &Path,
+    others: &[Campaign],
+    isolation: &Isolation,
+) -> Result<(Campaign, Option<Arc<dyn Machine>>)> {
+    let mut c = crate::campaign::load(dir)?;
     if let Some(other) = others.iter().find(|o| o.folder == c.folder) {
         return Err(anyhow!(
             "{}: {} is called {} as well, and their answers would overwrite each other; rename one folder",
@@ -76,7 +89,8 @@ fn taken_in(dir: &Path, out: &Path, others: &[Campaign]) -> Result<Campaign> {
     }
     let answer = out.join(&c.folder);
     answer::check_folder(&answer).with_context(|| place::unwritten(&answer))?;
-    Ok(c)
+    let machine = crate::campaign::machine(&mut c, isolation)?;
+    Ok((c, machine))
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
@@ -91,13 +105,16 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     // all input is read before any answer is written; a bad campaign does not stop the others
     let mut campaigns: Vec<Campaign> = Vec::new();
     let mut contents: Vec<Option<String>> = Vec::new();
+    let mut machines: Machines = Vec::new();
+    let isolation = a.fmus.isolation()?;
     let mut batch = Batch::default();
     for dir in &a.campaigns {
         // before they are read: an answer is never taken to be of files that were changed since
         let content = content(dir);
-        match taken_in(dir, &a.out, &campaigns) {
-            Ok(c) => {
+        match taken_in(dir, &a.out, &campaigns, &isolation) {
+            Ok((c, machine)) => {
                 campaigns.push(c);
+                machines.push(machine);
                 contents.push(content);
             }
             Err(e) => {
@@ -128,7 +145,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
             progress.add(1);
             continue;
         }
-        match alone(&campaigns, i, a, &progress) {
+        match alone(&campaigns, i, machines[i].clone(), a, &progress) {
             Some(Ok(o)) => match answer::write(c, &o, &dir, input) {
                 Ok(committed) => {
                     // what is to be one JSON text is printed at the end
@@ -212,6 +229,7 @@ fn finished(c: &Campaign, dir: &Path, input: Option<&str>) -> Option<Answer> {
 fn alone(
     campaigns: &Arc<Vec<Campaign>>,
     i: usize,
+    machine: Option<Arc<dyn Machine>>,
     a: &Arguments,
     progress: &Arc<Progress>,
 ) -> Option<Result<Outcome, Failure>> {
@@ -224,7 +242,7 @@ fn alone(
         let stage = |text: &str| progress.stage(&format!("{}: {text}", c.folder));
         let others = &campaigns[..];
         let platforms = platforms.as_deref();
-        let settings = Settings { bootstrap, element: true, platforms, others, stage: &stage, budget };
+        let settings = Settings { bootstrap, element: true, platforms, others, stage: &stage, machine, budget };
         // nobody listens any more where the user has ended the command
         drop(done.send(diagnosis::diagnose_with(c, &settings)));
     });

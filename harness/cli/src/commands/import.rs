@@ -151,9 +151,10 @@ fn options(a: &Arguments) -> Result<Options> {
         }
     }
     if let Some(k) = &a.kind {
-        let names = Kind::ALL.map(Kind::name);
+        let names = Kind::BUILT_IN.map(Kind::name);
         o.kind = Some(
             Kind::named(k)
+                .filter(|k| Kind::BUILT_IN.contains(k))
                 .ok_or_else(|| anyhow!("--kind {k:?} is not known; {}", record::words::instead(k, &names)))?,
         );
     }

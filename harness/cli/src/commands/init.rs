@@ -1,24 +1,31 @@
 //! `touchdown init`.
 
+use super::fmus::Fmus;
 use crate::print;
 use anyhow::{bail, ensure, Context, Result};
-use record::Kind;
+use host::{propose, Proposal};
+use record::{Channel, Kind};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const EXAMPLES: &str = "Examples:
   touchdown init my_drops --kind drop-test               # then fill in my_drops/campaign.toml
-  touchdown init openings --kind contactor-opening";
+  touchdown init openings --kind contactor-opening
+  touchdown init my_machine/system.toml                  # for recordings beside a system of FMUs, an .ssp or an .fmu";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Folder with the recordings, a CSV file each; campaign.toml is written into it
+    /// Folder with the recordings, a CSV file each; campaign.toml is written into it. Or the system of FMUs that simulates
+    /// them, which lies beside them: a system file, an SSP archive or one FMU
+    #[arg(value_name = "FOLDER|SYSTEM")]
     folder: PathBuf,
-    /// What was done: drop-test, contactor-opening or indentation
+    /// What was done: drop-test, contactor-opening or indentation; of a system it is not needed
     #[arg(long)]
-    kind: String,
+    kind: Option<String>,
+    #[command(flatten)]
+    fmus: Fmus,
 }
 
 /// The name of the file that describes a campaign.
@@ -58,6 +65,8 @@ fn keys(kind: Kind) -> (&'static str, &'static str) {
              # return_spring_rate =     # N/m",
             "# spring_preload =         # N, the return spring at rest; names the level",
         ),
+        // a system describes itself
+        Kind::System => ("", "# level =                  # what the recordings differ by, a number or a text"),
         Kind::Indentation => ("# nothing is needed of it: the penetration is imposed", "# level =                  # what the recordings differ by, a number or a text"),
     }
 }
@@ -91,22 +100,100 @@ fn template(kind: Kind, name: &str, files: &[String]) -> String {
     s
 }
 
+/// A number as TOML has it.
+fn number(x: f64) -> String {
+    let text = x.to_string();
+    if text.contains(['.', 'e', 'E']) {
+        text
+    } else {
+        text + ".0"
+    }
+}
+
+/// The description of a campaign that the system `file` simulates, as its FMUs propose it.
+fn of_system(p: &Proposal, file: &str, name: &str, files: &[String]) -> String {
+    let mut s = format!(
+        "# A campaign of recordings that FMUs simulate. What stands here is proposed from their descriptions: correct it, then run\n\
+         # `touchdown check`. Every key: docs/src/formats/recordings.md.\n\
+         format = \"recordings/1\"\n\n[campaign]\nname = {name:?}\nkind = \"system\"\n\n[simulation]\nsystem = {file:?}\n\
+         terms = []                 # what the system holds already; names from `touchdown mechanisms`\n"
+    );
+    for (variable, tolerance) in &p.free {
+        s += &format!("\n[[simulation.free]]         # calibration may move it\nvariable = {variable:?}\n");
+        s += &tolerance
+            .map_or(String::new(), |t| format!("tolerance = {t}          # relative, one standard deviation\n"));
+    }
+    for b in &p.bonds {
+        s += &format!(
+            "\n[[simulation.bond]]         # physics may be missing here\nname = {:?}\nkind = \"contact\"           # or \"body\"\n",
+            b.name
+        );
+        s += &match &b.force {
+            Some(f) => format!("force = {f:?}\n"),
+            None => {
+                "# force =                  # the FMUs have no input in N: only their outputs can be judged\n".into()
+            }
+        };
+        s += &format!("penetration = {:?}\nvelocity = {:?}\n", b.penetration, b.velocity);
+    }
+    s += "\n[simulation.channels]       # which output each recorded channel is\n";
+    for (c, output) in Channel::ALL.into_iter().zip(&p.channels) {
+        s += &match output {
+            Some(o) => format!("{} = {o:?}\n", c.name()),
+            None => format!("# {} =\n", c.name()),
+        };
+    }
+    for (i, file) in files.iter().enumerate() {
+        s += &format!("\n[[recording]]\nfile = {file:?}\norder = {}\n", i + 1);
+        if !p.settings.is_empty() {
+            s += "[recording.set]            # what differs from recording to recording; leave out what does not\n";
+        }
+        for (variable, value) in &p.settings {
+            s += &format!("# {variable:?} = {}\n", number(*value));
+        }
+    }
+    s
+}
+
+/// Whether a path is a system of FMUs, and not the folder of recordings.
+fn is_system(path: &Path) -> bool {
+    path.is_file()
+}
+
 pub fn run(a: &Arguments) -> Result<ExitCode> {
-    let Some(kind) = Kind::named(&a.kind) else {
-        bail!("kind {:?} is not known; {}", a.kind, record::words::instead(&a.kind, &Kind::ALL.map(Kind::name)));
+    let names = Kind::ALL.map(Kind::name);
+    let system = is_system(&a.folder);
+    let kind = match a.kind.as_deref() {
+        None if system => Kind::System,
+        None => bail!("--kind is missing: give one of {}, or name the system of FMUs", names.join(", ")),
+        Some(k) => {
+            Kind::named(k).with_context(|| format!("kind {k:?} is not known; {}", record::words::instead(k, &names)))?
+        }
     };
-    let files = recordings(&a.folder)?;
-    let path = a.folder.join(NAME);
+    let given = if system { a.folder.parent().unwrap_or(Path::new("")) } else { &a.folder };
+    let given = if given.as_os_str().is_empty() { Path::new(".") } else { given };
+    ensure!(
+        system == (kind == Kind::System),
+        "{}: a campaign of kind system is written beside its system; name a system file, an .ssp or an .fmu, and no other kind",
+        a.folder.display()
+    );
+    let files = recordings(given)?;
+    let path = given.join(NAME);
     ensure!(!path.exists(), "{}: is there already; move it away, or edit it", path.display());
-    let folder = a.folder.canonicalize().unwrap_or_else(|_| a.folder.clone());
+    let folder = given.canonicalize().unwrap_or_else(|_| given.to_path_buf());
     let name = folder.file_name().map_or("campaign".into(), |n| n.to_string_lossy());
-    output::write_new(&path, template(kind, &name, &files).as_bytes())
-        .with_context(|| format!("{}: cannot be written", path.display()))?;
+    let text = if system {
+        let file = a.folder.file_name().map_or("".into(), |n| n.to_string_lossy());
+        of_system(&propose(&a.folder, &a.fmus.isolation()?)?, &file, &name, &files)
+    } else {
+        template(kind, &name, &files)
+    };
+    output::write_new(&path, text.as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))?;
     print::beside(&format!(
         "{}: {} recordings listed; fill in what is left open, then run `touchdown check {}`\n",
         path.display(),
         files.len(),
-        a.folder.display()
+        given.display()
     ));
     Ok(ExitCode::SUCCESS)
 }

@@ -279,6 +279,10 @@ fn unexplained(d: &Decision, f: &Findings) -> String {
         }
         None => format!("the residual is overdispersed, {:.1} times white noise", d.overdispersion.1),
     };
+    let what = match d.base.structure.base().machine.as_ref().filter(|m| !m.facts().takes_force()) {
+        Some(_) => format!("{what}; the FMUs take no force, so that no physics of contact or motion could be tried"),
+        None => what,
+    };
     match &f.latent {
         Some(l) => format!("{what}. {}", l.text),
         None => what,
@@ -286,10 +290,26 @@ fn unexplained(d: &Decision, f: &Findings) -> String {
 }
 
 fn bias(d: &Decision, f: &Findings) -> BaseBias {
-    let (b, a) = (&d.base.fit.point.theta, &d.chosen.fit.point.theta);
-    let of = |i: usize| if d.detected { b[i] - a[i] } else { 0.0 };
+    let law = |f: &estimate::fitted::Fitted| {
+        let (elastic, s) = (f.physics().law.elastic, f.data.scales);
+        (elastic.stiffness.ln() + elastic.exponent * s.x_ref.ln(), elastic.exponent)
+    };
+    // of FMUs by what their contact nearly follows; of ours as fitted
+    let of = |i: usize| match &d.base.structure.base().machine {
+        _ if !d.detected => 0.0,
+        None => d.base.fit.point.theta[i] - d.chosen.fit.point.theta[i],
+        Some(_) => {
+            let (b, a) = (law(&d.base), law(&d.chosen));
+            let off = if i == 0 { b.0 - a.0 } else { b.1 - a.1 };
+            if off.is_finite() {
+                off
+            } else {
+                0.0
+            }
+        }
+    };
     let parameter = |b: &crate::bias::Bias| ParameterBias {
-        name: b.name,
+        name: b.name.clone(),
         unit: b.unit.clone(),
         before: b.before,
         after: b.after,
@@ -311,29 +331,35 @@ fn places(c: &Campaign, d: &Decision, f: &Findings, terms: &[(usize, [f64; 4])])
     let missing = "what is missing";
     let all = d.chosen.structure.terms();
     let of_term = |(i, shares): &(usize, [f64; 4])| {
-        let m = all[*i].mechanism;
-        place(c, d, &f.map, m.origin.name(), if m.named { m.name } else { missing }, shares)
+        let (m, bond) = (all[*i].mechanism, all[*i].bond);
+        let bond = (m.origin != Origin::Chain).then_some(bond);
+        let cause = Located { origin: m.origin.name(), what: if m.named { m.name } else { missing }, bond };
+        place(c, d, &f.map, &cause, shares)
     };
     let mut v: Vec<Place> = terms.iter().map(of_term).collect();
     if d.unexplained && terms.iter().all(|(i, _)| all[*i].mechanism.named) {
         if d.excess_scatter.is_some() {
-            v.push(place(
-                c,
-                d,
-                &f.map,
-                Origin::Contact.name(),
-                "what differs between recordings",
-                &of_force(&d.chosen),
-            ));
+            let cause =
+                Located { origin: Origin::Contact.name(), what: "what differs between recordings", bond: None };
+            v.push(place(c, d, &f.map, &cause, &of_force(&d.chosen)));
         } else if let Some(l) = &f.latent {
-            v.push(place(c, d, &f.map, l.place.origin(), missing, &l.shares));
+            let cause = Located { origin: l.place.origin(), what: missing, bond: None };
+            v.push(place(c, d, &f.map, &cause, &l.shares));
         }
     }
     v
 }
 
-/// Where `what` sits, by the `shares` of its action.
-fn place(c: &Campaign, d: &Decision, map: &[map::Cell], origin: &'static str, what: &str, shares: &[f64; 4]) -> Place {
+/// A cause to be placed.
+struct Located<'a> {
+    origin: &'static str,
+    what: &'a str,
+    /// Index of its bond, where it sits at one of a system of FMUs.
+    bond: Option<usize>,
+}
+
+/// Where a cause sits, by the `shares` of its action.
+fn place(c: &Campaign, d: &Decision, map: &[map::Cell], cause: &Located<'_>, shares: &[f64; 4]) -> Place {
     let strongest = strongest(shares);
     let mut by_channel = [0.0; 3];
     let mut by_level = vec![0.0; c.levels.len()];
@@ -347,8 +373,16 @@ fn place(c: &Campaign, d: &Decision, map: &[map::Cell], origin: &'static str, wh
     let levels = c.levels.iter().zip(&by_level).filter(|(l, g)| l.0.is_finite() && **g >= 0.3 * most);
     let span = span(d, strongest, &by_level);
     let phase = PHASES[strongest];
+    let bonds = c.system.as_ref().map(|s| &s.bonds);
+    let bond = bonds.zip(cause.bond).and_then(|(b, i)| b.get(i));
+    let fmu = bond.and_then(|b| b.penetration.text.split_once('.')).map(|(fmu, _)| fmu.to_string());
+    let at = bond.map_or(String::new(), |b| {
+        format!(" sits at bond {} of FMU {},", b.name.text, fmu.as_deref().unwrap_or_default())
+    });
     Place {
-        origin,
+        origin: cause.origin,
+        bond: bond.map(|b| b.name.text.clone()),
+        fmu,
         phase,
         channel,
         share: shares[strongest],
@@ -356,7 +390,7 @@ fn place(c: &Campaign, d: &Decision, map: &[map::Cell], origin: &'static str, wh
         recording: span.as_ref().map(|s| s.0.clone()),
         t_start: span.as_ref().map(|s| s.1),
         t_end: span.as_ref().map(|s| s.2),
-        text: format!("{what} acts most in the {phase} phase and shows most clearly in {channel}"),
+        text: format!("{}{at} acts most in the {phase} phase and shows most clearly in {channel}", cause.what),
     }
 }
 

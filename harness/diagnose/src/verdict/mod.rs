@@ -169,6 +169,11 @@ pub struct Bootstrapped {
 pub struct Place {
     /// contact, motion or chain.
     pub origin: &'static str,
+    /// Where FMUs simulate the recordings, the bond and the FMU that moves there; absent of the measuring chain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bond: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fmu: Option<String>,
     pub phase: &'static str,
     pub channel: &'static str,
     /// Share of the effect's action in that phase, 0 to 1.
@@ -287,7 +292,7 @@ pub struct BaseBias {
 /// One parameter without and with the mechanisms found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParameterBias {
-    pub name: &'static str,
+    pub name: String,
     pub unit: String,
     pub before: f64,
     pub after: f64,

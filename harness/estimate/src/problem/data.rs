@@ -2,6 +2,7 @@
 
 use crate::budget::Budget;
 pub use mechanisms::mechanism::{Parameter, Scales};
+use plant::machine::Machine;
 use plant::noise::Noise;
 use plant::simulate::{Local, Setup, COARSE};
 use record::{Channel, Kind, Place};
@@ -98,6 +99,8 @@ impl Data {
         let mut v = match self.kind {
             Kind::DropTest => vec![Nuisance::Start, Nuisance::Speed, Nuisance::Stiffness],
             Kind::ContactorOpening => vec![Nuisance::Start, Nuisance::Stiffness],
+            Kind::System if self.touches() => vec![Nuisance::Start, Nuisance::Stiffness],
+            Kind::System => vec![Nuisance::Start],
             Kind::Indentation => vec![Nuisance::Stiffness, Nuisance::Offset],
         };
         for c in Channel::ALL {
@@ -109,6 +112,22 @@ impl Data {
             v.push(Nuisance::Tilt);
         }
         v
+    }
+
+    /// What simulates its recordings in place of a rig of ours.
+    pub fn machine(&self) -> Option<&dyn Machine> {
+        let seat = self.records.first()?.setup.machine.as_ref()?;
+        Some(&*seat.machine)
+    }
+
+    /// Whether a force can be tried on what moves: always of a rig of ours.
+    pub fn takes_force(&self) -> bool {
+        self.machine().is_none_or(|m| m.facts().takes_force())
+    }
+
+    /// Whether a contact of FMUs takes a force.
+    fn touches(&self) -> bool {
+        self.machine().is_some_and(|m| m.facts().bonds.iter().any(|b| b.takes_force && b.law.is_some()))
     }
 
     /// The levels of its recordings, in order, each once.
@@ -179,7 +198,7 @@ impl Data {
     /// it stays as it is.
     pub fn coarse(&self) -> Data {
         let mut d = self.clone();
-        if self.kind != Kind::ContactorOpening {
+        if !self.kind.starts_driven() {
             d.records.iter_mut().for_each(|r| r.setup.control.tolerance = COARSE);
         }
         d

@@ -54,15 +54,15 @@ impl Built {
 }
 
 /// An FMU opened, before it is a part.
-struct Opened {
-    name: String,
-    fmu: Fmu,
-    inputs: Vec<Input>,
-    outputs: Vec<Variable>,
+pub(crate) struct Opened {
+    pub name: String,
+    pub fmu: Fmu,
+    pub inputs: Vec<Input>,
+    pub outputs: Vec<Variable>,
 }
 
 impl Opened {
-    fn description(&self) -> &Description {
+    pub fn description(&self) -> &Description {
         self.fmu.description()
     }
 }
@@ -87,6 +87,15 @@ pub(super) fn file_of(s: &System, c: &Component, folder: &std::path::Path) -> Re
 /// Names the file, the line, what is wrong there and the cure.
 pub fn build(s: &System) -> Result<Built> {
     let folder = output::Scratch::new("system")?;
+    let opened = open(s, folder.path())?;
+    connected(s, opened, folder)
+}
+
+/// Opens every FMU; ours are packed into `folder`.
+///
+/// # Errors
+/// As [`build`].
+pub(crate) fn open(s: &System, folder: &std::path::Path) -> Result<Vec<Opened>> {
     let mut opened: Vec<Opened> = Vec::new();
     for c in &s.fmu {
         let name = c.name.get_ref();
@@ -96,10 +105,15 @@ pub fn build(s: &System) -> Result<Built> {
         if name.is_empty() || name.contains('.') {
             return Err(s.at(c.name.span(), &format!("{name:?} is no name: give one without a dot")));
         }
-        let file = file_of(s, c, folder.path())?;
+        let file = file_of(s, c, folder)?;
         let fmu = Fmu::open_in(&file, &s.isolation).map_err(|e| s.within(c.file.span(), e))?;
         opened.push(Opened { name: name.clone(), fmu, inputs: Vec::new(), outputs: Vec::new() });
     }
+    Ok(opened)
+}
+
+/// Connects, sets and initializes the FMUs opened.
+fn connected(s: &System, mut opened: Vec<Opened>, folder: output::Scratch) -> Result<Built> {
     let mut notes = Vec::new();
     let feeds = connect(s, &mut opened, &mut notes)?;
     let mut options = options(s, &opened)?;
@@ -205,7 +219,7 @@ pub fn build(s: &System) -> Result<Built> {
 }
 
 /// Place of a variable among those listed, put there where it is not yet.
-fn place(list: &mut Vec<Variable>, v: Variable) -> usize {
+pub(crate) fn place(list: &mut Vec<Variable>, v: Variable) -> usize {
     list.iter().position(|w| w.name == v.name).unwrap_or_else(|| {
         list.push(v);
         list.len() - 1
@@ -219,7 +233,7 @@ fn no_fmu(name: &str, opened: &[Opened]) -> String {
 }
 
 /// FMU and variable of `fmu.variable`.
-fn find<'a>(s: &System, opened: &'a [Opened], text: &Spanned<String>) -> Result<(usize, &'a Variable)> {
+pub(crate) fn find<'a>(s: &System, opened: &'a [Opened], text: &Spanned<String>) -> Result<(usize, &'a Variable)> {
     let t = text.get_ref();
     let Some((fmu, variable)) = t.split_once('.') else {
         return Err(s.at(text.span(), &format!("{t}: give fmu.variable")));
@@ -259,10 +273,10 @@ fn conversion(from: (&Description, &Variable), to: (&Description, &Variable)) ->
     Ok((a.factor / b.factor, (a.offset - b.offset) / b.factor))
 }
 
-type Places = Vec<Vec<(usize, usize)>>;
+pub(crate) type Places = Vec<Vec<(usize, usize)>>;
 
 /// Puts connected ports into `opened`; the source of each input as (fmu, place among its outputs).
-fn connect(s: &System, opened: &mut [Opened], notes: &mut Vec<String>) -> Result<Places> {
+pub(crate) fn connect(s: &System, opened: &mut [Opened], notes: &mut Vec<String>) -> Result<Places> {
     let mut feeds: Places = vec![Vec::new(); opened.len()];
     for c in &s.connect {
         let (a, from) = find(s, opened, &c.from)?;
@@ -403,6 +417,16 @@ fn columns(s: &System, opened: &[Opened]) -> Result<Vec<Column>> {
 /// Makes an instance, sets what the file sets and enters initialization.
 fn initialize(s: &System, c: &Component, o: &Opened, options: &Options) -> Result<FmuSlave> {
     let refuse = |e: anyhow::Error| s.within(c.name.span(), e);
+    let mut i = made(s, c, o)?;
+    set_all(s, c, o, &mut i)?;
+    i.setup_experiment(None, options.start, None).map_err(|e| refuse(e.into()))?;
+    i.enter_initialization().map_err(|e| refuse(e.into()))?;
+    Ok(FmuSlave::new(i, c.input_orders))
+}
+
+/// Makes an instance that logs what the file asks for.
+pub(crate) fn made(s: &System, c: &Component, o: &Opened) -> Result<Instance> {
+    let refuse = |e: anyhow::Error| s.within(c.name.span(), e);
     let mut i = o.fmu.instantiate(&o.name, false).map_err(|e| refuse(e.into()))?;
     if !c.log.is_empty() {
         let known = &o.description().log_categories;
@@ -413,6 +437,11 @@ fn initialize(s: &System, c: &Component, o: &Opened, options: &Options) -> Resul
         let names: Vec<&str> = c.log.iter().map(String::as_str).collect();
         i.set_debug_logging(true, &names).map_err(|e| refuse(e.into()))?;
     }
+    Ok(i)
+}
+
+/// Sets what the file sets.
+pub(crate) fn set_all(s: &System, c: &Component, o: &Opened, i: &mut Instance) -> Result<()> {
     for (name, value) in &c.set {
         let Some(v) = o.description().variable(name) else {
             let names = o.description().names(Causality::Parameter);
@@ -424,15 +453,13 @@ fn initialize(s: &System, c: &Component, o: &Opened, options: &Options) -> Resul
         if matches!(v.causality, Causality::Output | Causality::CalculatedParameter | Causality::Independent) {
             return Err(s.at(value.span(), &format!("{name} of {} is an {:?} and cannot be set", o.name, v.causality)));
         }
-        set(&mut i, v, value.get_ref()).map_err(|e| s.within(value.span(), e))?;
+        set(i, v, value.get_ref()).map_err(|e| s.within(value.span(), e))?;
     }
-    i.setup_experiment(None, options.start, None).map_err(|e| refuse(e.into()))?;
-    i.enter_initialization().map_err(|e| refuse(e.into()))?;
-    Ok(FmuSlave::new(i, c.input_orders))
+    Ok(())
 }
 
 /// Sets a variable of any kind.
-fn set(i: &mut Instance, v: &Variable, value: &Value) -> Result<()> {
+pub(crate) fn set(i: &mut Instance, v: &Variable, value: &Value) -> Result<()> {
     let r = [v.value_reference];
     match (v.kind, value) {
         (Kind::Real, Value::Real(x)) => i.set_real(&r, &[*x])?,

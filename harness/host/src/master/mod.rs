@@ -6,11 +6,11 @@
 //!
 //! Invariant: a master knows slaves by [`Slave`] only, never what they model.
 
-mod build;
+pub(crate) mod build;
 mod drive;
 mod export;
 mod implicit;
-mod network;
+pub(crate) mod network;
 mod options;
 mod sink;
 mod slave;
@@ -25,4 +25,6 @@ pub use network::{Feed, Input, Network, Output, Part};
 pub use options::{Adapt, Bond, Inputs, Lookahead, Method, Options, Shape, Touch};
 pub use sink::Sink;
 pub use slave::{Abilities, FmuSlave, Slave};
-pub use system::System;
+pub use system::files_of;
+pub use system::{Component, System};
+pub(crate) use system::{Master, Results};

@@ -24,7 +24,7 @@ pub struct Feed {
 
 impl Feed {
     #[inline]
-    pub(super) fn of(&self, y: &[f64]) -> f64 {
+    pub(crate) fn of(&self, y: &[f64]) -> f64 {
         self.factor * y[self.source] + self.offset
     }
 }
@@ -97,7 +97,7 @@ pub struct Network {
 
 /// Strongly connected components in reverse topological order of `next` (Tarjan 1972), without recursion's depth
 /// being a concern: networks are small.
-fn components(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
+pub(crate) fn components(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
     struct Search<'a> {
         next: &'a [Vec<usize>],
         index: Vec<usize>,

@@ -112,6 +112,24 @@ pub struct Master {
     pub iterations: Option<usize>,
 }
 
+impl Master {
+    /// The plain master of one FMU, a second long.
+    pub(crate) fn plain() -> Master {
+        Master {
+            method: gauss_seidel(),
+            inputs: None,
+            shape: None,
+            order: Vec::new(),
+            start: 0.0,
+            stop: 1.0,
+            step: None,
+            adapt: None,
+            tolerance: None,
+            iterations: None,
+        }
+    }
+}
+
 fn gauss_seidel() -> Spanned<String> {
     Spanned::new(0..0, "gauss-seidel".into())
 }
@@ -268,6 +286,21 @@ impl System {
         let stem = || self.path.file_stem().map_or("system".into(), |n| n.to_string_lossy().into_owned());
         self.name.clone().unwrap_or_else(stem)
     }
+}
+
+/// The files that the system at `path` consists of: itself, and the FMUs it names; an archive or one FMU is all there is.
+///
+/// # Errors
+/// As [`System::load`].
+pub fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
+    let mut all = vec![path.to_path_buf()];
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ssp") || e.eq_ignore_ascii_case("fmu")) {
+        return Ok(all);
+    }
+    let s = System::load(path)?;
+    let named = s.fmu.iter().map(|c| c.file.get_ref()).filter(|f| !f.starts_with("touchdown:"));
+    all.extend(named.map(|f| s.folder.join(f)));
+    Ok(all)
 }
 
 fn line_of(text: &str, byte: usize) -> usize {

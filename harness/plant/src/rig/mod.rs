@@ -21,6 +21,7 @@ use std::cell::RefCell;
 
 /// State of a rig in motion; variables 0 and 1 are position and speed of the body, of the centre of mass of body and
 /// tip while a swing is free.
+#[derive(Clone)]
 pub(super) struct Rig<'a> {
     p: &'a Physics,
     element: Option<&'a RefCell<Driven<'a>>>,
@@ -37,9 +38,39 @@ pub(super) struct Rig<'a> {
     pub(super) contact: bool,
     latent: bool,
     body_mass: f64,
+    /// What FMUs add to it, where they simulate the recording.
+    pub(super) outer: Option<Outer>,
     /// Whether the swing may be left to its closed form.
     closed: bool,
     swing: Option<Swing>,
+}
+
+/// A quantity that changes at a constant rate.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Line {
+    /// Time of `at`, s.
+    pub t: f64,
+    pub at: f64,
+    /// Its change a second.
+    pub slope: f64,
+}
+
+impl Line {
+    #[inline]
+    pub fn of(&self, t: f64) -> f64 {
+        self.at + self.slope * (t - self.t)
+    }
+}
+
+/// What FMUs add to a rig over a step of theirs, N.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Outer {
+    /// Force on the body along +x where it is at the surface at rest.
+    pub drive: Line,
+    /// Its fall with position, N/m, and speed, N s/m.
+    pub spring: (f64, f64),
+    /// Force of the contact beyond the law's while the faces touch.
+    pub offset: Line,
 }
 
 /// A spring-borne mass swinging free of the contact: compression of its spring, and its rate, beyond what the forces in
@@ -109,6 +140,7 @@ impl<'a> Rig<'a> {
             contact: true,
             latent: p.acts_on_face(),
             body_mass: p.body_mass(),
+            outer: None,
             closed: (base > 0) != (tip > 0) && p.law.adhesion.force == 0.0 && !p.needs_integration(),
             swing: None,
         }
@@ -228,7 +260,7 @@ impl<'a> Rig<'a> {
     }
 
     #[inline]
-    fn contact_force(&self, y: &State) -> f64 {
+    fn contact_force(&self, t: f64, y: &State) -> f64 {
         if !self.contact || self.swing.is_some() {
             return 0.0;
         }
@@ -238,6 +270,9 @@ impl<'a> Rig<'a> {
             None if self.relax > 0 => self.p.law.force(&self.relaxing(y), x, v),
             None => self.p.law.force(&self.memory, x, v),
         };
+        if let Some(o) = self.outer.as_ref().filter(|_| x > 0.0) {
+            f += o.offset.of(t);
+        }
         if self.cracked {
             f *= 1.0 - self.p.fracture.drop;
         }
@@ -259,14 +294,33 @@ impl<'a> Rig<'a> {
     /// Forces on the body along +x other than contact and gravity, N.
     #[inline]
     pub(super) fn motion_force(&self, t: f64, x: f64, v: f64) -> f64 {
-        self.s.motion_force(self.p, t, x, v)
+        let f = self.s.motion_force(self.p, t, x, v);
+        match &self.outer {
+            Some(o) => f + o.drive.of(t) - o.spring.0 * x - o.spring.1 * v,
+            None => f,
+        }
+    }
+
+    /// Position and speed of the body, m and m/s.
+    pub(super) fn body_at(&self, t: f64, y: &State) -> (f64, f64) {
+        let place = self.place(t, y);
+        (place.x, place.v)
+    }
+
+    /// Moves the body, with all that rides on it, by `x` m and `v` m/s.
+    pub(super) fn shift(&self, y: &mut State, x: f64, v: f64) {
+        let riders = self.riders.iter().flatten().map(|r| r.at);
+        for at in [0].into_iter().chain(riders).chain((self.tip > 0 && self.swing.is_none()).then_some(self.tip)) {
+            y[at] += x;
+            y[at + 1] += v;
+        }
     }
 
     /// Transducer's force N, acceleration of the body less gravity m/s^2, position m and speed m/s of the body.
     pub(super) fn outputs(&self, t: f64, y: &State) -> [f64; 4] {
         let p = self.p;
         let place = self.place(t, y);
-        let ft = if self.tip > 0 { place.spring } else { self.contact_force(y) };
+        let ft = if self.tip > 0 { place.spring } else { self.contact_force(t, y) };
         let mut f = self.motion_force(t, place.x, place.v) - ft;
         let mut mass = self.body_mass;
         for r in self.riders.iter().flatten() {
@@ -302,7 +356,7 @@ impl Rig<'_> {
             }
             return;
         }
-        let fc = self.contact_force(y);
+        let fc = self.contact_force(t, y);
         let mut f = self.motion_force(t, y[0], y[1]) + self.body_mass * p.gravity;
         if self.tip > 0 {
             let ft = p.sensor_resonance.force(y[0] - y[self.tip], y[1] - y[self.tip + 1]);
@@ -351,7 +405,7 @@ impl Rig<'_> {
             n += 1;
         }
         if self.p.fracture.load.is_finite() && !self.cracked {
-            out[n] = self.contact_force(y) - self.p.fracture.load;
+            out[n] = self.contact_force(t, y) - self.p.fracture.load;
             n += 1;
         }
         n
@@ -383,7 +437,7 @@ impl Rig<'_> {
         }
         if !self.cracked
             && self.p.fracture.load.is_finite()
-            && self.contact_force(y) >= self.p.fracture.load * (1.0 - 1e-9)
+            && self.contact_force(t, y) >= self.p.fracture.load * (1.0 - 1e-9)
         {
             self.cracked = true;
             changed = true;

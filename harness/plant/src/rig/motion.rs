@@ -173,7 +173,7 @@ impl<'a> Motion<'a> {
     /// Where the element refuses.
     pub fn force(&self, t: f64, y: &State) -> Result<f64> {
         self.contact.borrow_mut().now = t;
-        let f = self.rig.contact_force(y);
+        let f = self.rig.contact_force(t, y);
         self.rig.check()?;
         Ok(f)
     }
@@ -300,7 +300,7 @@ impl System for Motion<'_> {
                     self.rig.face(&dy).1
                 }
             };
-            out[FORCE_SIGN] = if self.rig.contact_force(y) > 0.0 { 1.0 } else { -1.0 };
+            out[FORCE_SIGN] = if self.rig.contact_force(t, y) > 0.0 { 1.0 } else { -1.0 };
             let mut c = self.contact.borrow_mut();
             let (fx, fv) = c.derivatives(x, v);
             out[FORCE_RATE] = fx * v + fv * a + c.rate;

@@ -71,8 +71,9 @@ fn detail(o: &Outcome) -> Vec<String> {
     for (m, place) in v.missing.iter().zip(&v.mismatch.places) {
         let name = if v.missing.len() > 1 { capital(&plain(m.mechanism)) } else { "It".into() };
         out.push(format!(
-            "{name} sits in the {}, acts most {} and shows most clearly in the {}.",
+            "{name} sits in the {}{}, acts most {} and shows most clearly in the {}.",
             origin(place.origin),
+            place.bond.as_ref().map_or(String::new(), |b| format!(" at bond {b}")),
             phase(place.phase),
             place.channel
         ));

@@ -104,6 +104,9 @@ pub fn write(c: &Campaign, o: &Outcome, dir: &Path, input: Option<String>) -> st
         let fmu = e.fmu(handed::label(c, o, e)).map_err(|e| std::io::Error::other(format!("{e:#}")))?;
         answer.write("HysteresisContact.fmu", &fmu)?;
     }
+    for (name, bytes) in o.system.iter().flatten() {
+        answer.write(&format!("system/{name}"), bytes)?;
+    }
     answer.write("report.html", page::html(c, o).as_bytes())?;
     answer.write("verdict.json", o.verdict.json().map_err(std::io::Error::other)?.as_bytes())?;
     answer.commit()

@@ -49,6 +49,7 @@ fn facts(page: Page, c: &Campaign, o: &Outcome) -> Page {
         Kind::DropTest => "drop test",
         Kind::ContactorOpening => "contactor opening",
         Kind::Indentation => "indentation",
+        Kind::System => "system of FMUs",
     };
     let alarm = o.verdict.mismatch.false_alarm_probability;
     let by = match &o.findings.bootstrap {
@@ -275,7 +276,7 @@ fn bias_table(page: Page, c: &Campaign, o: &Outcome) -> Page {
         .map(|b| {
             vec![
                 b.name.to_string(),
-                given(b.name).map_or("-".into(), |v| quantity(v, &b.unit)),
+                given(&b.name).map_or("-".into(), |v| quantity(v, &b.unit)),
                 quantity(b.before, &b.unit),
                 quantity(b.after, &b.unit),
                 share(b),

@@ -1,0 +1,144 @@
+//! The power law that a contact nearly follows, from its force along a motion.
+
+/// Range of exponents, and share of it to which the best is found.
+const EXPONENTS: (f64, f64) = (0.4, 5.0);
+const NARROW: f64 = 1e-7;
+/// Least samples of a contact.
+const LEAST: usize = 8;
+
+/// One instant of a contact: penetration m, its rate m/s, force N.
+pub(super) type Sample = (f64, f64, f64);
+
+/// F = k x^p (1 + r v): ln k, p and r.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Law {
+    pub ln_k: f64,
+    pub p: f64,
+    pub r: f64,
+}
+
+/// The law nearest to `samples` by least squares; None of fewer than eight in contact, or where none pushes.
+pub(super) fn law(samples: &[Sample]) -> Option<Law> {
+    let inside: Vec<Sample> = samples.iter().copied().filter(|s| s.0 > 0.0 && s.2 > 0.0).collect();
+    let deepest = inside.iter().map(|s| s.0).fold(0.0, f64::max);
+    if inside.len() < LEAST || deepest <= 0.0 {
+        return None;
+    }
+    // golden section: the misfit has one valley over the exponent
+    let shrink = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut low, mut high) = EXPONENTS;
+    let misfit = |p: f64| at(&inside, deepest, p).2;
+    let (mut a, mut b) = (high - shrink * (high - low), low + shrink * (high - low));
+    let (mut fa, mut fb) = (misfit(a), misfit(b));
+    while high - low > NARROW {
+        if fa < fb {
+            (high, b, fb) = (b, a, fa);
+            a = high - shrink * (high - low);
+            fa = misfit(a);
+        } else {
+            (low, a, fa) = (a, b, fb);
+            b = low + shrink * (high - low);
+            fb = misfit(b);
+        }
+    }
+    let p = 0.5 * (low + high);
+    let (k, kr, _) = at(&inside, deepest, p);
+    (k > 0.0).then(|| Law { ln_k: k.ln() - p * deepest.ln(), p, r: (kr / k).max(0.0) })
+}
+
+/// Coefficients of (x/deepest)^p and of that times v, neither negative, and the sum of squares that they leave.
+fn at(samples: &[Sample], deepest: f64, p: f64) -> (f64, f64, f64) {
+    let (mut aa, mut ab, mut bb, mut af, mut bf, mut ff) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for (x, v, f) in samples {
+        let a = (x / deepest).powf(p);
+        let b = a * v;
+        aa += a * a;
+        ab += a * b;
+        bb += b * b;
+        af += a * f;
+        bf += b * f;
+        ff += f * f;
+    }
+    let det = aa * bb - ab * ab;
+    let (mut k, mut kr) =
+        if det > 1e-12 * aa * bb { ((af * bb - bf * ab) / det, (bf * aa - af * ab) / det) } else { (af / aa, 0.0) };
+    if kr < 0.0 || k < 0.0 {
+        (k, kr) = (af / aa, 0.0);
+    }
+    let left = ff - 2.0 * (k * af + kr * bf) + k * k * aa + 2.0 * k * kr * ab + kr * kr * bb;
+    (k, kr, left)
+}
+
+/// Share of the scatter that has to be left at most for a force to be taken for one of position and speed.
+const STEADY: f64 = 0.1;
+
+/// How a force falls with position and speed: rates (k, c) of F = f - k x - c v by least squares over rows (x, v, F); zero where
+/// a tenth of the scatter stays.
+pub(super) fn steady(rows: &[Sample]) -> (f64, f64) {
+    let n = rows.len() as f64;
+    if rows.len() < LEAST {
+        return (0.0, 0.0);
+    }
+    let mean = |of: fn(&Sample) -> f64| rows.iter().map(of).sum::<f64>() / n;
+    let (mx, mv, mf) = (mean(|r| r.0), mean(|r| r.1), mean(|r| r.2));
+    let (mut xx, mut xv, mut vv, mut xf, mut vf, mut ff) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for (x, v, f) in rows {
+        let (x, v, f) = (x - mx, v - mv, f - mf);
+        xx += x * x;
+        xv += x * v;
+        vv += v * v;
+        xf += x * f;
+        vf += v * f;
+        ff += f * f;
+    }
+    let left = |k: f64, c: f64| ff - 2.0 * (k * xf + c * vf) + k * k * xx + 2.0 * k * c * xv + c * c * vv;
+    let det = xx * vv - xv * xv;
+    let both = if det > 1e-9 * xx * vv { ((xf * vv - vf * xv) / det, (vf * xx - xf * xv) / det) } else { (0.0, 0.0) };
+    let place = (if xx > 0.0 { xf / xx } else { 0.0 }, 0.0);
+    // the plainer one where it does as well
+    let (k, c) = if left(place.0, 0.0) <= 2.0 * left(both.0, both.1) { place } else { both };
+    if left(k, c) < STEADY * ff {
+        (-k, -c)
+    } else {
+        (0.0, 0.0)
+    }
+}
+
+/// Correlation of two courses; 0 where one of them does not move.
+pub(super) fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let n = a.len().min(b.len()) as f64;
+    let (ma, mb) = (a.iter().sum::<f64>() / n, b.iter().sum::<f64>() / n);
+    let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
+    for (x, y) in a.iter().zip(b) {
+        aa += (x - ma) * (x - ma);
+        ab += (x - ma) * (y - mb);
+        bb += (y - mb) * (y - mb);
+    }
+    if aa > 0.0 && bb > 0.0 {
+        ab / (aa * bb).sqrt()
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_power_law_is_found_again_from_its_own_force() {
+        for (k, p, r) in [(2.3e6f64, 1.0, 0.0), (4e7, 1.5, 0.12), (8e5, 0.82, 0.3)] {
+            let samples: Vec<Sample> = (1..200)
+                .map(|i| {
+                    let u = std::f64::consts::PI * f64::from(i) / 200.0;
+                    let (x, v) = (3e-4 * u.sin(), 0.7 * u.cos());
+                    (x, v, k * x.powf(p) * (1.0 + r * v))
+                })
+                .collect();
+            let l = law(&samples).unwrap();
+            assert!((l.ln_k - k.ln()).abs() < 1e-5 && (l.p - p).abs() < 1e-6 && (l.r - r).abs() < 1e-6, "{l:?}");
+        }
+        assert_eq!(law(&[(1e-3, 0.0, 1.0); 3]), None);
+        assert_eq!(law(&[(-1e-3, 0.0, 1.0); 30]), None);
+    }
+}

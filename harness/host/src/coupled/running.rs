@@ -1,0 +1,274 @@
+//! The FMUs of a system under way in one thread.
+
+use super::layout::{Fed, Layout};
+use crate::master::build::{made, set_all};
+use crate::Instance;
+use anyhow::{ensure, Context, Result};
+use plant::machine::{Push, Running};
+
+/// Instances of every FMU, made once and started anew for each run.
+pub(super) struct Sitting {
+    instances: Vec<Instance>,
+    /// Whether they have been started since they were made.
+    used: bool,
+    /// Whether one of them was not the same after a reset: all are made anew then.
+    anew: bool,
+}
+
+impl Sitting {
+    /// Makes them.
+    ///
+    /// # Errors
+    /// What an FMU refuses.
+    pub fn new(l: &Layout) -> Result<Sitting> {
+        Ok(Sitting { instances: instances(l)?, used: false, anew: false })
+    }
+
+    /// Starts them: `values` beside what the system file sets, `free` by [`Layout::free`].
+    ///
+    /// # Errors
+    /// What an FMU refuses.
+    pub fn start<'a>(&'a mut self, l: &'a Layout, set: usize, free: &[f64]) -> Result<Moving<'a>> {
+        if self.used && !self.anew {
+            // what cannot be reset can be made again
+            self.anew = self.instances.iter_mut().any(|i| i.reset().is_err());
+        }
+        if self.used && self.anew {
+            self.instances.clear();
+            self.instances = instances(l)?;
+        }
+        self.used = true;
+        for (k, (i, c)) in self.instances.iter_mut().zip(&l.system.fmu).enumerate() {
+            set_all(&l.system, c, &l.opened[k], i)?;
+        }
+        let of_set = l.sets.get(set).map_or(&[][..], Vec::as_slice);
+        let free = l.free.iter().zip(free).map(|(s, v)| (*s, *v));
+        for (s, value) in of_set.iter().copied().chain(free) {
+            self.instances[s.part].set_real(&[s.reference], &[value])?;
+        }
+        for i in &mut self.instances {
+            i.setup_experiment(None, l.start, None)?;
+            i.enter_initialization()?;
+        }
+        let n = l.owner.len();
+        let mut m = Moving {
+            l,
+            instances: &mut self.instances,
+            time: l.start,
+            y: vec![0.0; n],
+            before: vec![0.0; n],
+            rates: vec![0.0; n],
+            last: 0.0,
+            step: 0.0,
+            faces: vec![(0.0, 0.0); l.bonds.len()],
+            faces_before: vec![(0.0, 0.0); l.bonds.len()],
+        };
+        // twice: what feeds a bond is known once the motion is
+        for _ in 0..2 {
+            m.settle_all()?;
+        }
+        for k in 0..m.instances.len() {
+            m.instances[k].exit_initialization()?;
+        }
+        m.settle_all()?;
+        m.before.clone_from(&m.y);
+        m.faces_before.clone_from(&m.faces);
+        Ok(m)
+    }
+}
+
+fn instances(l: &Layout) -> Result<Vec<Instance>> {
+    l.system.fmu.iter().zip(&l.opened).map(|(c, o)| made(&l.system, c, o)).collect()
+}
+
+/// A run under way.
+pub(super) struct Moving<'a> {
+    l: &'a Layout,
+    instances: &'a mut Vec<Instance>,
+    time: f64,
+    /// Outputs now, at the step's start, and their rates over the step before.
+    y: Vec<f64>,
+    before: Vec<f64>,
+    rates: Vec<f64>,
+    /// Length of the step before, s; 0 at the start. And of the one under way.
+    last: f64,
+    step: f64,
+    faces: Vec<(f64, f64)>,
+    faces_before: Vec<(f64, f64)>,
+}
+
+impl Moving<'_> {
+    /// Sets inputs to where their sources are and reads outputs, in order; bonds are given what feeds them.
+    fn settle_all(&mut self) -> Result<()> {
+        for k in self.l.order.clone() {
+            for b in self.l.parts[k].bonds.clone() {
+                let f = self.l.bonds[b].source.map_or(0.0, |s| s.of(&self.y));
+                self.give(b, f)?;
+            }
+            self.set_inputs(k)?;
+            self.read(k)?;
+            for (face, bond) in self.faces.iter_mut().zip(&self.l.bonds) {
+                *face = (
+                    self.y[bond.penetration.global] * bond.penetration.to_si,
+                    self.y[bond.velocity.global] * bond.velocity.to_si,
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets the force of a bond, N.
+    fn give(&mut self, b: usize, force: f64) -> Result<()> {
+        let Some(port) = self.l.bonds[b].port else { return Ok(()) };
+        Ok(self.instances[port.part].set_real(&[port.reference], &[force * port.from_si])?)
+    }
+
+    fn end_of(&self, i: &Fed) -> f64 {
+        i.feed.factor * self.told(i, &self.y, &self.faces) + i.feed.offset
+    }
+
+    /// What a fed input's source tells: the output, or the bond's face in its unit.
+    fn told(&self, i: &Fed, y: &[f64], faces: &[(f64, f64)]) -> f64 {
+        match i.face {
+            Some((b, true)) => faces[b].1 / self.l.bonds[b].velocity.to_si,
+            Some((b, false)) => faces[b].0 / self.l.bonds[b].penetration.to_si,
+            None => y[i.feed.source],
+        }
+    }
+
+    fn set_inputs(&mut self, k: usize) -> Result<()> {
+        let part = &self.l.parts[k];
+        if part.inputs.is_empty() {
+            return Ok(());
+        }
+        let references: Vec<u32> = part.inputs.iter().map(|i| i.reference).collect();
+        let values: Vec<f64> = part.inputs.iter().map(|i| self.end_of(i)).collect();
+        Ok(self.instances[k].set_real(&references, &values)?)
+    }
+
+    fn read(&mut self, k: usize) -> Result<()> {
+        let part = &self.l.parts[k];
+        if part.outputs.is_empty() {
+            return Ok(());
+        }
+        let to = part.first + part.outputs.len();
+        self.instances[k].get_real(&part.outputs, &mut self.y[part.first..to])?;
+        if let Some(i) = (part.first..to).find(|i| !self.y[*i].is_finite()) {
+            let name = &self.l.opened[k].outputs[i - part.first].name;
+            let of = &self.l.opened[k].name;
+            anyhow::bail!("fmi2GetReal of {of}: {name} is {} at {} s", self.y[i], self.time);
+        }
+        Ok(())
+    }
+
+    /// Steps FMU `k` over the step under way, `pushes` into its bonds.
+    fn step_part(&mut self, k: usize, pushes: &[Push], stepped: &[bool]) -> Result<()> {
+        let (l, h) = (self.l, self.step);
+        let part = &l.parts[k];
+        let n = part.inputs.len() + part.bonds.len();
+        let (mut references, mut starts, mut slopes) =
+            (Vec::with_capacity(n), Vec::with_capacity(n), Vec::with_capacity(n));
+        for i in &part.inputs {
+            let from = i.feed.factor * self.told(i, &self.before, &self.faces_before) + i.feed.offset;
+            let known = i.face.is_some() || stepped[l.owner[i.feed.source]];
+            let slope = if known { (self.end_of(i) - from) / h } else { i.feed.factor * self.rates[i.feed.source] };
+            references.push(i.reference);
+            starts.push(from);
+            slopes.push(slope);
+        }
+        for b in &part.bonds {
+            let Some(port) = l.bonds[*b].port else { continue };
+            references.push(port.reference);
+            starts.push(pushes[*b].start * port.from_si);
+            slopes.push(pushes[*b].slope * port.from_si);
+        }
+        if !references.is_empty() {
+            if part.orders == 0 {
+                starts.iter_mut().zip(&slopes).for_each(|(s, r)| *s += 0.5 * h * r);
+            }
+            self.instances[k].set_real(&references, &starts)?;
+            if part.orders > 0 {
+                self.instances[k].set_real_input_derivatives(&references, &vec![1; references.len()], &slopes)?;
+            }
+        }
+        self.instances[k].do_step(self.time, h)?;
+        // what answers at once answers to the step's end
+        self.set_inputs(k)?;
+        for b in &part.bonds {
+            self.give(*b, pushes[*b].end)?;
+        }
+        self.read(k)
+    }
+}
+
+impl Running for Moving<'_> {
+    fn advance(&mut self, h: f64, pushes: &[Push]) -> Result<()> {
+        ensure!(h > 0.0, "a step of {h} s at {} s", self.time);
+        self.step = h;
+        self.before.clone_from(&self.y);
+        self.faces_before.clone_from(&self.faces);
+        let mut stepped = vec![false; self.instances.len()];
+        for k in self.l.order.clone().into_iter().filter(|k| !self.l.parts[*k].follows) {
+            self.step_part(k, pushes, &stepped)?;
+            stepped[k] = true;
+        }
+        for (face, bond) in self.faces.iter_mut().zip(&self.l.bonds) {
+            *face = (
+                self.y[bond.penetration.global] * bond.penetration.to_si,
+                self.y[bond.velocity.global] * bond.velocity.to_si,
+            );
+        }
+        Ok(())
+    }
+
+    fn motion(&self, bond: usize) -> (f64, f64) {
+        let Some(b) = self.l.bonds.get(bond) else { return (0.0, 0.0) };
+        (self.y[b.penetration.global] * b.penetration.to_si, self.y[b.velocity.global] * b.velocity.to_si)
+    }
+
+    fn follow(&mut self, faces: &[(f64, f64)]) -> Result<()> {
+        self.faces.clone_from_slice(faces);
+        let l = self.l;
+        let mut stepped: Vec<bool> = l.parts.iter().map(|p| !p.follows).collect();
+        for k in l.order.clone().into_iter().filter(|k| l.parts[*k].follows) {
+            self.step_part(k, &[], &stepped)?;
+            stepped[k] = true;
+        }
+        for (i, rate) in self.rates.iter_mut().enumerate() {
+            *rate = (self.y[i] - self.before[i]) / self.step;
+        }
+        (self.time, self.last) = (self.time + self.step, self.step);
+        Ok(())
+    }
+
+    fn contact(&self, bond: usize) -> f64 {
+        match self.l.bonds[bond].source {
+            Some(feed) => feed.of(&self.y),
+            None => self.output(0),
+        }
+    }
+
+    fn output(&self, channel: usize) -> f64 {
+        self.l.channels[channel].map_or(f64::NAN, |t| self.y[t.global] * t.to_si)
+    }
+}
+
+impl Moving<'_> {
+    /// Time reached, s from the start.
+    pub fn elapsed(&self) -> f64 {
+        self.time - self.l.start
+    }
+
+    /// The log of every FMU is empty, or this is what they said last.
+    pub fn said(&self) -> Option<String> {
+        self.instances.iter().find_map(|i| i.log().last().map(|l| format!("{}: {}", i.name(), l.message)))
+    }
+}
+
+/// An error with what the FMUs said last.
+pub(super) fn with_log(m: &Moving<'_>, e: anyhow::Error) -> anyhow::Error {
+    match m.said() {
+        Some(said) => Err::<(), _>(e).context(format!("the FMUs said last {said:?}")).unwrap_err(),
+        None => e,
+    }
+}
