@@ -339,8 +339,7 @@ fn places(c: &Campaign, d: &Decision, f: &Findings, terms: &[(usize, [f64; 4])])
     let mut v: Vec<Place> = terms.iter().map(of_term).collect();
     if d.unexplained && terms.iter().all(|(i, _)| all[*i].mechanism.named) {
         if d.excess_scatter.is_some() {
-            let cause =
-                Located { origin: Origin::Contact.name(), what: "what differs between recordings", bond: None };
+            let cause = Located { origin: Origin::Contact.name(), what: "what differs between recordings", bond: None };
             v.push(place(c, d, &f.map, &cause, &of_force(&d.chosen)));
         } else if let Some(l) = &f.latent {
             let cause = Located { origin: l.place.origin(), what: missing, bond: None };
