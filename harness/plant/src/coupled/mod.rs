@@ -7,16 +7,20 @@
 //! (a model-based corrector: Haid, Watzenig and Stettinger 2022). So a step need only
 //! resolve what the rig does not know. No step is taken back, and none straddles a touch.
 
-use crate::integrate::{Advance, Control, State, Stepper};
+mod read;
+mod side;
+
+use crate::integrate::{Control, State};
 use crate::machine::{Extrapolated, Push, Reads, Running, Seat};
-use crate::rig::motion::SURFACE;
-use crate::rig::{Line, Outer, Rig};
+use crate::rig::Rig;
 use crate::setup::Setup;
 use crate::simulate::{Local, Trace};
 use anyhow::{ensure, Result};
-use law::{Memory, Parameters};
+use law::Parameters;
 use mechanisms::physics::Physics;
+use read::{between, put};
 use record::Kind;
+use side::{Foreseen, Side};
 
 /// Steps a contact gets at the coarsest; a flight gets longer ones.
 const CONTACT: f64 = 6.0;
@@ -35,180 +39,6 @@ const SHORT: f64 = 1e-3;
 const MOST_STEPS: usize = 200_000;
 /// Accepted steps of a rig within one of the FMUs after which it is given up.
 const MOST_WITHIN: usize = 20_000;
-
-/// A bond and its rig.
-struct Side<'a> {
-    bond: usize,
-    rig: Rig<'a>,
-    y: State,
-    /// The law of the contact as the FMUs have it, nearly.
-    bare: Option<Parameters>,
-    inside: bool,
-    told: bool,
-    mass: f64,
-    gravity: f64,
-    spring: (f64, f64),
-    /// Factor on what the contact's force differs by.
-    stiffness: f64,
-    drive: Extrapolated,
-    offset: Extrapolated,
-    /// What another FMU gives that is no contact's, N.
-    fed: Option<Extrapolated>,
-    /// Impulse not foreseen since `since`, N s, and the mean of the drive reckoned with.
-    gap: f64,
-    reckoned: f64,
-    since: f64,
-    /// Drive of the last flight, N.
-    in_flight: f64,
-    touched: f64,
-    first: f64,
-}
-
-/// What a rig foresees over a step.
-struct Foreseen {
-    /// Where it came to, s.
-    end: f64,
-    /// Force of the contact inside the FMU, its integral and first moment from the start, N s and N s^2.
-    inside: (f64, f64),
-}
-
-impl<'a> Side<'a> {
-    /// Begins anew at `t` s from (`x`, `v`), everything at rest on the body, once what drives it is known.
-    fn begin(&mut self, t: f64, (x, v): (f64, f64), p: &'a Physics, s: &'a Setup) {
-        self.rig = Rig::new(p, s, None);
-        self.rig.outer = Some(Outer { drive: self.drive.line, spring: self.spring, offset: self.scaled_offset() });
-        self.y = self.rig.along(x, v);
-        self.rig.release(t, &mut self.y, false);
-    }
-
-    /// Force of the contact as the FMUs have it, nearly, N.
-    fn bare_force(&self, x: f64, v: f64) -> f64 {
-        self.bare.as_ref().map_or(0.0, |law| law.force(&Memory::default(), x, v))
-    }
-
-    /// Goes on from `t` to `stop` s, or to the first touch or parting; rows of outputs at `samples` (s) on the way.
-    /// None where it gives up.
-    fn foresee(
-        &mut self,
-        t: f64,
-        stop: f64,
-        samples: &[f64],
-        control: &Control,
-        rows: &mut Vec<[f64; 4]>,
-    ) -> Result<Option<Foreseen>> {
-        rows.clear();
-        let outer = Outer { drive: self.drive.line, spring: self.spring, offset: self.scaled_offset() };
-        self.rig.outer = Some(outer);
-        let control = Control { first: self.first.min(stop - t), ..*control };
-        let mut stepper = Stepper::new(&self.rig, t, &self.y, stop, &control)?;
-        let (bare, told) = (self.bare.filter(|_| self.inside), self.told);
-        let offset = self.offset.line;
-        let (mut impulse, mut moment) = (0.0, 0.0);
-        let mut i = 0;
-        while !stepper.done() {
-            let mut each = |r: &Rig<'_>, st: &crate::integrate::Step| {
-                let until = st.t0 + st.h;
-                while i < samples.len() && samples[i] <= until {
-                    let z = st.at((samples[i] - st.t0) / st.h);
-                    rows.push(r.outputs(samples[i], &z));
-                    i += 1;
-                }
-                let Some(law) = &bare else { return };
-                for (node, weight) in GAUSS {
-                    let z = st.at(node);
-                    let at = st.t0 + node * st.h;
-                    let (x, v) = r.body_at(at, &z);
-                    if x > 0.0 {
-                        let more = if told { offset.of(at) } else { 0.0 };
-                        let f = weight * st.h * (law.force(&Memory::default(), x, v) + more);
-                        impulse += f;
-                        moment += f * (at - t);
-                    }
-                }
-            };
-            match stepper.advance(&mut self.rig, &mut each)? {
-                Advance::GaveUp => return Ok(None),
-                Advance::Step(Some(SURFACE)) if stepper.time() > t => break,
-                Advance::Step(_) => {}
-            }
-        }
-        self.y = *stepper.state();
-        self.first = (stepper.time() - t).max(1e-3 * (stop - t));
-        Ok(Some(Foreseen { end: stepper.time(), inside: (impulse, moment) }))
-    }
-
-    fn scaled_offset(&self) -> Line {
-        let l = self.offset.line;
-        Line { at: self.stiffness * l.at, slope: self.stiffness * l.slope, ..l }
-    }
-
-    /// The push that gives the FMU's body, from (`x`, `v`) at `t`, the motion foreseen. `held`: as one value.
-    fn push(&self, t: f64, (x, v): (f64, f64), f: &Foreseen, held: bool) -> Push {
-        let h = f.end - t;
-        let (x1, v1) = self.rig.body_at(f.end, &self.y);
-        let (a, b) = (self.drive.line.of(t) + self.mass * self.gravity, self.drive.line.slope);
-        let (inside, first) = f.inside;
-        // integrals of the position and of its first moment on the cubic between the ends (Hermite)
-        let of_x = 0.5 * h * (x + x1) + h * h / 12.0 * (v - v1);
-        let moment_of_x = h * h * ((3.0 * x + 7.0 * x1) / 20.0 + h * (v / 30.0 - v1 / 20.0));
-        let (rate, damping) = self.spring;
-        let sprung = rate * of_x + damping * (x1 - x);
-        let sprung_moment = rate * (h * of_x - moment_of_x) + damping * (of_x - h * x);
-        let impulse = h * (a + 0.5 * b * h) - sprung - inside - self.mass * (v1 - v);
-        let moment =
-            h * h * (0.5 * a + b * h / 6.0) - sprung_moment - (h * inside - first) - self.mass * (x1 - x - v * h);
-        let [_, acceleration, ..] = self.rig.outputs(f.end, &self.y);
-        let touching = self.inside && x1 > 0.0;
-        let of_contact = if touching { self.bare_force(x1, v1) + self.offset_inside(f.end) } else { 0.0 };
-        let drive = self.drive.line.of(f.end) - rate * x1 - damping * v1;
-        let end = drive - self.mass * acceleration - of_contact;
-        let slope = if held { 0.0 } else { (6.0 * impulse * h - 12.0 * moment) / (h * h * h) };
-        let fed = self.fed.map_or(Line::default(), |f| f.line);
-        Push { start: impulse / h - 0.5 * slope * h + fed.of(t), slope: slope + fed.slope, end: end + fed.of(f.end) }
-    }
-
-    fn offset_inside(&self, t: f64) -> f64 {
-        if self.told {
-            self.offset.line.of(t)
-        } else {
-            0.0
-        }
-    }
-
-    /// Puts the rig where the FMU has come: (`x`, `v`) at `t`, after a step of `h`; and keeps what it had not foreseen.
-    fn put(&mut self, t: f64, h: f64, to: (f64, f64), window: f64) -> (f64, f64) {
-        let (x, v) = self.rig.body_at(t, &self.y);
-        let off = (to.0 - x, to.1 - v);
-        self.rig.shift(&mut self.y, off.0, off.1);
-        self.gap += self.mass * off.1;
-        self.reckoned += h * self.drive.line.of(t - 0.5 * h);
-        let long = t - self.since;
-        if long >= window || self.drive.line.t == 0.0 && self.drive.line.at == 0.0 {
-            self.drive.take(t - 0.5 * long, (self.reckoned + self.gap) / long);
-            (self.gap, self.reckoned, self.since) = (0.0, 0.0, t);
-        }
-        off
-    }
-
-    /// Keeps what the contact's force differs by at `t`, where the face is at (`x`, `v`) and the contact told `force`.
-    fn compare(&mut self, t: f64, (x, v): (f64, f64), force: f64) {
-        if let Some(fed) = &mut self.fed {
-            fed.take(t, force);
-        }
-        if !self.told {
-            return;
-        }
-        if x <= 0.0 {
-            self.offset.anew(t, 0.0);
-        } else {
-            self.offset.take(t, force - self.bare_force(x, v));
-        }
-    }
-}
-
-/// Nodes and weights of Gauss and Legendre's rule on 0..1.
-const GAUSS: [(f64, f64); 3] =
-    [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
 /// Simulates a recording of FMUs; a trace that is not ok where they refuse, which the machine then keeps. `stiffness`:
 /// factor on the stiffness of the contact.
@@ -548,47 +378,4 @@ impl Run<'_, '_> {
         out.ok = (self.sides.is_empty() || i == n) && finite && out.position.iter().all(|x| x.is_finite());
         out.end_phases(self.s.time[n - 1]);
     }
-}
-
-/// Puts a bond's row of force N, acceleration m/s^2, position m and speed m/s where they are read.
-fn put(
-    out: &mut Trace,
-    other: &mut [Option<Vec<f64>>; 3],
-    reads: [Option<Reads>; 3],
-    (bond, watched): (usize, usize),
-    i: usize,
-    row: [f64; 4],
-) {
-    if bond == watched {
-        out.put(i, row);
-    }
-    for c in 0..3 {
-        if let (Some(Reads::Bond(b)), Some(y)) = (reads[c], &mut other[c]) {
-            if b == bond {
-                y[i] = row[c];
-            }
-        }
-    }
-}
-
-/// Value at `t` on the cubic through the four points about it (Lagrange); on the nearest ones at the ends.
-fn between(points: &[(f64, f64)], t: f64) -> f64 {
-    let n = points.len();
-    if n < 4 || t <= points[0].0 {
-        return points.first().map_or(f64::NAN, |p| p.1);
-    }
-    let next = points.partition_point(|p| p.0 <= t).min(n - 1);
-    let from = next.saturating_sub(2).min(n - 4);
-    let near = &points[from..from + 4];
-    let mut sum = 0.0;
-    for (j, (tj, yj)) in near.iter().enumerate() {
-        let mut w = 1.0;
-        for (k, (tk, _)) in near.iter().enumerate() {
-            if k != j && tj != tk {
-                w *= (t - tk) / (tj - tk);
-            }
-        }
-        sum += w * yj;
-    }
-    sum
 }

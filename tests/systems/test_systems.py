@@ -1,0 +1,53 @@
+"""Campaigns converted to systems of FMUs: the same names as by the built-in rig, in at most ten times its processor time."""
+
+import json
+import os
+import resource
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.systems.convert import convert
+
+ROOT = Path(__file__).resolve().parents[2]
+OPEN = ROOT.parent / "shared" / "concealed" / "open"
+PROGRAM = os.environ.get("TOUCHDOWN", str(ROOT / "target/release/touchdown"))
+# nothing missing; an effect of the motion that is plain
+CASES = ["open-014", "open-026"]
+
+pytestmark = pytest.mark.skipif(not OPEN.exists(), reason=f"the open campaigns are absent: {OPEN}")
+
+
+def diagnosed(campaign, out):
+    """Names found, and the processor time that took, s."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([PROGRAM, "diagnose", str(campaign), "--out", str(out), "--quiet"], check=True, capture_output=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    verdict = json.loads((Path(out) / Path(campaign).name / "verdict.json").read_text())
+    return verdict, after.ru_utime - before.ru_utime
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_converted_campaign_gets_the_same_names_in_at_most_ten_times_the_time(case, tmp_path):
+    convert(OPEN / case, tmp_path / case)
+    ours, time = diagnosed(OPEN / case, tmp_path / "rig")
+    theirs, time_of_fmus = diagnosed(tmp_path / case, tmp_path / "fmus")
+    names = [m["mechanism"] for m in ours["missing"]]
+    assert [m["mechanism"] for m in theirs["missing"]] == names
+    assert time_of_fmus < 10 * time, f"{time_of_fmus} s against {time} s"
+    for place in theirs["mismatch"]["where"]:
+        assert place["origin"] == "chain" or (place["bond"], place["fmu"]) == ("stop", "bar")
+
+
+def test_the_system_handed_back_runs_as_file_and_as_archive(tmp_path):
+    case = CASES[0]
+    convert(OPEN / case, tmp_path / case)
+    diagnosed(tmp_path / case, tmp_path / "out")
+    handed = tmp_path / "out" / case / "system"
+    rows = {}
+    for name in ("system.toml", "system.ssp"):
+        subprocess.run([PROGRAM, "run", str(handed / name), "--out", str(tmp_path / name)], check=True, capture_output=True)
+        rows[name] = (tmp_path / name / "results.csv").read_text().splitlines()
+    assert len(rows["system.toml"]) > 1000
+    assert rows["system.toml"][1:] == rows["system.ssp"][1:]
