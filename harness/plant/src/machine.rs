@@ -30,7 +30,7 @@ pub struct NearLaw {
     pub stiffness: Along,
     /// p.
     pub exponent: Along,
-    /// r, s/m.
+    /// r, s/m; where it is above zero, it changes by its logarithm.
     pub damping: Along,
 }
 
@@ -38,7 +38,10 @@ impl NearLaw {
     /// The law where the free variables are `free` away.
     pub fn of(&self, free: &[f64; FREE]) -> Parameters {
         let k = self.stiffness.of(free).exp();
-        Parameters::power_law(k, self.exponent.of(free).clamp(0.2, 6.0), k * self.damping.of(free).max(0.0))
+        let (at, now) = (self.damping.at, self.damping.of(free));
+        // a coefficient k r that stays, and a ratio r that does, are both straight in ln
+        let r = if at > 0.0 { at * ((now - at) / at).exp() } else { now.max(0.0) };
+        Parameters::power_law(k, self.exponent.of(free).clamp(0.2, 6.0), k * r)
     }
 }
 

@@ -244,14 +244,10 @@ pub(crate) fn find<'a>(s: &System, opened: &'a [Opened], text: &Spanned<String>)
     let Some(v) = opened[k].fmu.description().variable(variable) else {
         let d = opened[k].fmu.description();
         let names = [d.names(Causality::Input), d.names(Causality::Output)].concat();
-        return Err(s.at(
-            text.span(),
-            &format!(
-                "{fmu} has no variable {variable}; its inputs and outputs are {}{}",
-                names.join(", "),
-                meant(variable, &names)
-            ),
-        ));
+        let near = meant(variable, &[&names[..], &d.names(Causality::Parameter)].concat());
+        let names = names.join(", ");
+        let text_of = format!("{fmu} has no variable {variable}; its inputs and outputs are {names}{near}");
+        return Err(s.at(text.span(), &text_of));
     };
     Ok((k, v))
 }
