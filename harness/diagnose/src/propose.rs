@@ -167,7 +167,7 @@ impl Search {
             // what shows in the readings without any fit comes first
             (Some(first), _) => pool.take(self.beside(&first, 9, 2, 6).into_iter().take(SECONDS).collect()),
             (None, Some(first))
-                if !nothing && !(is_explained(&base, first) && self.promise(first) < DETECT_TOLERANCE) =>
+                if !nothing && (!is_explained(&base, first) || self.promise(first) >= DETECT_TOLERANCE) =>
             {
                 self.pairs(&mut pool, &alone);
                 self.further(&mut pool);

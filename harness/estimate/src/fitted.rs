@@ -185,6 +185,7 @@ fn batch_square(w: &[f64], most: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::prepare::Prepared;
+    use crate::structure::Law;
     use plant::recipe::{write_campaign, Recipe};
 
     #[test]

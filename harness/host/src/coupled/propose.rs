@@ -107,7 +107,7 @@ pub fn propose(path: &Path, isolation: &Isolation) -> Result<Proposal> {
     }
     for k in contacts {
         let o = &opened[k];
-        let set = s.fmu[k].set.iter().filter_map(|(name, _)| o.description().variable(name));
+        let set = s.fmu[k].set.keys().filter_map(|name| o.description().variable(name));
         for v in set.filter(|v| v.kind == Kind::Real && v.causality == Causality::Parameter) {
             p.free.push((format!("{}.{}", o.name, v.name), None));
         }

@@ -334,7 +334,7 @@ mod tests {
             Just(1.7e308),
         ])) {
             let [a, b, percent, s] = values;
-            let moved = Bias { name: "k", before: a, after: b, percent, sigmas: s, unit: "N/m".into() };
+            let moved = Bias { name: "k".into(), before: a, after: b, percent, sigmas: s, unit: "N/m".into() };
             let effect = Effect { peak_force: Some(a), restitution: Some(b), contact_time: Some(percent), depth: None };
             let texts = vec![share(&moved), sigmas(s), material(&effect), format!("{:.2} % of range", 100.0 * a)];
             let card = Card {
