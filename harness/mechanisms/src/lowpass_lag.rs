@@ -121,20 +121,20 @@ fn forms(c: &Context) -> Vec<Form> {
         v.push(form("force, first order", |t, c, p| filtered(t, c, p, Filter::Pole, Channel::Force)));
         v.push(form("force, second order", |t, c, p| filtered(t, c, p, Filter::Butterworth, Channel::Force)));
         let two = form("force, two poles", |t, c, p| filtered(t, c, p, Filter::TwoPoles, Channel::Force));
-        v.push(delayed(&two, "force, two poles and a delay", |t, c, p| {
+        let late = delayed(&two, "force, two poles and a delay", |t, c, p| {
             filtered_late(t, c, p, Filter::TwoPoles, Channel::Force)
-        }));
-        v.push(two);
+        });
+        v.extend([two, late]);
         v.push(form("force, Bessel", |t, c, p| filtered(t, c, p, Filter::Bessel, Channel::Force)));
     }
     if c.has[1] {
         v.push(form("acceleration, first order", |t, c, p| filtered(t, c, p, Filter::Pole, Channel::Acceleration)));
         let second =
             form("acceleration, second order", |t, c, p| filtered(t, c, p, Filter::Butterworth, Channel::Acceleration));
-        v.push(delayed(&second, "acceleration, second order and a delay", |t, c, p| {
+        let late = delayed(&second, "acceleration, second order and a delay", |t, c, p| {
             filtered_late(t, c, p, Filter::Butterworth, Channel::Acceleration)
-        }));
-        v.push(second);
+        });
+        v.extend([second, late]);
     }
     v
 }

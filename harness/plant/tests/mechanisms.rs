@@ -140,7 +140,7 @@ fn every_form_acts_on_what_is_read_from_one_of_its_starts() {
 #[test]
 fn what_extends_a_form_is_that_form_where_its_further_parameters_are_neutral() {
     // value of the further parameters at which they change nothing, and how near the forms then are
-    let neutral: [(&str, &[f64], f64); 15] = [
+    let neutral: [(&str, &[f64], f64); 17] = [
         ("hardening spring", &[0.0], 1e-12),
         ("neck near the surface, while leaving", &[9.0], 0.05),
         ("reading rings at two frequencies", &[0.6, 0.0], 1e-12),
@@ -155,6 +155,8 @@ fn what_extends_a_form_is_that_form_where_its_further_parameters_are_neutral() {
         ("any power", &[1.5], 1e-12),
         ("any power, over a width", &[1.5, 0.0], 1e-12),
         ("mass on a softening spring", &[0.0], 1e-12),
+        ("force, two poles and a delay", &[0.0], 1e-12),
+        ("acceleration, second order and a delay", &[0.0], 1e-12),
         // as many parameters, another course: only their meaning is shared
         ("growing with the contact, and a neck", &[], f64::INFINITY),
     ];
