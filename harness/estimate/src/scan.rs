@@ -3,6 +3,7 @@
 use crate::condition::smooth;
 use crate::problem::Data;
 use mechanisms::physics::GRAVITY;
+use plant::squares::TwoTerms;
 use record::{Channel, Kind};
 
 /// The exponents tried.
@@ -56,26 +57,13 @@ pub fn scan(data: &Data, hysteresis: bool) -> Option<(f64, f64, f64)> {
     let mut best: Option<(f64, f64, f64, f64)> = None;
     for i in 0..=((LAST - FIRST) / STEP).round() as usize {
         let p = FIRST + STEP * i as f64;
-        let (mut aa, mut ab, mut bb, mut af, mut bf, mut ff) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        for (x, v, f) in &samples {
+        let row = |(x, v, f): &(f64, f64, f64)| {
             let a = x.powf(p);
-            let b = a * v;
-            aa += a * a;
-            ab += a * b;
-            bb += b * b;
-            af += a * f;
-            bf += b * f;
-            ff += f * f;
-        }
-        let det = aa * bb - ab * ab;
-        let mut c = (af / aa, 0.0);
-        if hysteresis && det > 1e-9 * aa * bb {
-            let two = ((bb * af - ab * bf) / det, (aa * bf - ab * af) / det);
-            if two.1 > 0.0 {
-                c = two;
-            }
-        }
-        let rest = ff - c.0 * af - c.1 * bf;
+            (a, a * v, *f)
+        };
+        let sums: TwoTerms = samples.iter().map(row).collect();
+        let c = sums.both(1e-9).filter(|c| hysteresis && c.1 > 0.0).unwrap_or(sums.first());
+        let rest = sums.rest(c);
         if c.0 > 0.0 && best.is_none_or(|b| rest < b.0) {
             best = Some((rest, c.0, p, c.1));
         }

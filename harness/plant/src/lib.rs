@@ -17,6 +17,7 @@ mod rig;
 pub mod roots;
 pub mod setup;
 pub mod simulate;
+pub mod squares;
 mod tableau;
 
 pub use rig::motion;

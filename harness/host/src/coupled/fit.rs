@@ -1,5 +1,7 @@
 //! The power law that a contact nearly follows, from its force along a motion.
 
+use plant::squares::TwoTerms;
+
 /// Range of exponents, and share of it to which the best is found.
 const EXPONENTS: (f64, f64) = (0.4, 5.0);
 const NARROW: f64 = 1e-7;
@@ -48,25 +50,13 @@ pub(super) fn law(samples: &[Sample]) -> Option<Law> {
 
 /// Coefficients of (x/deepest)^p and of that times v, neither negative, and the sum of squares that they leave.
 fn at(samples: &[Sample], deepest: f64, p: f64) -> (f64, f64, f64) {
-    let (mut aa, mut ab, mut bb, mut af, mut bf, mut ff) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    for (x, v, f) in samples {
+    let row = |(x, v, f): &Sample| {
         let a = (x / deepest).powf(p);
-        let b = a * v;
-        aa += a * a;
-        ab += a * b;
-        bb += b * b;
-        af += a * f;
-        bf += b * f;
-        ff += f * f;
-    }
-    let det = aa * bb - ab * ab;
-    let (mut k, mut kr) =
-        if det > 1e-12 * aa * bb { ((af * bb - bf * ab) / det, (bf * aa - af * ab) / det) } else { (af / aa, 0.0) };
-    if kr < 0.0 || k < 0.0 {
-        (k, kr) = (af / aa, 0.0);
-    }
-    let left = ff - 2.0 * (k * af + kr * bf) + k * k * aa + 2.0 * k * kr * ab + kr * kr * bb;
-    (k, kr, left)
+        (a, a * v, *f)
+    };
+    let sums: TwoTerms = samples.iter().map(row).collect();
+    let of = sums.both(1e-12).filter(|c| c.0 >= 0.0 && c.1 >= 0.0).unwrap_or(sums.first());
+    (of.0, of.1, sums.rest(of))
 }
 
 /// Share of the scatter that has to be left at most for a force to be taken for one of position and speed.
@@ -81,23 +71,12 @@ pub(super) fn steady(rows: &[Sample]) -> (f64, f64) {
     }
     let mean = |of: fn(&Sample) -> f64| rows.iter().map(of).sum::<f64>() / n;
     let (mx, mv, mf) = (mean(|r| r.0), mean(|r| r.1), mean(|r| r.2));
-    let (mut xx, mut xv, mut vv, mut xf, mut vf, mut ff) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    for (x, v, f) in rows {
-        let (x, v, f) = (x - mx, v - mv, f - mf);
-        xx += x * x;
-        xv += x * v;
-        vv += v * v;
-        xf += x * f;
-        vf += v * f;
-        ff += f * f;
-    }
-    let left = |k: f64, c: f64| ff - 2.0 * (k * xf + c * vf) + k * k * xx + 2.0 * k * c * xv + c * c * vv;
-    let det = xx * vv - xv * xv;
-    let both = if det > 1e-9 * xx * vv { ((xf * vv - vf * xv) / det, (vf * xx - xf * xv) / det) } else { (0.0, 0.0) };
-    let place = (if xx > 0.0 { xf / xx } else { 0.0 }, 0.0);
+    let sums: TwoTerms = rows.iter().map(|(x, v, f)| (x - mx, v - mv, f - mf)).collect();
+    let both = sums.both(1e-9).unwrap_or_default();
+    let place = Some(sums.first()).filter(|k| k.0.is_finite()).unwrap_or_default();
     // the plainer one where it does as well
-    let (k, c) = if left(place.0, 0.0) <= 2.0 * left(both.0, both.1) { place } else { both };
-    if left(k, c) < STEADY * ff {
+    let (k, c) = if sums.rest(place) <= 2.0 * sums.rest(both) { place } else { both };
+    if sums.rest((k, c)) < STEADY * sums.square() {
         (-k, -c)
     } else {
         (0.0, 0.0)
