@@ -103,8 +103,8 @@ impl Candidate for Fitted {
             let mean = l.iter().sum::<f64>() / l.len() as f64;
             (sum + l.iter().map(|s| (s - mean).powi(2)).sum::<f64>(), freedom + l.len() as f64 - 1.0)
         });
-        let moved =
-            |sum: f64| moved_between(sum / self.data.repeat_scatter.powi(2), freedom, Table::calibrated().unknown);
+        let prior = Table::calibrated().unknown;
+        let moved = |sum: f64| moved_between(sum / self.data.repeat_scatter.powi(2), freedom, prior);
         // slow noise moves what each recording is fitted to, too
         let beyond = moved(sum) > 0.5 && moved(sum / self.overdispersion().max(1.0)) > 0.5;
         let square = sum / freedom;

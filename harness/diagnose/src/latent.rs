@@ -7,7 +7,7 @@
 //! shows in force and motion, a body force in motion alone, an error of a reading in that reading alone.
 
 use super::figure::figure;
-use super::phases::{phases, strongest, PHASES};
+use super::phases::{over_their_sum, phases, strongest, PHASES};
 use estimate::fitted::Fitted;
 use estimate::problem::{Nuisance, Point, Problem};
 pub use estimate::response::Place;
@@ -79,8 +79,7 @@ pub fn latent(reference: &Fitted) -> Option<Latent> {
         }
     }
     let most = strongest(&by_phase);
-    let sum: f64 = by_phase.iter().sum();
-    let shares = by_phase.map(|s| if sum > 0.0 { s / sum } else { 0.0 });
+    let shares = over_their_sum(by_phase);
     let (z, r, i) = best?;
     let rec = &records[r];
     let channels = data.compared(r).count();

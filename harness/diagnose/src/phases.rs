@@ -76,11 +76,13 @@ pub fn shares(chosen: &Fitted, term: usize) -> [f64; 4] {
             }
         }
     }
-    let sum: f64 = share.iter().sum();
-    if sum > 0.0 {
-        share.iter_mut().for_each(|s| *s /= sum);
-    }
-    share
+    over_their_sum(share)
+}
+
+/// Parts over their sum; zero where there are none.
+pub fn over_their_sum(parts: [f64; 4]) -> [f64; 4] {
+    let sum: f64 = parts.iter().sum();
+    parts.map(|s| if sum > 0.0 { s / sum } else { 0.0 })
 }
 
 /// Share of the square of the contact's force in each phase, every recording weighing alike: where a stiffness that differs
@@ -96,8 +98,7 @@ pub fn of_force(chosen: &Fitted) -> [f64; 4] {
             }
         }
     }
-    let sum: f64 = share.iter().sum();
-    share.map(|s| if sum > 0.0 { s / sum } else { 0.0 })
+    over_their_sum(share)
 }
 
 /// The phase of most action, of the shares of one effect.

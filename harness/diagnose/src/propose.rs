@@ -99,11 +99,6 @@ impl Pool {
         Posterior::new(&self.evidence, &self.table)
     }
 
-    /// Whether several mechanisms are possible, and `pair` leaves more than noise.
-    fn may_be_bettered(&self, pair: &Fitted) -> bool {
-        self.posterior().of_several() >= POSSIBLE && pair.overdispersion() >= EXCHANGED
-    }
-
     /// The likeliest structures with `count` mechanisms of the vocabulary, one for each set of names, the likeliest
     /// first, as long as they are possible beside that.
     fn likeliest(&self, count: usize) -> Vec<Fitted> {
@@ -197,7 +192,11 @@ impl Search {
     /// than noise; beside which structures seconds have been `searched` already.
     fn exchanges(&self, pool: &mut Pool, mut searched: Vec<Vec<(&'static str, &'static str)>>) {
         for _ in 0..EXCHANGES {
-            let Some(pair) = pool.likeliest(2).into_iter().next().filter(|p| pool.may_be_bettered(p)) else { return };
+            let Some(pair) = pool.likeliest(2).into_iter().next() else { return };
+            let is_possible = pool.posterior().of_several() >= POSSIBLE;
+            if !is_possible || pair.overdispersion() < EXCHANGED {
+                return;
+            }
             for i in 0..pair.structure.terms().len() {
                 let Some(kept) = pair.without(i, &SLOW) else { continue };
                 if !searched.contains(&sorted_forms(&kept)) {

@@ -5,7 +5,7 @@ use super::candidate::{least_beside, Candidate};
 use super::posterior::POSSIBLE;
 use super::search::Search;
 use estimate::fitted::Fitted;
-use estimate::problem::Options;
+use estimate::problem::{Linear, Options, Problem};
 use estimate::starts::Start;
 use estimate::structure::Term;
 use rayon::prelude::*;
@@ -30,15 +30,30 @@ const PACE_EXPLAINED: f64 = 0.5;
 /// Forms of one mechanism that are sifted by fitting.
 const FORMS_A_MECHANISM: usize = 2;
 
+/// The `candidates` that may stand beside `from`, with their starts scored along their tangents; `linear` is `problem`
+/// linearised at `from`.
+fn scored<'t>(
+    from: &Fitted,
+    problem: &Problem<'_>,
+    linear: &Linear,
+    candidates: &'t [Term],
+) -> Vec<(&'t Term, Vec<Start>)> {
+    let admitted = candidates.par_iter().filter(|t| from.structure.admits(t.mechanism));
+    admitted.map(|t| (t, from.scored(problem, linear, t))).collect()
+}
+
+/// Gain in chi^2 that the best of a term's starts promises.
+fn promised(starts: &[Start]) -> f64 {
+    starts.first().map_or(0.0, |s| s.gain)
+}
+
 impl Search {
     /// The most that any mechanism beside `from` promises to gain in chi^2, by the score of its tangents alone: a whole
     /// residual that looks like noise may still hold what one direction shows.
     pub fn promise(&self, from: &Fitted) -> f64 {
         let problem = from.problem();
         let Some(linear) = problem.linearise(from.point()) else { return 0.0 };
-        let candidates = self.candidates();
-        let gain = |t: &Term| from.scored(&problem, &linear, t).first().map_or(0.0, |s| s.gain);
-        candidates.par_iter().filter(|t| from.structure.admits(t.mechanism)).map(gain).reduce(|| 0.0, f64::max)
+        scored(from, &problem, &linear, &self.candidates()).iter().map(|(_, s)| promised(s)).fold(0.0, f64::max)
     }
 
     /// Scores every candidate beside `from` and fits those that stand a chance, the best forms of each mechanism. Best
@@ -47,20 +62,15 @@ impl Search {
         let problem = from.problem();
         let point = from.point();
         let Some(linear) = problem.linearise(point) else { return Vec::new() };
-        let mut scored: Vec<(&Term, Vec<Start>)> = candidates
-            .par_iter()
-            .filter(|t| from.structure.admits(t.mechanism))
-            .map(|t| (t, from.scored(&problem, &linear, t)))
-            .collect();
+        let mut scored = scored(from, &problem, &linear, candidates);
         let further = from.further();
-        let score = |s: &[Start]| s.first().map_or(0.0, |s| s.gain);
         // a step along a tangent may promise more than there is to gain
         let most = from.most();
-        let top = scored.iter().map(|(_, s)| score(s)).fold(0.0, f64::max).min(most);
+        let top = scored.iter().map(|(_, s)| promised(s)).fold(0.0, f64::max).min(most);
         let tolerance = options.tolerance.max((CLOSE * top / point.chi2).min(CLOSE_AT_LEAST));
         let hopeless = options.hopeless.max(0.003 * top);
         let options = Options { tolerance, hopeless, ceiling: point.chi2 + most, ..*options };
-        scored.sort_by(|a, b| score(&b.1).total_cmp(&score(&a.1)));
+        scored.sort_by(|a, b| promised(&b.1).total_cmp(&promised(&a.1)));
         // a score says little far from noise: of one effect it names the best form, of two not even that
         let far = point.chi2 > FAR * self.data.samples() as f64;
         let unranked = far && from.structure.terms().len() > 1;
@@ -70,14 +80,14 @@ impl Search {
             let nonlinear = t.mechanism.hints.strongly_nonlinear && starts > 1;
             let plain = t.form.linear && t.form.parameters.len() == 1;
             // what a tolerance restrains counts by its prior, however much others promise
-            let beyond_tolerance = t.mechanism.hints.is_calibration && score(s) >= TOLERANCE_GAIN;
+            let beyond_tolerance = t.mechanism.hints.is_calibration && promised(s) >= TOLERANCE_GAIN;
             let least = if t.form.linear { LINEAR_SHARE } else { OTHER_SHARE } * top;
             forms.push(t.mechanism.name);
             let rank = forms.iter().filter(|f| **f == t.mechanism.name).count();
             (nonlinear && !s.is_empty())
                 || beyond_tolerance
                 || ((rank <= FORMS_A_MECHANISM || plain)
-                    && (score(s) >= least.max(NO_EVIDENCE) || unranked || far && rank == 1))
+                    && (promised(s) >= least.max(NO_EVIDENCE) || unranked || far && rank == 1))
         });
         let fitted = |(t, s): &(&Term, Vec<Start>), options: &Options| -> Option<Fitted> {
             let s = &s[..s.len().min(if t.form.linear { 1 } else { starts })];

@@ -89,21 +89,16 @@ impl Part for Option<LowPass> {
 }
 
 fn filtered(t: &[f64], c: &Context, p: &mut crate::physics::Physics, filter: Filter, channel: Channel) {
-    p.low_pass = Some(LowPass::new(t[0].exp() / c.scales.duration, filter, channel));
+    let delay = t.get(1).map_or(0.0, |late| late * c.scales.duration);
+    p.low_pass = Some(LowPass { delay, ..LowPass::new(t[0].exp() / c.scales.duration, filter, channel) });
 }
 
-/// `of` with a delay, whose filter is `apply`'s.
-fn delayed(of: &Form, label: &'static str, apply: Apply) -> Form {
+/// `of` with a delay.
+fn delayed(of: &Form, label: &'static str) -> Form {
     let mut form = of.extended(label, vec![chain_parameter("delay", 0.0, 0.5, 1e-3)], vec![vec![0.01], vec![0.05]]);
-    form.apply = apply;
     form.describe =
         |t, c| vec![("corner", t[0].exp() / c.scales.duration, "rad/s"), ("delay", t[1] * c.scales.duration, "s")];
     form
-}
-
-fn filtered_late(t: &[f64], c: &Context, p: &mut crate::physics::Physics, filter: Filter, channel: Channel) {
-    let filter = LowPass::new(t[0].exp() / c.scales.duration, filter, channel);
-    p.low_pass = Some(LowPass { delay: t[1] * c.scales.duration, ..filter });
 }
 
 fn forms(c: &Context) -> Vec<Form> {
@@ -121,9 +116,7 @@ fn forms(c: &Context) -> Vec<Form> {
         v.push(form("force, first order", |t, c, p| filtered(t, c, p, Filter::Pole, Channel::Force)));
         v.push(form("force, second order", |t, c, p| filtered(t, c, p, Filter::Butterworth, Channel::Force)));
         let two = form("force, two poles", |t, c, p| filtered(t, c, p, Filter::TwoPoles, Channel::Force));
-        let late = delayed(&two, "force, two poles and a delay", |t, c, p| {
-            filtered_late(t, c, p, Filter::TwoPoles, Channel::Force)
-        });
+        let late = delayed(&two, "force, two poles and a delay");
         v.extend([two, late]);
         v.push(form("force, Bessel", |t, c, p| filtered(t, c, p, Filter::Bessel, Channel::Force)));
     }
@@ -131,9 +124,7 @@ fn forms(c: &Context) -> Vec<Form> {
         v.push(form("acceleration, first order", |t, c, p| filtered(t, c, p, Filter::Pole, Channel::Acceleration)));
         let second =
             form("acceleration, second order", |t, c, p| filtered(t, c, p, Filter::Butterworth, Channel::Acceleration));
-        let late = delayed(&second, "acceleration, second order and a delay", |t, c, p| {
-            filtered_late(t, c, p, Filter::Butterworth, Channel::Acceleration)
-        });
+        let late = delayed(&second, "acceleration, second order and a delay");
         v.extend([second, late]);
     }
     v
