@@ -18,24 +18,31 @@ fn at_level(data: &Data, level: u32) -> Data {
     d
 }
 
-/// What halving the steps of `base` once more changes in any channel of any recording, root mean square in standard
-/// deviations of its noise; infinite where one of the two cannot be simulated.
-pub(crate) fn change(base: &Fitted) -> f64 {
-    let level = base.data.records.first().and_then(|r| r.setup.machine.as_ref()).map_or(0, |s| s.level);
-    let finer = base.on(Arc::new(at_level(&base.data, level + 1)));
+/// What a recording reads, by channel; None where it cannot be simulated.
+type Reading = Option<[Vec<f64>; 3]>;
+
+/// What every recording reads by `f`.
+fn readings(f: &Fitted) -> Vec<Reading> {
     let of = |r: usize| {
-        let ((a, y), (b, z)) = (base.predict(r), finer.predict(r));
-        if !a.ok || !b.ok {
-            return f64::INFINITY;
-        }
-        let each = base.data.compared(r).map(|c| {
+        let (trace, y) = f.predict(r);
+        trace.ok.then_some(y)
+    };
+    (0..f.data.records.len()).into_par_iter().map(of).collect()
+}
+
+/// What differs between two readings of `data` in any channel of any recording, root mean square in standard deviations of its
+/// noise; infinite where one of the two is not there.
+fn change(data: &Data, before: &[Reading], after: &[Reading]) -> f64 {
+    let of = |(r, pair): (usize, (&Reading, &Reading))| {
+        let (Some(y), Some(z)) = pair else { return f64::INFINITY };
+        let each = data.compared(r).map(|c| {
             let i = c.index();
             let sum: f64 = y[i].iter().zip(&z[i]).map(|(a, b)| (a - b).powi(2)).sum();
-            (sum / y[i].len() as f64).sqrt() / base.data.noise[i].marginal()
+            (sum / y[i].len() as f64).sqrt() / data.noise[i].marginal()
         });
         each.fold(0.0, f64::max)
     };
-    (0..base.data.records.len()).into_par_iter().map(of).collect::<Vec<_>>().into_iter().fold(0.0, f64::max)
+    before.iter().zip(after).enumerate().map(of).fold(0.0, f64::max)
 }
 
 /// `base` with the steps of its coupling so fine that half of them read the same; as it is where no FMUs simulate.
@@ -44,20 +51,26 @@ pub(crate) fn change(base: &Fitted) -> f64 {
 /// No steps tried are fine enough: a coupling that shows in the readings would be taken for physics.
 pub(crate) fn fine_enough(base: Fitted) -> Result<Fitted, Invalid> {
     let Some(machine) = base.data.machine() else { return Ok(base) };
-    let fixed = machine.facts().fixed_step;
+    // what it was fitted with may have been coarser
+    let fitted_on = |at: &Fitted| {
+        let start = at.problem().evaluate(at.point().theta.clone(), at.point().locals.clone());
+        Fitted::from(&at.data, at.structure.clone(), start, &Options::default())
+    };
+    if machine.facts().fixed_step.is_some() {
+        return Ok(fitted_on(&base));
+    }
     let mut least = f64::INFINITY;
     let mut at = base.clone();
+    let mut read = readings(&at);
     for level in 0..=MOST {
-        if level > 0 {
-            at = base.on(Arc::new(at_level(&base.data, level)));
-        }
-        let change = change(&at);
+        let finer = base.on(Arc::new(at_level(&base.data, level + 1)));
+        let read_finer = readings(&finer);
+        let change = change(&at.data, &read, &read_finer);
         least = least.min(change);
-        if change <= UNFELT || fixed.is_some() {
-            // what it was fitted with may have been coarser
-            let start = at.problem().evaluate(at.point().theta.clone(), at.point().locals.clone());
-            return Ok(Fitted::from(&at.data, at.structure.clone(), start, &Options::default()));
+        if change <= UNFELT {
+            return Ok(fitted_on(&at));
         }
+        (at, read) = (finer, read_finer);
     }
     Err(Invalid(format!(
         "the coupling of the FMUs is too coarse to be judged by: halving its steps changes the readings by {least:.1} standard \

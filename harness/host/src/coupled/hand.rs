@@ -42,7 +42,7 @@ pub fn handed_back(of: &FmuSystem, b: usize, free: &[(String, f64)], element: &[
     }
     let folder = output::Scratch::new("handed")?;
     let mut files: Vec<(String, Vec<u8>)> = vec![(FILE.into(), element.to_vec())];
-    for c in s.fmu.iter_mut().filter(|c| !c.file.get_ref().starts_with("touchdown:")) {
+    for c in s.fmu.iter_mut().filter(|c| c.own().is_none()) {
         let path = s.folder.join(c.file.get_ref());
         let bytes = input::bytes(&path, input::LIBRARY).with_context(|| path.display().to_string())?;
         let own = Path::new(c.file.get_ref()).file_name().map_or("model.fmu".into(), |n| n.to_string_lossy());
@@ -68,7 +68,7 @@ pub fn handed_back(of: &FmuSystem, b: usize, free: &[(String, f64)], element: &[
 }
 
 fn quoted(s: &str) -> String {
-    toml::Value::String(s.to_string()).to_string()
+    Value::Text(s.to_string()).to_string()
 }
 
 /// The system file, with the FMU `name` feeding `force` of `bond`.

@@ -351,18 +351,17 @@ impl Identify<'_> {
                 self.of.wrong(w.line, format!("{} moves nothing", w.text), "leave it out of [[simulation.free]]")
             })?;
         }
-        let law_with = |values: &[f64], b: usize| -> Result<Option<Law>> {
-            let f = &facts.bonds[b];
-            let p = self.plain(set, values)?;
-            Ok(self.law(&[&p], b, f.mass.at.exp(), f.told))
-        };
         let bonds = facts.bonds.len();
-        let (mut before, mut after) = (vec![None; bonds], vec![None; bonds]);
-        for b in (0..bonds).filter(|b| facts.bonds[*b].law.is_some()) {
-            let f = &facts.bonds[b];
-            before[b] = self.law(&[plain], b, f.mass.at.exp(), f.told);
-            after[b] = law_with(&moved(MOVED * size), b)?;
-        }
+        let laws = |p: &Plain| -> Vec<Option<Law>> {
+            let of = |(b, f): (usize, &BondFacts)| f.law.and_then(|_| self.law(&[p], b, f.mass.at.exp(), f.told));
+            facts.bonds.iter().enumerate().map(of).collect()
+        };
+        let has_law = facts.bonds.iter().any(|b| b.law.is_some());
+        let laws_with = |by: f64| -> Result<Vec<Option<Law>>> {
+            Ok(if has_law { laws(&self.plain(set, &moved(by))?) } else { vec![None; bonds] })
+        };
+        let before = laws(plain);
+        let mut after = laws_with(MOVED * size)?;
         let relative = |b: usize| {
             let (Some(x), Some(y)) = (before[b], after[b]) else { return 0.0 };
             let at_depth = |l: Law| l.ln_k + l.p * facts.impacts[set].map_or(0.0, |i| i.depth.max(1e-12).ln());
@@ -374,10 +373,7 @@ impl Identify<'_> {
         };
         let by_logarithm = at > 0.0 && (tolerance.is_some() || (0..bonds).any(|b| relative(b) > SCALES));
         if by_logarithm {
-            let to = at * MOVED.exp();
-            for b in (0..bonds).filter(|b| facts.bonds[*b].law.is_some()) {
-                after[b] = law_with(&moved(to - at), b)?;
-            }
+            after = laws_with(at * MOVED.exp() - at)?;
         }
         let to = if by_logarithm { at * MOVED.exp() } else { at + MOVED * size };
         for b in 0..bonds {

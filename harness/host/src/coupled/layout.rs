@@ -2,7 +2,7 @@
 
 use crate::master::build::{connect, find, open, place, Opened};
 use crate::master::network::components;
-use crate::master::{Component, Feed, Master, Results, System};
+use crate::master::{Component, Feed, System};
 use crate::{Causality, Isolation, Kind, Limits, Variable};
 use anyhow::{Context, Result};
 use record::{Channel, FmuSystem, Written};
@@ -97,27 +97,14 @@ fn alone(path: &Path) -> System {
     let plain = |text: String| Spanned::new(0..0, text);
     let name = path.file_stem().map_or("model".into(), |n| n.to_string_lossy().replace('.', "_"));
     let file = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    System {
-        name: Some(name.clone()),
-        fmu: vec![Component {
-            name: plain(name),
-            file: plain(file),
-            set: Default::default(),
-            input_orders: None,
-            log: Vec::new(),
-        }],
-        connect: Vec::new(),
-        master: Master::plain(),
-        touch: Vec::new(),
-        lookahead: Vec::new(),
-        bond: Vec::new(),
-        results: Results::default(),
-        path: path.to_path_buf(),
-        text: String::new(),
-        folder: path.parent().map(Path::to_path_buf).unwrap_or_default(),
-        isolation: Isolation::None,
-        keep: None,
-    }
+    let component = Component {
+        name: plain(name.clone()),
+        file: plain(file),
+        set: Default::default(),
+        input_orders: None,
+        log: Vec::new(),
+    };
+    System { name: Some(name), ..System::of(vec![component], path, path.parent().unwrap_or(Path::new(""))) }
 }
 
 /// FMU and variable of a text of campaign.toml.
@@ -213,13 +200,13 @@ impl Layout {
         }
         let mut free = Vec::new();
         for f in &of.free {
-            free.push(settable(of, s, &opened, &f.variable)?.0);
+            free.push(settable(of, s, &opened, &f.variable)?);
         }
         let mut settings = Vec::new();
         for set in sets {
             let each = set.iter().map(|v| {
                 let w = Written { text: v.variable.clone(), line: v.line };
-                Ok((settable(of, s, &opened, &w)?.0, v.value))
+                Ok((settable(of, s, &opened, &w)?, v.value))
             });
             settings.push(each.collect::<Result<Vec<_>>>()?);
         }
@@ -319,7 +306,7 @@ impl Layout {
     }
 }
 
-fn settable(of: &FmuSystem, s: &System, opened: &[Opened], w: &Written) -> Result<(Settable, Variable)> {
+fn settable(of: &FmuSystem, s: &System, opened: &[Opened], w: &Written) -> Result<Settable> {
     let (k, v) = variable(of, s, opened, w)?;
     let told = matches!(v.causality, Causality::Output | Causality::CalculatedParameter | Causality::Independent);
     if v.kind != Kind::Real || told || v.variability == crate::Variability::Constant {
@@ -327,7 +314,7 @@ fn settable(of: &FmuSystem, s: &System, opened: &[Opened], w: &Written) -> Resul
         let cure = format!("name a Real parameter: {names}");
         return Err(of.wrong(w.line, format!("{} cannot be set to a number", w.text), cure).into());
     }
-    Ok((Settable { part: k, reference: v.value_reference }, v.clone()))
+    Ok(Settable { part: k, reference: v.value_reference })
 }
 
 /// Parts in dependency order, as declared feedthrough gives it; else as written.

@@ -3,7 +3,7 @@
 use super::layout::{Fed, Layout};
 use crate::master::build::{made, set_all};
 use crate::Instance;
-use anyhow::{ensure, Context, Result};
+use anyhow::{ensure, Result};
 use plant::machine::{Push, Running};
 
 /// Instances of every FMU, made once and started anew for each run.
@@ -58,7 +58,6 @@ impl Sitting {
             y: vec![0.0; n],
             before: vec![0.0; n],
             rates: vec![0.0; n],
-            last: 0.0,
             step: 0.0,
             faces: vec![(0.0, 0.0); l.bonds.len()],
             faces_before: vec![(0.0, 0.0); l.bonds.len()],
@@ -90,8 +89,7 @@ pub(super) struct Moving<'a> {
     y: Vec<f64>,
     before: Vec<f64>,
     rates: Vec<f64>,
-    /// Length of the step before, s; 0 at the start. And of the one under way.
-    last: f64,
+    /// Length of the step under way, s; 0 at the start.
     step: f64,
     faces: Vec<(f64, f64)>,
     faces_before: Vec<(f64, f64)>,
@@ -107,14 +105,14 @@ impl Moving<'_> {
             }
             self.set_inputs(k)?;
             self.read(k)?;
-            for (face, bond) in self.faces.iter_mut().zip(&self.l.bonds) {
-                *face = (
-                    self.y[bond.penetration.global] * bond.penetration.to_si,
-                    self.y[bond.velocity.global] * bond.velocity.to_si,
-                );
-            }
+            self.read_faces();
         }
         Ok(())
+    }
+
+    /// Puts the faces where the bonds' outputs tell them to be.
+    fn read_faces(&mut self) {
+        self.faces = (0..self.l.bonds.len()).map(|b| self.motion(b)).collect();
     }
 
     /// Sets the force of a bond, N.
@@ -212,12 +210,7 @@ impl Running for Moving<'_> {
             self.step_part(k, pushes, &stepped)?;
             stepped[k] = true;
         }
-        for (face, bond) in self.faces.iter_mut().zip(&self.l.bonds) {
-            *face = (
-                self.y[bond.penetration.global] * bond.penetration.to_si,
-                self.y[bond.velocity.global] * bond.velocity.to_si,
-            );
-        }
+        self.read_faces();
         Ok(())
     }
 
@@ -237,7 +230,7 @@ impl Running for Moving<'_> {
         for (i, rate) in self.rates.iter_mut().enumerate() {
             *rate = (self.y[i] - self.before[i]) / self.step;
         }
-        (self.time, self.last) = (self.time + self.step, self.step);
+        self.time += self.step;
         Ok(())
     }
 
@@ -259,7 +252,7 @@ impl Moving<'_> {
         self.time - self.l.start
     }
 
-    /// The log of every FMU is empty, or this is what they said last.
+    /// What the FMUs said last; None where their logs are empty.
     pub fn said(&self) -> Option<String> {
         self.instances.iter().find_map(|i| i.log().last().map(|l| format!("{}: {}", i.name(), l.message)))
     }
@@ -268,7 +261,7 @@ impl Moving<'_> {
 /// An error with what the FMUs said last.
 pub(super) fn with_log(m: &Moving<'_>, e: anyhow::Error) -> anyhow::Error {
     match m.said() {
-        Some(said) => Err::<(), _>(e).context(format!("the FMUs said last {said:?}")).unwrap_err(),
+        Some(said) => e.context(format!("the FMUs said last {said:?}")),
         None => e,
     }
 }

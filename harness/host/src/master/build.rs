@@ -69,8 +69,7 @@ impl Opened {
 
 /// Where a component's FMU is; our own is packed into `folder`.
 pub(super) fn file_of(s: &System, c: &Component, folder: &std::path::Path) -> Result<PathBuf> {
-    let file = c.file.get_ref();
-    if let Some(model) = file.strip_prefix("touchdown:") {
+    if let Some(model) = c.own() {
         let m = Model::named(model).map_err(|e| s.at(c.file.span(), &e.to_string()))?;
         let path = folder.join(format!("{}.fmu", m.name));
         if !path.exists() {
@@ -78,7 +77,7 @@ pub(super) fn file_of(s: &System, c: &Component, folder: &std::path::Path) -> Re
         }
         return Ok(path);
     }
-    Ok(s.folder.join(file))
+    Ok(s.folder.join(c.file.get_ref()))
 }
 
 /// Opens every FMU, connects, sets and initializes them.
@@ -455,7 +454,7 @@ pub(crate) fn set_all(s: &System, c: &Component, o: &Opened, i: &mut Instance) -
 }
 
 /// Sets a variable of any kind.
-pub(crate) fn set(i: &mut Instance, v: &Variable, value: &Value) -> Result<()> {
+fn set(i: &mut Instance, v: &Variable, value: &Value) -> Result<()> {
     let r = [v.value_reference];
     match (v.kind, value) {
         (Kind::Real, Value::Real(x)) => i.set_real(&r, &[*x])?,

@@ -44,7 +44,7 @@ pub fn export_ssp(s: &System, out: &Path) -> Result<()> {
     for name in &order {
         let Some(c) = s.fmu.iter().find(|c| c.name.get_ref() == name) else { bail!("{name}: no such FMU") };
         let source = format!("resources/{name}.fmu");
-        let own = c.file.get_ref().strip_prefix("touchdown:");
+        let own = c.own();
         let mut foreign = None;
         let bytes = match own {
             Some(model) => {

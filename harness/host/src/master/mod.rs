@@ -25,6 +25,4 @@ pub use network::{Feed, Input, Network, Output, Part};
 pub use options::{Adapt, Bond, Inputs, Lookahead, Method, Options, Shape, Touch};
 pub use sink::Sink;
 pub use slave::{Abilities, FmuSlave, Slave};
-pub use system::files_of;
-pub use system::{Component, System};
-pub(crate) use system::{Master, Results};
+pub use system::{files_of, Component, System};

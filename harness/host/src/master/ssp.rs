@@ -1,7 +1,7 @@
 //! SSP 1.0 archives in (Modelica Association 2019, System Structure and Parameterization): one flat system of
 //! FMI 2.0 components with Real connections.
 
-use super::system::{Component, Connection, Master, Results, System};
+use super::system::{Component, Connection, Master, System};
 use crate::archive;
 use crate::value::Value;
 use crate::xml::{self, Walk};
@@ -189,32 +189,16 @@ pub(super) fn load(path: &Path) -> Result<System> {
     let experiment = root.child("DefaultExperiment");
     let time = |name: &str| -> Result<Option<f64>> { experiment.map_or(Ok(None), |e| e.number(name)) };
     let step = root.find("FixedStepMaster").map_or(Ok(None), |m| m.number("stepSize"))?;
-    let master = Master {
-        method: spanned("gauss-seidel".into()),
-        inputs: None,
-        shape: None,
-        order: Vec::new(),
-        start: time("startTime")?.unwrap_or(0.0),
-        stop: time("stopTime")?.unwrap_or(1.0),
-        step,
-        adapt: None,
-        tolerance: None,
-        iterations: None,
-    };
+    let plain = Master::plain();
+    let start = time("startTime")?.unwrap_or(plain.start);
+    let stop = time("stopTime")?.unwrap_or(plain.stop);
+    let bare = System::of(components, path, folder.path());
     Ok(System {
         name: system.attributes.get("name").cloned(),
-        fmu: components,
         connect,
-        master,
-        touch: Vec::new(),
-        lookahead: Vec::new(),
-        bond: Vec::new(),
-        results: Results::default(),
-        path: path.to_path_buf(),
-        text: String::new(),
-        folder: folder.path().to_path_buf(),
-        isolation: crate::Isolation::None,
+        master: Master { start, stop, step, ..plain },
         keep: Some(Arc::new(folder)),
+        ..bare
     })
 }
 

@@ -31,6 +31,13 @@ pub struct Component {
     pub log: Vec<String>,
 }
 
+impl Component {
+    /// The model of ours that it is, packed on the fly; None of a file.
+    pub fn own(&self) -> Option<&str> {
+        self.file.get_ref().strip_prefix("touchdown:")
+    }
+}
+
 /// A connection: to = factor * from + offset, after conversion of the units both ends tell.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -234,6 +241,25 @@ pub struct System {
 }
 
 impl System {
+    /// These FMUs by themselves, read from `path`, their files in `folder`: nothing connected, the plain master.
+    pub(crate) fn of(fmu: Vec<Component>, path: &Path, folder: &Path) -> System {
+        System {
+            name: None,
+            fmu,
+            connect: Vec::new(),
+            master: Master::plain(),
+            touch: Vec::new(),
+            lookahead: Vec::new(),
+            bond: Vec::new(),
+            results: Results::default(),
+            path: path.to_path_buf(),
+            text: String::new(),
+            folder: folder.to_path_buf(),
+            isolation: crate::Isolation::None,
+            keep: None,
+        }
+    }
+
     /// Whether a file is a system, by its ending or by its tables.
     pub fn is_one(path: &Path) -> bool {
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ssp")) {
@@ -298,8 +324,7 @@ pub fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
         return Ok(all);
     }
     let s = System::load(path)?;
-    let named = s.fmu.iter().map(|c| c.file.get_ref()).filter(|f| !f.starts_with("touchdown:"));
-    all.extend(named.map(|f| s.folder.join(f)));
+    all.extend(s.fmu.iter().filter(|c| c.own().is_none()).map(|c| s.folder.join(c.file.get_ref())));
     Ok(all)
 }
 

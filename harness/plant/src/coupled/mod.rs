@@ -20,7 +20,7 @@ use law::Parameters;
 use mechanisms::physics::Physics;
 use read::{between, put};
 use record::Kind;
-use side::{Foreseen, Side};
+use side::{earliest, Foreseen, Side};
 
 /// Steps a contact gets at the coarsest; a flight gets longer ones.
 const CONTACT: f64 = 6.0;
@@ -201,7 +201,7 @@ impl Run<'_, '_> {
             let mut stop = if whole { t + self.step(t) } else { (t + self.step(t)).min(end) };
             let ahead = times[i..].partition_point(|u| *u <= stop) + i;
             let before: Vec<(f64, f64)> = self.sides.iter().map(|d| self.running.motion(d.bond)).collect();
-            let kept: Vec<(Rig<'_>, State)> = if self.sides.len() > 1 || whole {
+            let kept: Vec<(Rig<'_>, State)> = if self.sides.len() > 1 {
                 self.sides.iter().map(|d| (d.rig.clone(), d.y)).collect()
             } else {
                 Vec::new()
@@ -209,35 +209,15 @@ impl Run<'_, '_> {
             let mut foreseen: Vec<Foreseen> = Vec::new();
             let mut k = 0;
             while k < self.sides.len() {
-                let Some(f) = self.sides[k].foresee(t, stop, &times[i..ahead], &control, &mut rows[k])? else {
-                    return Ok(());
+                let (side, rows) = (&mut self.sides[k], &mut rows[k]);
+                let samples = &times[i..ahead];
+                let f = if whole {
+                    side.foresee_over(t, stop, samples, &control, rows)?
+                } else {
+                    side.foresee(t, stop, samples, &control, rows)?
                 };
-                let earlier = f.end < stop - 1e-14 * (1.0 + stop.abs());
-                if earlier && whole {
-                    // its FMUs end no step at a touch: on over it
-                    let done = std::mem::take(&mut rows[k]);
-                    let from = f.end;
-                    let rest = &times[(i + done.len()).min(ahead)..ahead];
-                    let mut more = Vec::new();
-                    let mut inside = f.inside;
-                    let mut at = from;
-                    while at < stop - 1e-14 * (1.0 + stop.abs()) {
-                        let left = &rest[more.len().min(rest.len())..];
-                        let mut piece = Vec::new();
-                        let Some(g) = self.sides[k].foresee(at, stop, left, &control, &mut piece)? else {
-                            return Ok(());
-                        };
-                        inside = (inside.0 + g.inside.0, inside.1 + g.inside.1 + g.inside.0 * (at - t));
-                        more.extend(piece);
-                        at = g.end;
-                    }
-                    rows[k] = done;
-                    rows[k].extend(more);
-                    foreseen.push(Foreseen { end: stop, inside });
-                    k += 1;
-                    continue;
-                }
-                if earlier && !kept.is_empty() && k > 0 {
+                let Some(f) = f else { return Ok(()) };
+                if f.end < earliest(stop) && k > 0 {
                     // all of them have to end there
                     stop = f.end;
                     for (side, (rig, y)) in self.sides.iter_mut().zip(&kept) {

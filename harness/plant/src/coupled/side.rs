@@ -45,6 +45,11 @@ pub(super) struct Foreseen {
     pub inside: (f64, f64),
 }
 
+/// Time from which on a step that was to end at `stop` has ended there, but for rounding, s.
+pub(super) fn earliest(stop: f64) -> f64 {
+    stop - 1e-14 * (1.0 + stop.abs())
+}
+
 impl<'a> Side<'a> {
     /// Begins anew at `t` s from (`x`, `v`), everything at rest on the body, once what drives it is known.
     pub fn begin(&mut self, t: f64, (x, v): (f64, f64), p: &'a Physics, s: &'a Setup) {
@@ -108,6 +113,29 @@ impl<'a> Side<'a> {
         self.y = *stepper.state();
         self.first = (stepper.time() - t).max(1e-3 * (stop - t));
         Ok(Some(Foreseen { end: stepper.time(), inside: (impulse, moment) }))
+    }
+
+    /// The same over every touch and parting until `stop`, for FMUs that end no step there.
+    pub fn foresee_over(
+        &mut self,
+        t: f64,
+        stop: f64,
+        samples: &[f64],
+        control: &Control,
+        rows: &mut Vec<[f64; 4]>,
+    ) -> Result<Option<Foreseen>> {
+        let mut whole = Foreseen { end: t, inside: (0.0, 0.0) };
+        let (mut done, mut piece) = (Vec::new(), Vec::new());
+        while whole.end < earliest(stop) {
+            let left = &samples[done.len().min(samples.len())..];
+            let Some(f) = self.foresee(whole.end, stop, left, control, &mut piece)? else { return Ok(None) };
+            let (impulse, moment) = f.inside;
+            whole.inside = (whole.inside.0 + impulse, whole.inside.1 + moment + impulse * (whole.end - t));
+            done.append(&mut piece);
+            whole.end = f.end;
+        }
+        *rows = done;
+        Ok(Some(Foreseen { end: stop, ..whole }))
     }
 
     fn scaled_offset(&self) -> Line {
