@@ -15,7 +15,7 @@ def verdict(rng, strength=30.0):
                                           parameters=2 * len(names),
                                           ln_evidence=[value] * 6, ln_evidence_drifting=[value - 200.0] * 6)
     v = {"fit": {"before": {"heldout_nrmse": 0.01}},
-         "evidence": {"sizes": [0.0, 0.001, 0.003, 0.01, 0.03, 0.1], "levels": 4,
+         "evidence": {"sizes": [0.0, 0.001, 0.003, 0.01, 0.03, 0.1], "own_sizes": [0.01, 0.03, 0.1, 0.3], "levels": 4, "flat": False,
                       "structures": [structure([], ln[""]), structure(["gravity"], ln["gravity"])],
                       "unknown": [{"beside": [], "place": "", "ln_evidence": [ln["unknown"]]}]}}
     return v, frozenset({cause} - {""})
@@ -79,3 +79,32 @@ def test_every_group_counts_by_its_share_whatever_was_drawn_of_it():
     sums = {"mix": sum(weights[:8]), "pairs": sum(weights[8:10]), "strangers": sum(weights[10:])}
     for group, total in sums.items():
         assert abs(total / sums["mix"] - c.SHARES[group] / c.SHARES["mix"]) < 1e-12, (group, sums)
+
+
+def table(**changed):
+    return np.array([changed.get(k, v[0]) for k, v in w.PARAMETERS.items()])
+
+
+def test_a_small_discrepancy_of_each_recordings_own_beside_a_name_counts_for_it():
+    v, _ = verdict(np.random.default_rng(8))
+    v["evidence"]["unknown"] = [{"beside": ["gravity"], "place": "", "ln_evidence": [60.0] * 4}]
+    gravity = lambda own_known: w.posterior(w.features(v), table(own_known=own_known))[frozenset({"gravity"})]
+    assert gravity(0.0) > 0.2 and gravity(0.0) > 2 * gravity(-60.0), (gravity(0.0), gravity(-60.0))
+
+
+def test_a_flat_top_speaks_for_clipping():
+    v, _ = verdict(np.random.default_rng(9))
+    other = dict(v["evidence"]["structures"][1], mechanisms=["clipping"])
+    v["evidence"]["structures"].append(other)
+
+    def odds(flat):
+        v["evidence"]["flat"] = flat
+        p = w.posterior(w.features(v), table(flat=2.0))
+        return p[frozenset({"clipping"})] / p[frozenset({"gravity"})]
+
+    assert abs(odds(False) - 1.0) < 1e-9 and abs(odds(True) - np.exp(2.0)) < 1e-6
+
+
+def test_what_is_a_reason_for_doubt_never_speaks_for_a_name():
+    theta = dict(zip(w.PARAMETERS, w.fit(cases(100, 10))))
+    assert all((lower is None or theta[k] >= lower) and (upper is None or theta[k] <= upper) for k, (lower, upper) in w.BOUNDS.items())

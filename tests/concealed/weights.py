@@ -40,12 +40,14 @@ PARAMETERS = {
     "one_level": (-0.5, 0.5),
     "heldout": (0.5, 0.5),                     # weight of the ln of how many times better, and worse, a structure predicts levels not seen
     "worse": (-20.0, 10.0),                    # than the simulation as given does
+    "flat": (1.0, 1.0),                        # ln weight of names that limit a reading where readings end in a flat top
     "needed": (0.0, 0.3),                      # weight of ln(1 + nats that the best structure with these names has over the best without them)
 }
+# what is a reason for doubt never speaks for a name, and what speaks for one never against it
+BOUNDS = {"parameter": (None, 0.0), "bound": (None, 0.0), "one_level": (None, 0.0), "worse": (None, 0.0), "heldout": (0.0, None), "needed": (0.0, None), "flat": (0.0, None)}
 START = np.array([v[0] for v in PARAMETERS.values()])
 WIDTH = np.array([v[1] for v in PARAMETERS.values()])
 NEGLIGIBLE = 60.0            # nats below the most evidence of a cause from which on an entry adds nothing to it, whatever the weights
-OWN_SIZES = (0.01, 0.03, 0.1, 0.3)     # of what each recording has of its own, as harness/diagnose/src/evidence.rs has them
 LARGE = 0.03                 # sizes from here on are no small print
 
 
@@ -67,6 +69,7 @@ class Entry(NamedTuple):
     bound: bool = False      # a parameter of a mechanism rests at a bound
     better: float = 0.0      # ln of how many times better it predicts levels not seen than the simulation as given does
     parameters: int = 0      # of the mechanisms added
+    flat: bool = False       # they limit a reading, and readings end in a flat top
 
 
 def features(verdict):
@@ -76,13 +79,13 @@ def features(verdict):
         return None
     out = {}
     left = [s["overdispersion_left"] for s in e["structures"] if s["overdispersion_left"] is not None]
-    before = verdict["fit"]["before"]["heldout_nrmse"]
+    before, flat = verdict["fit"]["before"]["heldout_nrmse"], e["flat"]
     for s in e["structures"]:
         names, held = canonical(s["mechanisms"]), s.get("heldout_nrmse")
         better = float(np.log(before / held)) if names and held and before else 0.0
         if not s["named"] and better < 0.0:     # a stand-in that follows what it has seen and predicts the rest worse stands for nothing
             continue
-        doubts = dict(bound=bool(names) and s["at_bound"], better=better)
+        doubts = dict(bound=bool(names) and s["at_bound"], better=better, flat=flat and "clipping" in names)
         steady = [(False, i, ln) for i, ln in enumerate(s["ln_evidence"])]
         for drifts, i, ln in steady + [(True, i, ln) for i, ln in enumerate(s.get("ln_evidence_drifting", []))]:
             if ln is None:
@@ -97,7 +100,7 @@ def features(verdict):
     for u in e["unknown"]:
         names = canonical(u["beside"])
         beside = max((x for x in out.get(names, []) if names and x.kind == ""), key=lambda x: x.ln, default=None)
-        for size, ln in zip(cycle(OWN_SIZES), u["ln_evidence"]):
+        for size, ln in zip(cycle(e["own_sizes"]), u["ln_evidence"]):
             if ln is None:
                 continue
             out.setdefault(UNKNOWN, []).append(Entry("own", -1, ln))
@@ -145,7 +148,7 @@ def posterior(feature, theta):
     for h, of in sets.items():
         ln = weighted(t, [KINDS.index(x.kind) for x in of], *(np.array([getattr(x, k) for x in of]) for k in WEIGHTED))
         mass[h], best = logsumexp(ln), of[int(ln.argmax())]
-        doubt[h] = t["bound"] * best.bound + t["heldout"] * max(best.better, 0.0) + t["worse"] * max(-best.better, 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN)) + t["needed"] * need.get(h, 0.0)
+        doubt[h] = t["bound"] * best.bound + t["heldout"] * max(best.better, 0.0) + t["worse"] * max(-best.better, 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN)) + t["flat"] * best.flat + t["needed"] * need.get(h, 0.0)
         top = max(top, mass[h])
     prior = lambda h: 0.0 if h == NOTHING else t["unknown"] if h == UNKNOWN else t["single"] if len(h) == 1 else t["pair"]
     score = {h: prior(h) + doubt[h] - tail * np.log1p((top - m) / (tail * temperature)) for h, m in mass.items()}
@@ -175,10 +178,10 @@ class Stacked:
                 ends.append(len(rows))
                 most = max(x.ln for x in of)
                 of = [x for x in of if x.ln > most - NEGLIGIBLE]
-                rows += [(KINDS.index(x.kind), *(getattr(x, k) for k in WEIGHTED), x.bound, max(-x.better, 0.0), max(x.better, 0.0)) for x in of]
+                rows += [(KINDS.index(x.kind), *(getattr(x, k) for k in WEIGHTED), x.bound, x.flat, max(-x.better, 0.0), max(x.better, 0.0)) for x in of]
                 prior = "" if h == NOTHING else "unknown" if h == UNKNOWN else "single" if len(h) == 1 else "pair"
                 hyps.append((k, left, levels < 2 and h not in (NOTHING, UNKNOWN), PRIORS.index(prior), h == want, need.get(h, 0.0)))
-        kind, *self.entries, self.bound, self.worse, self.better = np.array(rows, float).T
+        kind, *self.entries, self.bound, self.flat, self.worse, self.better = np.array(rows, float).T
         self.kind = kind.astype(int)
         self.case, self.left, self.one, self.prior, self.want, self.needed = np.array(hyps, float).T
         self.case, self.prior, self.want = self.case.astype(int), self.prior.astype(int), self.want.astype(bool)
@@ -193,7 +196,7 @@ class Stacked:
         mass = np.logaddexp.reduceat(ln, self.starts)
         best = ln == np.repeat(np.maximum.reduceat(ln, self.starts), self.lengths)
         of_best = lambda what: np.maximum.reduceat(np.where(best, what, 0.0), self.starts)
-        doubt = t["bound"] * of_best(self.bound) + t["worse"] * of_best(self.worse) + t["heldout"] * of_best(self.better) + t["one_level"] * self.one + t["needed"] * self.needed
+        doubt = t["bound"] * of_best(self.bound) + t["worse"] * of_best(self.worse) + t["heldout"] * of_best(self.better) + t["one_level"] * self.one + t["flat"] * of_best(self.flat) + t["needed"] * self.needed
         top = np.full(self.n, -np.inf)
         np.maximum.at(top, self.case, mass)
         tail, temperature = scales(t, self.left, self.alone[self.case])
@@ -224,7 +227,8 @@ def fit(cases, start=START, only=None):
         theta[free] = x
         return theta
 
-    return table(minimize(lambda x: stacked.loss(table(x)), start[free], method="L-BFGS-B", options=dict(maxiter=100, ftol=1e-7)).x)
+    bounds = [BOUNDS.get(list(PARAMETERS)[i], (None, None)) for i in free]
+    return table(minimize(lambda x: stacked.loss(table(x)), start[free], method="L-BFGS-B", bounds=bounds, options=dict(maxiter=100, ftol=1e-7)).x)
 
 
 def credible(p, level):

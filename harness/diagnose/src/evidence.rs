@@ -71,9 +71,17 @@ pub struct Evidences {
     pub unknown: Vec<Unknown>,
     /// Levels of the campaign.
     pub levels: usize,
+    /// Whether recordings of different levels end in one and the same reading, several samples long.
+    pub flat: bool,
 }
 
 impl Evidences {
+    /// Nothing weighed yet of the campaign that `base` is fitted to.
+    pub fn of(base: &Fitted) -> Evidences {
+        let flat = base.structure.base().context.flat.is_some();
+        Evidences { levels: base.data.levels().len(), flat, ..Evidences::default() }
+    }
+
     /// ln of how many times better structure `i` predicts levels not seen than the simulation as given; None where that was
     /// not worked out, and of the simulation itself.
     pub fn better(&self, i: usize) -> Option<f64> {

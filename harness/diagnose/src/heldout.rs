@@ -173,9 +173,10 @@ pub fn folds(choices: &[(&Fitted, &HeldOut)], table: &Table) -> Folds {
 
 /// Index of the likeliest of `fits`, the simulation as given first, by their evidence.
 fn likeliest(fits: &[&Fitted], table: &Table) -> usize {
+    let evidence = fits.first().map_or(Evidences::default(), |base| Evidences::of(base));
     let (at, structures): (Vec<usize>, Vec<_>) =
         fits.iter().enumerate().filter_map(|(i, f)| Some((i, weighed(f)?))).unzip();
-    let posterior = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 2 }, table);
+    let posterior = Posterior::new(&Evidences { structures, levels: 2, ..evidence }, table);
     posterior.causes.iter().find_map(|c| c.structure).map_or(0, |i| at[i])
 }
 

@@ -54,6 +54,8 @@ pub struct Table {
     /// how many times worse.
     pub heldout: f64,
     pub worse: f64,
+    /// ln weight of names that limit a reading where readings end in a flat top: no impact makes one.
+    pub flat: f64,
     /// Weight of ln(1 + nats that the best structure with these names has over the best without them): what is needed by
     /// all that explain much is likely there, whatever else is.
     pub needed: f64,
@@ -117,6 +119,11 @@ fn canonical(names: &[&'static str]) -> Vec<&'static str> {
     v.sort_unstable();
     v.dedup();
     v
+}
+
+/// Whether one of these mechanisms limits a reading.
+fn limits_reading(names: &[&'static str]) -> bool {
+    names.iter().filter_map(|n| named(n)).any(|m| m.hints.limits_reading)
 }
 
 /// The structure of these names with the most evidence, of discrepancies that are small print; None where none was weighed.
@@ -249,6 +256,7 @@ impl Posterior {
                     + table.heldout * better.max(0.0)
                     + table.worse * (-better).max(0.0)
                     + of(e.levels < 2, table.one_level)
+                    + of(e.flat && limits_reading(&e.structures[i].names), table.flat)
             })
         };
         let score: Vec<f64> = causes
@@ -380,6 +388,7 @@ mod tests {
             worse: -1.0,
             one_level: -0.5,
             heldout: 0.0,
+            flat: 0.0,
             needed: 0.0,
             level: 0.95,
         }
@@ -388,7 +397,7 @@ mod tests {
     #[test]
     fn with_a_long_tail_and_a_temperature_of_one_it_is_bayes_rule() {
         let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 3.0)];
-        let p = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3 }, &plain());
+        let p = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &plain());
         let want = 3f64.exp() / (1.0 + 3f64.exp());
         assert!((p.of("gravity") - want).abs() < 1e-6, "{p:?}");
         assert!((p.nothing() + p.of("gravity") - 1.0).abs() < 1e-12);
@@ -402,7 +411,7 @@ mod tests {
             let mut best = weighed(&["gravity"], true, 30.0);
             best.ln[0][1] += discrepancy;
             let structures = vec![weighed(&[], true, 0.0), best];
-            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3 }, &table).nothing()
+            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &table).nothing()
         };
         assert!(of(-1.0) < 0.1 * of(1.0), "{} {}", of(-1.0), of(1.0));
     }
@@ -437,7 +446,7 @@ mod tests {
             let name = Weighed { parameters, ..weighed(&["gravity"], true, 5.0) };
             let structures = vec![weighed(&[], true, 0.0), name];
             let table = Table { parameter: -2.0, ..plain() };
-            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3 }, &table).of("gravity")
+            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &table).of("gravity")
         };
         assert!(of(3) < of(1), "{} {}", of(3), of(1));
     }
@@ -454,7 +463,7 @@ mod tests {
         };
         let of = |needed: f64| {
             let table = Table { tail: 0.0, needed, ..plain() };
-            Posterior::new(&Evidences { structures: structures(), unknown: Vec::new(), levels: 3 }, &table)
+            Posterior::new(&Evidences { structures: structures(), unknown: Vec::new(), levels: 3, flat: false }, &table)
         };
         let odds = |p: &Posterior| {
             let single = |n: &str| p.causes.iter().find(|c| c.names == [n]).unwrap().probability;
@@ -468,8 +477,10 @@ mod tests {
     #[test]
     fn a_short_tail_lets_no_difference_settle_everything() {
         let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 3000.0)];
-        let p =
-            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3 }, &Table { tail: 0.0, ..plain() });
+        let p = Posterior::new(
+            &Evidences { structures, unknown: Vec::new(), levels: 3, flat: false },
+            &Table { tail: 0.0, ..plain() },
+        );
         assert!((p.nothing() - 1.0 / 3002.0).abs() < 1e-6, "{p:?}");
     }
 
@@ -480,7 +491,7 @@ mod tests {
             weighed(&["channel_skew"], true, 1.0),
             weighed(&["latent_force"], false, 1.0),
         ];
-        let p = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3 }, &plain());
+        let p = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &plain());
         assert_eq!(p.causes.len(), 2, "{p:?}");
         assert_eq!(p.best_named().unwrap().names, ["lowpass_lag"]);
         assert!(p.unknown() > 0.0 && p.causes.iter().any(Cause::is_unknown));
@@ -493,11 +504,25 @@ mod tests {
             let place = estimate::response::Place::Contact;
             let ln = [0.01, 0.03].map(|_| 30.0).to_vec();
             let unknown = vec![Unknown { beside: vec!["gravity"], place, ln }];
-            Posterior::new(&Evidences { structures, unknown, levels: 3 }, &Table { own_known, ..plain() })
+            Posterior::new(&Evidences { structures, unknown, levels: 3, flat: false }, &Table { own_known, ..plain() })
         };
         assert!(of(f64::NEG_INFINITY).of("gravity") < 1e-3);
         // of the two sizes the smaller one counts for it
         assert!((of(0.0).of("gravity") - 1.0 / 3.0).abs() < 1e-3, "{:?}", of(0.0));
+    }
+
+    #[test]
+    fn a_flat_top_speaks_for_a_limited_reading() {
+        let of = |flat: bool| {
+            let structures =
+                vec![weighed(&[], true, 0.0), weighed(&["clipping"], true, 0.0), weighed(&["gravity"], true, 0.0)];
+            Posterior::new(
+                &Evidences { structures, unknown: Vec::new(), levels: 3, flat },
+                &Table { flat: 2.0, ..plain() },
+            )
+        };
+        let odds = |p: &Posterior| p.of("clipping") / p.of("gravity");
+        assert!((odds(&of(false)) - 1.0).abs() < 1e-9 && (odds(&of(true)) - 2f64.exp()).abs() < 1e-9);
     }
 
     #[test]

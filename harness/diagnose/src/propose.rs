@@ -53,8 +53,7 @@ impl Pool {
     fn new(base: &Fitted, singles: Vec<Fitted>) -> Pool {
         // the simulation as given has its place even where its evidence cannot be worked out
         let given = weighed(base).unwrap_or_else(|| Weighed::without_evidence(base));
-        let levels = base.data.levels().len();
-        let evidence = Evidences { structures: vec![given], levels, ..Evidences::default() };
+        let evidence = Evidences { structures: vec![given], ..Evidences::of(base) };
         let mut pool = Pool { fits: vec![base.clone()], evidence, singles: Vec::new(), table: Table::calibrated() };
         pool.take_singles(singles);
         pool
@@ -155,7 +154,7 @@ impl Search {
             pool.take_singles(singles);
         }
         let alone = pool.likeliest(1);
-        let flat = self.structure.base().context.flat.is_some();
+        let flat = pool.evidence.flat;
         let limited = pool.singles.iter().find(|c| flat && c.structure.has(|h| h.limits_reading)).cloned();
         let nothing = pool.posterior().causes.first().is_none_or(|c| c.names.is_empty());
         match (limited, alone.first()) {

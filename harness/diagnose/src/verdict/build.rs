@@ -426,6 +426,7 @@ fn evidence(e: &Evidences) -> Evidence {
         sizes: evidence::SIZES.to_vec(),
         own_sizes: evidence::OWN_SIZES.to_vec(),
         levels: e.levels,
+        flat: e.flat,
         structures: e.structures.iter().map(structure).collect(),
         unknown: e
             .unknown

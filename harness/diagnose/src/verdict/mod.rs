@@ -88,6 +88,8 @@ pub struct Evidence {
     pub own_sizes: Vec<f64>,
     /// Levels of the campaign.
     pub levels: usize,
+    /// Whether recordings of different levels end in one and the same reading, several samples long.
+    pub flat: bool,
     pub structures: Vec<WeighedStructure>,
     /// A cause outside the vocabulary, beside a structure.
     pub unknown: Vec<WeighedUnknown>,
