@@ -122,7 +122,7 @@ fn alternative(search: &Search, d: &Decision, rest: &Fitted, name: &str) -> Opti
     search
         .candidates()
         .into_iter()
-        .filter(|t| t.name() == name)
+        .filter(|t| t.name() == name && rest.structure.takes(t))
         .filter_map(|t| rest.add(&t, 2, &Options::default()))
         .min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
 }
