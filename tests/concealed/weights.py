@@ -5,6 +5,7 @@ is what makes the posterior of `of_verdict` say the cause with the least log los
 works the same posterior out.
 """
 import json
+from itertools import cycle
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,7 @@ PARAMETERS = {
     "own": (0.0, 3.0),
     "large": (0.0, 3.0),
     "large_known": (-2.0, 2.0),                # ln weight of a large discrepancy beside what is known
+    "own_known": (-2.0, 2.0),                  # and of a small one of each recording's own
     "drift": (-2.0, 1.0),                      # ln weight of instruments that drift, hum or walk
     "size": (0.0, 0.5),                        # ln weight of a discrepancy by step of its size
     "none": (0.0, 1.0),                        # ln weight of no discrepancy at all
@@ -43,6 +45,7 @@ PARAMETERS = {
 START = np.array([v[0] for v in PARAMETERS.values()])
 WIDTH = np.array([v[1] for v in PARAMETERS.values()])
 NEGLIGIBLE = 60.0            # nats below the most evidence of a cause from which on an entry adds nothing to it, whatever the weights
+OWN_SIZES = (0.01, 0.03, 0.1, 0.3)     # of what each recording has of its own, as harness/diagnose/src/evidence.rs has them
 LARGE = 0.03                 # sizes from here on are no small print
 
 
@@ -92,7 +95,14 @@ def features(verdict):
             else:
                 out.setdefault(names, []).append(Entry("", i, ln, drifts, parameters=s["parameters"], **doubts))
     for u in e["unknown"]:
-        out.setdefault(UNKNOWN, []).extend(Entry("own", -1, ln) for ln in u["ln_evidence"] if ln is not None)
+        names = canonical(u["beside"])
+        beside = max((x for x in out.get(names, []) if names and x.kind == ""), key=lambda x: x.ln, default=None)
+        for size, ln in zip(cycle(OWN_SIZES), u["ln_evidence"]):
+            if ln is None:
+                continue
+            out.setdefault(UNKNOWN, []).append(Entry("own", -1, ln))
+            if beside and size < LARGE:         # as with a discrepancy that all share: what is small does not make the cause another one
+                out[names].append(beside._replace(kind="own_known", size=-1, ln=ln, drifts=False))
     return max(1.0, min(left, default=1.0)), e.get("levels", 3), out
 
 
@@ -197,7 +207,7 @@ class Stacked:
         return float(-(self.weight * np.log(np.maximum(right / whole, LEAST))).sum() / self.weight.sum() + 0.5 * np.sum(((theta - self.start) / WIDTH) ** 2) / self.n)
 
 
-KINDS = ("", "stand_in", "own", "large", "large_known")
+KINDS = ("", "stand_in", "own", "large", "large_known", "own_known")
 WEIGHTED = ("size", "ln", "drifts", "parameters")      # an entry's numbers that `weighted` takes
 PRIORS = ("", "single", "pair", "unknown")
 

@@ -1,9 +1,10 @@
 //! The decision: which names are given, whether the cause is unknown, or nothing is missing; by the posterior over what was
 //! tried and by what each predicts of levels not seen.
 
-use super::candidate::{Candidate, WHITE};
+use super::candidate::Candidate;
 use super::evidence::Evidences;
 use super::heldout::{folds, held_out, windows, Folds, HeldOut};
+use super::material::remainder;
 use super::posterior::{Cause, Posterior, Table, POSSIBLE};
 use super::propose::Pool;
 use estimate::fitted::Fitted;
@@ -74,7 +75,7 @@ impl Decision {
         let is_unknown = posterior.likely_names().is_empty() && !posterior.is_nothing();
         let left = chosen.overdispersion();
         let is_large = |c: &Cause| c.structure == Some(at) && c.large > 0.5;
-        let leaves_much = at > 0 && left > WHITE && posterior.causes.iter().any(is_large);
+        let leaves_much = at > 0 && posterior.causes.iter().any(is_large) && remainder(&chosen, false).is_material();
         let mut choices = Vec::new();
         if at > 0 && chosen.is_named() {
             let near = posterior.causes.iter().filter(|c| !c.names.is_empty()).filter_map(|c| c.structure);

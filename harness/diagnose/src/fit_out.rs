@@ -134,16 +134,22 @@ impl Search {
         let mut forms: Vec<(usize, Fitted)> = near.iter().map(|i| (*i, v[*i].clone())).collect();
         forms.extend(fitted);
         keep_better(v, forms.clone());
-        let coloured: Vec<usize> = near.iter().copied().filter(|i| v[*i].overdispersion() > WHITE_ALONE).collect();
-        let extended: Vec<(usize, Fitted)> = forms
-            .par_iter()
-            .filter(|(i, _)| coloured.contains(i))
-            .flat_map_iter(|(i, c)| {
-                let ceiling = v[*i].chi2() + (BEHIND * gain).max(DETECT);
-                extended_forms(c, &Options { ceiling, ..*options }).into_iter().map(|c| (*i, c))
-            })
-            .collect();
-        keep_better(v, extended);
+        // an extended form that is the best so far may itself be extended
+        while !forms.is_empty() {
+            let coloured: Vec<usize> = near.iter().copied().filter(|i| v[*i].overdispersion() > WHITE_ALONE).collect();
+            let extended: Vec<(usize, Fitted)> = forms
+                .par_iter()
+                .filter(|(i, _)| coloured.contains(i))
+                .flat_map_iter(|(i, c)| {
+                    let ceiling = v[*i].chi2() + (BEHIND * gain).max(DETECT);
+                    extended_forms(c, &Options { ceiling, ..*options }).into_iter().map(|c| (*i, c))
+                })
+                .collect();
+            let before: Vec<f64> = v.iter().map(|c| c.cost()).collect();
+            keep_better(v, extended);
+            let bettered = near.iter().filter(|i| v[**i].cost() < before[**i]);
+            forms = bettered.map(|i| (*i, v[*i].clone())).collect();
+        }
         let is_behind = |c: &Fitted| c.cost() - best > (BEHIND * gain).max(DETECT);
         let restarted: Vec<(usize, Fitted)> = near
             .into_par_iter()

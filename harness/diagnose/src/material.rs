@@ -31,6 +31,17 @@ pub struct Remainder {
     pub text: String,
 }
 
+/// Share of a channel's range below which a slow remainder is of no matter: instruments of the best class err by as much
+/// (accuracy class 0.1).
+const MATERIAL: f64 = 1e-3;
+
+impl Remainder {
+    /// Whether it is more than what the best instruments err by.
+    pub fn is_material(&self) -> bool {
+        self.share_of_range >= MATERIAL
+    }
+}
+
 /// Figures of one simulated recording.
 struct Figures {
     peak: f64,

@@ -179,11 +179,13 @@ fn wrong_unit(ratios: &[(usize, f64)]) -> Option<usize> {
 
 /// Factor between force and a calibrated k x^p that no physics left out makes.
 const GIVEN: f64 = 100.0;
-/// Natural logarithm of the factor by which the peaks of two sets have to differ before they count as two.
-const SETS_APART: f64 = 0.25;
+/// Natural logarithm of the factor by which the peaks of two sets have to differ before they count as two campaigns: the
+/// smallest step between units in use is 2.2, from pound to kilogram. A contact that changes from one impact to the next
+/// does less, and is for the diagnosis to say.
+const SETS_APART: f64 = std::f64::consts::LN_2;
 
 /// Refuses recordings that fall into two sets: at the same speed, preload or depth their peaks differ by a factor
-/// while within a set they agree. Nothing that happens to one contact does that.
+/// while within a set they agree. Nothing that happens to one contact does that by so much.
 fn one_campaign(c: &Campaign, data: &Data) -> Result<(), Invalid> {
     let mut points: Vec<(f64, f64, &str)> = Vec::new();
     for (rec, r) in data.records.iter().zip(&c.recordings) {

@@ -4,7 +4,7 @@
 //! hundreds of nats. How small, how large, and how much more a name needs than nothing is what `calibration.json` holds;
 //! `tests/calibrate` writes it from campaigns of the laboratory whose cause is known.
 
-use crate::evidence::{Evidences, SIZES};
+use crate::evidence::{Evidences, Weighed, OWN_SIZES, SIZES};
 use mechanisms::named;
 use serde::Deserialize;
 
@@ -34,11 +34,12 @@ pub struct Table {
     pub pair: f64,
     pub unknown: f64,
     /// ln weight of a stand-in, of what each recording has of its own, of a large discrepancy, among the unknown; and of a
-    /// large discrepancy beside what is known.
+    /// large discrepancy and a small one of each recording's own beside what is known.
     pub stand_in: f64,
     pub own: f64,
     pub large: f64,
     pub large_known: f64,
+    pub own_known: f64,
     /// ln weight of instruments that are disturbed: that drift, hum or walk.
     pub drift: f64,
     /// ln weight of the discrepancy's sizes, a step, and of none at all.
@@ -116,6 +117,17 @@ fn canonical(names: &[&'static str]) -> Vec<&'static str> {
     v.sort_unstable();
     v.dedup();
     v
+}
+
+/// The structure of these names with the most evidence, of discrepancies that are small print; None where none was weighed.
+fn best_of(e: &Evidences, names: &[&'static str]) -> Option<usize> {
+    let names = canonical(names);
+    let small = |w: &Weighed| {
+        let of = w.ln.iter().flat_map(|of| of.iter().zip(SIZES)).filter(|(ln, size)| *size < LARGE && ln.is_finite());
+        of.map(|(ln, _)| *ln).reduce(f64::max)
+    };
+    let of = e.structures.iter().enumerate().filter(|(_, w)| w.named && canonical(&w.names) == names);
+    of.filter_map(|(i, w)| Some((i, small(w)?))).max_by(|a, b| a.1.total_cmp(&b.1)).map(|b| b.0)
 }
 
 /// What a cause gathers: of every structure (index) its weighted ln evidence.
@@ -201,10 +213,18 @@ impl Posterior {
                 }
             }
         }
-        for ln in e.unknown.iter().flat_map(|u| &u.ln).filter(|ln| ln.is_finite()) {
-            add(vec![UNKNOWN], *ln, table.own, None, false);
-            if *ln > most.0 {
-                most = (*ln, false);
+        for u in &e.unknown {
+            let beside = best_of(e, &u.beside).filter(|_| !u.beside.is_empty());
+            for (size, ln) in OWN_SIZES.iter().cycle().zip(&u.ln).filter(|(_, ln)| ln.is_finite()) {
+                add(vec![UNKNOWN], *ln, table.own, None, false);
+                // beside names, as with a discrepancy that all share: what is small does not make the cause another one
+                if let Some(at) = beside.filter(|_| *size < LARGE) {
+                    let of_parameters = table.parameter * e.structures[at].parameters as f64;
+                    add(canonical(&u.beside), *ln, table.own_known + of_parameters, Some(at), false);
+                }
+                if *ln > most.0 {
+                    most = (*ln, false);
+                }
             }
         }
         let left = if left.is_finite() { left.max(1.0) } else { 1.0 };
@@ -320,7 +340,7 @@ impl Posterior {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evidence::Weighed;
+    use crate::evidence::{Unknown, Weighed};
 
     fn weighed(names: &[&'static str], named: bool, ln: f64) -> Weighed {
         Weighed {
@@ -351,6 +371,7 @@ mod tests {
             own: 0.0,
             large: f64::NEG_INFINITY,
             large_known: 0.0,
+            own_known: f64::NEG_INFINITY,
             drift: 0.0,
             size: 0.0,
             none: 0.0,
@@ -463,6 +484,20 @@ mod tests {
         assert_eq!(p.causes.len(), 2, "{p:?}");
         assert_eq!(p.best_named().unwrap().names, ["lowpass_lag"]);
         assert!(p.unknown() > 0.0 && p.causes.iter().any(Cause::is_unknown));
+    }
+
+    #[test]
+    fn a_little_of_each_recordings_own_beside_a_name_counts_for_the_name_too() {
+        let of = |own_known: f64| {
+            let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 20.0)];
+            let place = estimate::response::Place::Contact;
+            let ln = [0.01, 0.03].map(|_| 30.0).to_vec();
+            let unknown = vec![Unknown { beside: vec!["gravity"], place, ln }];
+            Posterior::new(&Evidences { structures, unknown, levels: 3 }, &Table { own_known, ..plain() })
+        };
+        assert!(of(f64::NEG_INFINITY).of("gravity") < 1e-3);
+        // of the two sizes the smaller one counts for it
+        assert!((of(0.0).of("gravity") - 1.0 / 3.0).abs() < 1e-3, "{:?}", of(0.0));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use crate::budget::Budget;
 use crate::impact::{impact, pulse, push_of, Impact, Pulse};
 use crate::problem::{Data, Record, Scales};
+use crate::smooth::{corners, smooth_between};
 use crate::statistics::{median, spread, spread_of_course};
 use mechanisms::load_history::LoadHistory;
 use plant::machine::{Impact as Impacted, Machine, Seat};
@@ -30,56 +31,12 @@ const REPEATS: f64 = 0.006;
 /// Share of the noise's low frequencies below which what precedes the impact is believed alone.
 const CALM: f64 = 0.5;
 
-/// Half widths tried by the adaptive smoother.
-const WIDTHS: [usize; 7] = [3, 5, 8, 13, 21, 34, 55];
-
-/// Smooths by local quadratics whose width grows at each sample as long as the estimates agree within their
-/// confidence (intersection of confidence intervals: Goldenshluger and Nemirovski 1997). `sigma` is the noise's
-/// standard deviation at low frequency. Returns value and slope per sample.
-pub fn smooth(y: &[f64], sigma: f64) -> (Vec<f64>, Vec<f64>) {
-    let n = y.len();
-    let (mut s, mut d) = (vec![0.0; n], vec![0.0; n]);
-    for i in 0..n {
-        let (mut lo, mut hi) = (f64::MIN, f64::MAX);
-        for h in WIDTHS {
-            if 2 * h + 1 > n {
-                break;
-            }
-            let (a, b) = (i.saturating_sub(h), (i + h).min(n - 1));
-            let (mut m, mut q) = ([0.0; 5], [0.0; 3]);
-            for (j, yj) in y.iter().enumerate().take(b + 1).skip(a) {
-                let t = (j as f64 - i as f64) / h as f64;
-                let mut w = 1.0;
-                for k in 0..5 {
-                    m[k] += w;
-                    if k < 3 {
-                        q[k] += w * yj;
-                    }
-                    w *= t;
-                }
-            }
-            let mat = nalgebra::Matrix3::new(m[0], m[1], m[2], m[1], m[2], m[3], m[2], m[3], m[4]);
-            let Some(inv) = mat.try_inverse() else { break };
-            let sol = inv * nalgebra::Vector3::new(q[0], q[1], q[2]);
-            let sd = sigma * inv[(0, 0)].max(0.0).sqrt();
-            let (l, u) = (sol[0] - 2.2 * sd, sol[0] + 2.2 * sd);
-            if h > WIDTHS[0] && (l > hi || u < lo) {
-                break;
-            }
-            lo = lo.max(l);
-            hi = hi.min(u);
-            s[i] = sol[0];
-            d[i] = sol[1] / h as f64;
-        }
-    }
-    (s, d)
-}
-
-/// Imposes on a recording's body the penetration read, smoothed; `sigma`, m: standard deviation of its noise at low frequency.
-/// What is left out of the reading is taken from its neighbours.
-pub fn impose(record: &mut Record, sigma: f64) {
+/// Imposes on a recording's body the penetration read, smoothed between its corners; `sigma`, m: standard deviation of its
+/// noise at low frequency. What is left out of the reading is taken from its neighbours. Returns the samples beside a corner:
+/// their rate may be that of either side.
+pub fn impose(record: &mut Record, sigma: f64) -> Vec<usize> {
     let i = Channel::Penetration.index();
-    let Some(read) = &record.y[i] else { return };
+    let Some(read) = &record.y[i] else { return Vec::new() };
     let mut read = read.clone();
     for k in (0..read.len()).filter(|k| record.weight[i][*k] == 0.0) {
         if let Some(v) = by_neighbours(&read, k) {
@@ -89,9 +46,11 @@ pub fn impose(record: &mut Record, sigma: f64) {
     let read = &read;
     let time = &record.setup.time;
     let dt = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
-    let (path, slope) = smooth(read, sigma);
+    let corners = corners(read, sigma);
+    let (path, slope) = smooth_between(read, &corners, sigma);
     record.setup.imposed = path;
     record.setup.imposed_rate = slope.iter().map(|v| v / dt).collect();
+    corners.into_iter().flat_map(|c| c - 1..=c + 1).collect()
 }
 
 /// Sample `k` of a smooth course by the cubic through the two on either side; None at its ends.

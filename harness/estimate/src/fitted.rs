@@ -81,11 +81,15 @@ impl Fitted {
         self.structure.terms().iter().all(|t| t.mechanism.named)
     }
 
-    /// Names of the parameters of the mechanisms added that rest at a bound.
+    /// Names of the parameters of the mechanisms added that rest at a bound. What a form has beside its amplitude and is 0
+    /// there is not there: a yield from the first touch, a mode without damping. That is a finding, not the bound's.
     pub fn at_bounds(&self) -> Vec<String> {
+        let amplitudes = self.structure.terms().iter().flat_map(|t| (0..t.form.parameters.len()).map(|i| i == 0));
         let all = self.structure.model().parameters.iter().zip(&self.fit.point.theta);
-        let added = all.skip(self.structure.first_term());
-        added.filter(|(p, x)| **x <= p.lower || **x >= p.upper).map(|(p, _)| p.name.clone()).collect()
+        let added = all.skip(self.structure.first_term()).zip(amplitudes);
+        let rests =
+            added.filter(|((p, x), amplitude)| **x >= p.upper || **x <= p.lower && (*amplitude || p.lower != 0.0));
+        rests.map(|((p, _), _)| p.name.clone()).collect()
     }
 
     /// The physics it stands for.

@@ -18,6 +18,7 @@ pub mod response;
 mod ring;
 pub mod scan;
 pub mod simplex;
+pub mod smooth;
 pub mod starts;
 pub mod statistics;
 pub mod structure;

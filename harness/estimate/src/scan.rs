@@ -1,7 +1,7 @@
 //! A start without a guess: for a fixed exponent the force is linear in k and mu_d.
 
-use crate::condition::smooth;
 use crate::problem::Data;
+use crate::smooth::smooth;
 use mechanisms::physics::GRAVITY;
 use plant::squares::TwoTerms;
 use record::{Channel, Kind};

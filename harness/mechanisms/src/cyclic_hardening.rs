@@ -12,8 +12,8 @@ pub const MECHANISM: Mechanism = Mechanism {
     name: "cyclic_hardening",
     origin: Origin::Contact,
     named: true,
-    equation: "k_i = k (1 + s (1 - exp(-(i - 1)/n)))",
-    source: "Morrow 1965; Johnson 1985, 9.2 (shakedown)",
+    equation: "k_i = k (1 + s (1 - exp(-(i - 1)/n))), or k (1 + s ((i - 1)/10)^q)",
+    source: "Morrow 1965; Johnson 1985, 9.2 (shakedown); Andrade 1910 (a power)",
     sentence: "the stiffness grows with the order of the recordings",
     cure: "The element holds the contact as it was when new; run the contact in first, or raise its stiffness from recording to recording as given here.",
     forms: forms::<CyclicHardening>,
@@ -41,6 +41,7 @@ impl Direction for CyclicHardening {
     const SHARE: &'static str = "hardening_share";
     const ORDERS: &'static str = "hardening_orders";
     const PER_TEN: &'static str = "hardening_share_per_ten";
+    const POWER: &'static str = "hardening_power";
     const PER_DECADE: &'static str = "hardening_share_per_decade";
     fn part(p: &mut Physics) -> &mut CyclicChange {
         &mut p.cyclic_hardening.0

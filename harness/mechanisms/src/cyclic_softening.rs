@@ -12,8 +12,8 @@ pub const MECHANISM: Mechanism = Mechanism {
     name: "cyclic_softening",
     origin: Origin::Contact,
     named: true,
-    equation: "k_i = k (1 - s (1 - exp(-(i - 1)/n)))",
-    source: "Mullins 1948; Landgraf, Morrow and Endo 1969",
+    equation: "k_i = k (1 - s (1 - exp(-(i - 1)/n))), or k (1 - s ((i - 1)/10)^q)",
+    source: "Mullins 1948; Landgraf, Morrow and Endo 1969; Andrade 1910 (a power)",
     sentence: "the stiffness falls with the order of the recordings",
     cure: "The element holds the contact as it was when new; condition the contact first, or lower its stiffness from recording to recording as given here.",
     forms: forms::<CyclicSoftening>,
@@ -44,6 +44,7 @@ impl Direction for CyclicSoftening {
     const SHARE: &'static str = "softening_share";
     const ORDERS: &'static str = "softening_orders";
     const PER_TEN: &'static str = "softening_share_per_ten";
+    const POWER: &'static str = "softening_power";
     const PER_DECADE: &'static str = "softening_share_per_decade";
     fn part(p: &mut Physics) -> &mut CyclicChange {
         &mut p.cyclic_softening.0

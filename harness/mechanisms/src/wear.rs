@@ -15,6 +15,8 @@ pub enum Course {
     Linear,
     /// Decades of 1 + n.
     Logarithmic,
+    /// (n/10)^q of a power q: quick at first and never at rest, as creep is (Andrade 1910, q = 1/3).
+    Power(f64),
 }
 
 impl Course {
@@ -24,6 +26,7 @@ impl Course {
             Course::Saturating(orders) => 1.0 - (-n / orders).exp(),
             Course::Linear => n / 10.0,
             Course::Logarithmic => (1.0 + n).ln() / 10f64.ln(),
+            Course::Power(q) => (n / 10.0).powf(q),
         }
     }
 }
@@ -61,8 +64,9 @@ pub trait Direction {
     /// Names of the share of a course that saturates, and of the recordings it takes.
     const SHARE: &'static str;
     const ORDERS: &'static str;
-    /// Names of the share of ten recordings, and of a decade.
+    /// Names of the share of ten recordings, of the power of their count, and of the share of a decade.
     const PER_TEN: &'static str;
+    const POWER: &'static str;
     const PER_DECADE: &'static str;
     /// The part that is to change.
     fn part(p: &mut Physics) -> &mut CyclicChange;
@@ -101,7 +105,15 @@ pub fn forms<D: Direction>(c: &Context) -> Vec<Form> {
     let linear = one("linear", |t, _, p| endless::<D>(t, Course::Linear, p), |t, _| vec![(D::PER_TEN, t[0], "1")]);
     let logarithmic =
         one("logarithmic", |t, _, p| endless::<D>(t, Course::Logarithmic, p), |t, _| vec![(D::PER_DECADE, t[0], "1")]);
-    let mut v = vec![plain.clone(), linear, logarithmic.clone()];
+    let power = Form {
+        label: "power of the count",
+        parameters: vec![plain.parameters[0].clone(), parameter("power", 0.1, 2.0, 1e-2)],
+        starts: grid(&[&[0.02], &[0.35, 0.7]]),
+        apply: |t, _, p| endless::<D>(t, Course::Power(t[1]), p),
+        describe: |t, _| vec![(D::PER_TEN, t[0], "1"), (D::POWER, t[1], "1")],
+        ..plain.clone()
+    };
+    let mut v = vec![plain.clone(), linear, logarithmic.clone(), power];
     // severe recordings may count more than gentle ones; in units of the mean recording
     v.push(Form {
         label: "saturating, by the impulse taken",
@@ -132,4 +144,21 @@ pub fn forms<D: Direction>(c: &Context) -> Vec<Form> {
         });
     }
     v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_course_starts_from_a_new_contact_and_has_its_share_where_it_is_counted_from() {
+        for course in [Course::Saturating(2.0), Course::Linear, Course::Logarithmic, Course::Power(0.4)] {
+            assert_eq!(course.after(0.0), 0.0, "{course:?}");
+            assert!(course.after(1.0) < course.after(5.0), "{course:?}");
+        }
+        assert_eq!([Course::Linear, Course::Power(0.4), Course::Power(1.7)].map(|c| c.after(10.0)), [1.0; 3]);
+        assert_eq!(Course::Power(1.0).after(3.0), Course::Linear.after(3.0));
+        // a half power has half its share after a quarter of the way
+        assert!((Course::Power(0.5).after(2.5) - 0.5).abs() < 1e-15);
+    }
 }

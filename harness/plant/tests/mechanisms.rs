@@ -79,7 +79,13 @@ fn apart(a: &[Vec<f64>; 3], b: &[Vec<f64>; 3]) -> f64 {
 /// The form another extends.
 fn extended<'a>(forms: &'a [Form], form: &Form) -> &'a Form {
     let label = form.extends.expect("it extends one");
-    forms.iter().find(|f| f.label == label && f.extends.is_none()).expect(label)
+    forms.iter().find(|f| f.label == label).expect(label)
+}
+
+/// Values of all its parameters from which a form starts; those of the form it extends as that one starts first.
+fn starts(forms: &[Form], form: &Form) -> Vec<Vec<f64>> {
+    let lead = form.extends.map_or(Vec::new(), |_| starts(forms, extended(forms, form)).remove(0));
+    form.starts.iter().map(|s| [lead.clone(), s.clone()].concat()).collect()
 }
 
 #[test]
@@ -108,11 +114,9 @@ fn every_form_starts_within_its_bounds_is_named_once_and_described_in_numbers() 
                     for (v, q) in s.iter().zip(&f.parameters[lead..]) {
                         assert!(q.lower <= *v && *v <= q.upper, "{told}: {} = {v}", q.name);
                     }
-                    let mut all = s.clone();
-                    if f.extends.is_some() {
-                        all = [extended(&forms, f).starts[0].clone(), all].concat();
-                    }
-                    let said = f.describe(&all, &c);
+                }
+                for s in starts(&forms, f) {
+                    let said = f.describe(&s, &c);
                     assert!(!said.is_empty() && said.iter().all(|(_, v, _)| v.is_finite()), "{told}: {said:?}");
                 }
             }
@@ -140,7 +144,7 @@ fn every_form_acts_on_what_is_read_from_one_of_its_starts() {
 #[test]
 fn what_extends_a_form_is_that_form_where_its_further_parameters_are_neutral() {
     // value of the further parameters at which they change nothing, and how near the forms then are
-    let neutral: [(&str, &[f64], f64); 17] = [
+    let neutral: [(&str, &[f64], f64); 20] = [
         ("hardening spring", &[0.0], 1e-12),
         ("neck near the surface, while leaving", &[9.0], 0.05),
         ("reading rings at two frequencies", &[0.6, 0.0], 1e-12),
@@ -151,6 +155,9 @@ fn what_extends_a_form_is_that_form_where_its_further_parameters_are_neutral() {
         ("force, hard, slow to recover", &[0.0], 1e-12),
         ("acceleration, hard, slow to recover", &[0.0], 1e-12),
         ("linear inner contact on both sides", &[1e3], 1e-12),
+        ("inner contact of any power", &[1.0], 1e-12),
+        ("inner contact of any power on both sides", &[1.0], 1e-12),
+        ("gain, drifting by a power of the count", &[1.0], 1e-12),
         ("linear inner contact, its damping ramped in", &[-7.0], 0.02),
         ("any power", &[1.5], 1e-12),
         ("any power, over a width", &[1.5, 0.0], 1e-12),
@@ -171,8 +178,8 @@ fn what_extends_a_form_is_that_form_where_its_further_parameters_are_neutral() {
                 for (a, b) in plain.parameters.iter().zip(&f.parameters) {
                     assert_eq!((&a.name, a.lower, a.upper), (&b.name, b.lower, b.upper), "{told}");
                 }
-                for s in plain.starts.iter().take(3) {
-                    let Some(want) = read(plain, s, kind) else { continue };
+                for s in starts(&forms, plain).into_iter().take(3) {
+                    let Some(want) = read(plain, &s, kind) else { continue };
                     let got = read(f, &[s.as_slice(), further].concat(), kind).expect(&told);
                     assert!(apart(&got, &want) <= *near, "{told} at {s:?}: {:e}", apart(&got, &want));
                     seen += 1;
