@@ -202,10 +202,14 @@ def write_case(folder, name, rig, data, told, mass, user, units, clocks=None):
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
 
 
-def attempt(rng, tier, mechanism, used):
-    """One try at a case; None where it does not come out as wanted."""
+def attempt(rng, tier, mechanism, used, only=None):
+    """One try at a case, of the kind `only` where that is given; None where it does not come out as wanted."""
     group = "null" if tier == "null" else "single"
-    if tier == "pair":
+    if only:
+        if mechanism is not None and not any(allowed(*f, only, CHANNELS) for f in FORMS if f[0] == mechanism):
+            return None
+        kind = only
+    elif tier == "pair":
         kind = "drop-test"
     else:
         kinds = [k for k in KINDS if mechanism is None or any(allowed(*f, k, CHANNELS) for f in FORMS if f[0] == mechanism)]
@@ -331,12 +335,12 @@ def described(rig, pairs):
     return out
 
 
-def case(seed, index, tier, mechanism, used):
-    """The case `index` of the set `seed`; draws again until one comes out as planned."""
+def case(seed, index, tier, mechanism, used, only=None):
+    """The case `index` of the set `seed`, of the kind `only` where that is given; draws again until one comes out as planned."""
     for t in range(200):
         rng = np.random.default_rng([seed, index, t])
         try:
-            got = attempt(rng, tier, mechanism, used)
+            got = attempt(rng, tier, mechanism, used, only)
         except (ArithmeticError, np.linalg.LinAlgError):
             got = None
         if got is not None:
@@ -356,8 +360,8 @@ def jsonable(x):
     return x
 
 
-def generate(seed, n, out, say=print, prefix=None, todo=None):
-    """Writes n cases of the seed into out/open and out/truth; returns the truths' names. todo: tier and mechanism of each, where not those of `plan`."""
+def generate(seed, n, out, say=print, prefix=None, todo=None, only=None):
+    """Writes n cases of the seed into out/open and out/truth; returns the truths' names. todo: tier and mechanism of each, where not those of `plan`; only: the kind of all."""
     out = Path(out)
     prefix = prefix or f"s{seed}"
     todo = todo or plan(np.random.default_rng([seed, 0xC0DE]), n)
@@ -365,7 +369,7 @@ def generate(seed, n, out, say=print, prefix=None, todo=None):
     names = []
     for i, (tier, mech) in enumerate(todo):
         name = f"{prefix}-{i + 1:03d}"
-        (rig, data, told, mass, user, truth), rng, tries = case(seed, i, tier, mech, used)
+        (rig, data, told, mass, user, truth), rng, tries = case(seed, i, tier, mech, used, only)
         units = "ms" if rng.random() < 0.33 else "s"
         write_case(out / "open" / name, name, rig, data, told, mass, user, units)
         (out / "truth").mkdir(parents=True, exist_ok=True)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from . import page
 from . import scores
+from . import systems
 from .effects import STRANGE
 from .generate import generate, jsonable, label_hash
 from .groups import GROUPS, case_name, draw_group
@@ -136,6 +137,7 @@ def options():
     a.add_argument("sets", metavar="SEED/N", type=a_set, nargs="*", help=f"N cases drawn from SEED, or SEED/N:GROUP, N of a group ({', '.join(GROUPS)}); may be given several times")
     a.add_argument("--groups", action="store_true", help=f"beside every SEED/N draw every group from that seed, {SHARE:g} N of each")
     a.add_argument("--out", type=Path, default=ROOT / "out" / "proof", help="folder of cases, labels, verdicts and the page (default out/proof)")
+    a.add_argument("--system", action="store_true", help="draw contactor openings alone, and diagnose each twice: by the built-in rig, and converted to FMUs")
     a.add_argument("--first", type=int, metavar="N", help="judge only the first N cases drawn (they are shuffled), where time is short; the page says so")
     a.add_argument("--beside", action="store_true", help="run PySINDy, gplearn, a Gaussian process and plain recalibration on the same cases")
     a.add_argument("--beside-cases", type=int, help="only on the first so many of them")
@@ -147,6 +149,8 @@ def options():
     a.add_argument("--commit", default="", metavar="ID", help="the commit --touchdown was built from, for the page")
     a.add_argument("--again", action="store_true", help="keep the cases --out holds already (same sets) and what this binary answered; judge anew")
     o = a.parse_args()
+    if o.system and (o.groups or o.real or o.beside or o.readme or o.first or not o.sets or any(len(s) == 3 for s in o.sets)):
+        a.error("--system goes with SEED/N, --out, --jobs, --again and --touchdown alone")
     o.more = [s for s in o.sets if len(s) == 3]
     o.sets = [s for s in o.sets if len(s) == 2]
     if o.groups:
@@ -189,7 +193,10 @@ def draw(o):
     t0, total, done = time.monotonic(), sum(s[1] for s in o.sets + o.more), 0
     say = lambda i, *_: progress(done + i, total, t0, "drawing")
     for seed, n in o.sets:
-        generate(seed, n, out, say)
+        if o.system:
+            systems.generate_openings(seed, n, out, say)
+        else:
+            generate(seed, n, out, say)
         done += n
     for seed, n, group in o.more:
         draw_group(seed, n, group, out, say)
@@ -226,6 +233,9 @@ def main():
         print(f"{total + sum(n for _, n, _ in o.more)} cases drawn from {page.seeds(head)}; labels sealed before the diagnosis, sha256 {sealed}", flush=True)
         if o.more:
             print("strangers, " + "; ".join(scores.halves()), flush=True)
+        if o.system:
+            systems.prove(o, binary, head, diagnose_all)
+            return
         cases = [out / "open" / f"s{s}-{i + 1:03d}" for s, n in o.sets for i in range(n)][:o.first or total]
         of_groups = [out / "open" / case_name(s, g, i) for s, n, g in o.more for i in range(n)]
         head["cases"] = len(cases)

@@ -21,12 +21,27 @@ pub fn load(dir: &Path) -> Result<Campaign> {
 }
 
 /// Opens the FMUs that simulate `c` where it is of kind `system`; its moving mass becomes the one that a force at its first
-/// bond moves. None of another kind.
+/// bond moves. Recordings that they do not run through are left out, and told in the warnings. None of another kind.
 ///
 /// # Errors
 /// What is wrong with what campaign.toml says of them, with the system file, or with an FMU.
 pub fn machine(c: &mut Campaign, isolation: &Isolation) -> Result<Option<Arc<dyn Machine>>> {
-    let Some(m) = Fmus::open(c, isolation)? else { return Ok(None) };
+    let opened = match Fmus::open(c, isolation) {
+        Ok(m) => m,
+        Err(e) => {
+            let refused = Fmus::refused(c, isolation)?;
+            if refused.is_empty() || refused.len() == c.recordings.len() {
+                return Err(e);
+            }
+            // what the others tell stays
+            let files: Vec<String> = refused.iter().map(|(r, _)| c.recordings[*r].file.clone()).collect();
+            let told = files.iter().zip(&refused).map(|(f, (_, why))| format!("{f}: {why:#}: it was left out."));
+            c.warnings.extend(told.collect::<Vec<_>>());
+            c.retain(|r| !files.contains(&r.file));
+            Fmus::open(c, isolation)?
+        }
+    };
+    let Some(m) = opened else { return Ok(None) };
     let bonds = &m.facts().bonds;
     let first = bonds.iter().find(|b| b.takes_force && b.is_contact).or(bonds.iter().find(|b| b.takes_force));
     c.moving_mass = first.map(|b| b.mass.at.exp());

@@ -2,7 +2,7 @@
 //! further parameters, and from perturbed restarts out of local minima.
 
 use super::candidate::{Candidate, DETECT, WHITE_ALONE};
-use super::search::Search;
+use super::search::{at_one_bond, Search};
 use estimate::fitted::Fitted;
 use estimate::problem::{Options, Problem};
 use estimate::structure::Term;
@@ -109,7 +109,7 @@ impl Search {
                 let had = &v[i].structure.terms()[from.structure.terms().len()];
                 self.candidates()
                     .into_iter()
-                    .filter(|t| t.name() == had.name() && t.form.label != had.form.label)
+                    .filter(|t| t.name() == had.name() && t.form.label != had.form.label && at_one_bond(from, t))
                     .map(move |t| (i, t))
                     .collect::<Vec<_>>()
             })
@@ -118,7 +118,9 @@ impl Search {
             .into_par_iter()
             .filter_map(|(i, t)| {
                 let in_that_form = |s: &&Fitted| {
-                    s.structure.last().is_some_and(|u| u.name() == t.name() && u.form.label == t.form.label)
+                    s.structure
+                        .last()
+                        .is_some_and(|u| u.name() == t.name() && u.form.label == t.form.label && u.bond == t.bond)
                 };
                 let quick = Options { iterations: 12, ..Options::default() };
                 let start = match sifted.iter().find(in_that_form) {

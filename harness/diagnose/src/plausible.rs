@@ -24,7 +24,8 @@ pub fn check(c: &Campaign, data: &Data) -> Result<(), Invalid> {
     if c.kind != Kind::Indentation {
         found.extend(c.recordings.iter().filter_map(|r| against_height(r).err()));
         for rec in &data.records {
-            let of = [force_against_acceleration(data, rec), way_against_speed(rec), push_against_speed(data, rec)];
+            let alike = || if data.are_of_one_body() { force_against_acceleration(data, rec) } else { Ok(()) };
+            let of = [alike(), way_against_speed(rec), push_against_speed(data, rec)];
             // one wrong unit shows in all of them
             found.extend(of.into_iter().find_map(Result::err));
         }

@@ -257,7 +257,7 @@ impl Search {
     /// `first` in the form of fewest parameters, where its best form has more: those may stand in for a second mechanism.
     fn plainer(&self, base: &Fitted, first: &Fitted) -> Option<Fitted> {
         let term = first.structure.terms().first()?;
-        let forms = self.candidates().into_iter().filter(|t| t.name() == term.name());
+        let forms = self.candidates().into_iter().filter(|t| t.name() == term.name() && t.bond == term.bond);
         let plain = forms.min_by_key(|t| t.form.parameters.len())?;
         let has_fewer = plain.form.parameters.len() < term.form.parameters.len();
         has_fewer.then(|| base.add(&plain, 2, &Options::default())).flatten()

@@ -221,13 +221,12 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     let holds = relied_on && decision.chosen.is_named();
     let law = if holds { decision.chosen.physics().law } else { decision.base.physics().law };
     // of FMUs, where our element can take the place of a contact of theirs
-    let replaces =
-        c.system.as_ref().is_none_or(|s| host::replaceable(s, decision.chosen.structure.base().first_bond()));
+    let calibrated = if holds { &decision.chosen } else { &decision.base };
+    let replaces = c.system.as_ref().is_none_or(|s| host::replaceable(s, calibrated.structure.bond()));
     let element = if settings.element && replaces && law.elastic.stiffness > 0.0 {
         stage("running the recordings through the element")?;
         let through = decision.after.as_ref().filter(|_| relied_on && c.kind != Kind::System);
         let through = through.map(|a| (&decision.chosen, a));
-        let calibrated = if holds { &decision.chosen } else { &decision.base };
         let binaries = pack::Model::contact().libraries(settings.platforms);
         let overdispersion = decision.overdispersion.1.max(1.0);
         let packing = |binaries| packed(binaries, calibrated, overdispersion, &law, through);
@@ -261,9 +260,7 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
         findings.caveats.push(format!("HysteresisContact.fmu is not written: {e}."));
     }
     let system = match (&c.system, &element) {
-        (Some(of), Ok(e)) if settings.element => {
-            Some(handed_back(of, e, if holds { &decision.chosen } else { &decision.base }))
-        }
+        (Some(of), Ok(e)) if settings.element => Some(handed_back(of, e, calibrated)),
         _ => None,
     };
     let system =
@@ -273,7 +270,7 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     Ok(Outcome { verdict, before, after, courses, law, findings, element, system, data: prepared.data })
 }
 
-/// The user's system with the element `e` in the place of the contact at its first bond, and the free variables as `f` has
+/// The user's system with the element `e` in the place of the contact at the bond of `f`, and the free variables as `f` has
 /// them: files by their names.
 fn handed_back(of: &FmuSystem, e: &Packed, f: &Fitted) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
     let base = f.structure.base();
@@ -281,7 +278,7 @@ fn handed_back(of: &FmuSystem, e: &Packed, f: &Fitted) -> anyhow::Result<Vec<(St
         let theta = &f.point().theta;
         m.facts().free.iter().enumerate().map(|(i, v)| (v.name.clone(), v.value(theta[i]))).collect()
     });
-    host::handed_back(of, base.first_bond(), &free, &e.plain()?)
+    host::handed_back(of, f.structure.bond(), &free, &e.plain()?)
 }
 
 /// The outcome where nothing can be judged.

@@ -38,7 +38,7 @@ fn scored<'t>(
     linear: &Linear,
     candidates: &'t [Term],
 ) -> Vec<(&'t Term, Vec<Start>)> {
-    let admitted = candidates.par_iter().filter(|t| from.structure.admits(t.mechanism));
+    let admitted = candidates.par_iter().filter(|t| from.structure.takes(t));
     admitted.map(|t| (t, from.scored(problem, linear, t))).collect()
 }
 

@@ -6,7 +6,7 @@ use crate::condition::Guess;
 use crate::problem::{Data, Model, Parameter, STIFFNESS_SCALE};
 use crate::ring;
 use fmus::model_of_fmus;
-use mechanisms::mechanism::{Context, Form, Hints, Mechanism};
+use mechanisms::mechanism::{Context, Form, Hints, Mechanism, Origin};
 use mechanisms::physics::{Physics, GRAVITY};
 use mechanisms::ALL;
 use plant::machine::Machine;
@@ -50,6 +50,11 @@ impl Term {
     /// Its mechanism's name.
     pub fn name(&self) -> &'static str {
         self.mechanism.name
+    }
+
+    /// Whether it acts on what moves, and does not change what is read alone.
+    pub fn acts(&self) -> bool {
+        self.mechanism.origin != Origin::Chain || self.form.parameters.iter().any(|p| p.dynamic)
     }
 
     /// Values of its parameters, dimensionless, where a fit starts first; zero for those of a form it extends.
@@ -137,7 +142,8 @@ impl Base {
 
     /// The forms that extend that of `term`.
     pub fn extensions(&self, term: &Term) -> Vec<Term> {
-        let extends = |t: &Term| t.name() == term.name() && t.form.extends == Some(term.form.label);
+        let is_there = |t: &Term| t.name() == term.name() && t.bond == term.bond;
+        let extends = |t: &Term| is_there(t) && t.form.extends == Some(term.form.label);
         self.terms().into_iter().filter(extends).collect()
     }
 
@@ -253,6 +259,11 @@ impl Structure {
         let hints = &other.hints;
         let excluded = hints.opposite_of.iter().chain(hints.collinear_with);
         !self.holds(other.name) && !excluded.into_iter().any(|name| self.holds(name))
+    }
+
+    /// Whether `term` may be added: what [`Structure::admits`] says, and of a system of FMUs, one bond at a time.
+    pub fn takes(&self, term: &Term) -> bool {
+        self.admits(term.mechanism) && self.acting().is_none_or(|bond| !term.acts() || term.bond == bond)
     }
 
     /// Whether a mechanism added has what `hint` asks for.

@@ -2,7 +2,7 @@
 
 use crate::budget::Budget;
 pub use mechanisms::mechanism::{Parameter, Scales};
-use plant::machine::Machine;
+use plant::machine::{Machine, Reads};
 use plant::noise::Noise;
 use plant::simulate::{Local, Setup, COARSE};
 use record::{Channel, Kind, Place};
@@ -118,6 +118,14 @@ impl Data {
     pub fn machine(&self) -> Option<&dyn Machine> {
         let seat = self.records.first()?.setup.machine.as_ref()?;
         Some(&*seat.machine)
+    }
+
+    /// Whether force and acceleration are of one body: always of a rig of ours; of FMUs where both are known to be of one bond.
+    pub fn are_of_one_body(&self) -> bool {
+        self.machine().is_none_or(|m| {
+            let [force, acceleration, _] = m.facts().channels;
+            matches!((force, acceleration), (Some(Reads::Bond(a)), Some(Reads::Bond(b))) if a == b)
+        })
     }
 
     /// Whether a force can be tried on what moves: always of a rig of ours.

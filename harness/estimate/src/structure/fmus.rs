@@ -8,6 +8,10 @@ use mechanisms::physics::Physics;
 use plant::machine::{BondFacts, Machine};
 use std::sync::Arc;
 
+/// Change of the exponent with a variable from which that is taken to bend the law: a mass or a stiffness does a little, as its law
+/// is found from steps of some length.
+const BENDS: f64 = 0.05;
+
 /// A place where mechanisms may act, by where they come from.
 pub(super) struct Acting {
     pub bond: usize,
@@ -61,6 +65,16 @@ impl Base {
 }
 
 impl Structure {
+    /// The bond that its terms act at; None where none acts on what moves.
+    pub(super) fn acting(&self) -> Option<usize> {
+        self.terms().iter().find(|t| t.acts()).map(|t| t.bond)
+    }
+
+    /// The bond that is looked at: where its terms act, or else the first.
+    pub fn bond(&self) -> usize {
+        self.acting().unwrap_or_else(|| self.base.first_bond())
+    }
+
     /// Exponent of the contact's law at `theta`, 1.
     pub fn exponent(&self, theta: &[f64]) -> f64 {
         self.law_at(theta).elastic.exponent
@@ -107,7 +121,7 @@ impl Structure {
             Some(m) => {
                 let law = m.facts().bonds.get(self.base.first_bond()).and_then(|b| b.law);
                 law.and_then(|l| {
-                    (0..m.facts().free.len()).map(|i| (i, l.exponent.slopes[i])).find(|(_, s)| s.abs() > 1e-3)
+                    (0..m.facts().free.len()).map(|i| (i, l.exponent.slopes[i])).find(|(_, s)| s.abs() > BENDS)
                 })
             }
         };
@@ -115,6 +129,9 @@ impl Structure {
         let q = &self.model.parameters[i];
         let force = self.ln_force(theta);
         let margin = 0.05 / slope.abs();
+        if q.upper - q.lower < 2.0 * margin {
+            return false;
+        }
         theta[i] = (theta[i] + by / slope).clamp(q.lower + margin, q.upper - margin);
         if self.base.machine.is_some() {
             self.raise(theta, force - self.ln_force(theta));
@@ -147,7 +164,7 @@ pub(super) fn model_of_fmus(base: &Arc<Base>, machine: Arc<dyn Machine>, added: 
         let named = |q: &Parameter| Parameter { name: format!("{}: {}", t.mechanism.name, q.name), ..q.clone() };
         ps.extend(t.form.parameters.iter().map(named));
     }
-    let bond = added.iter().find(|t| t.mechanism.origin != Origin::Chain).map_or(base.first_bond(), |t| t.bond);
+    let bond = added.iter().find(|t| t.acts()).map_or(base.first_bond(), |t| t.bond);
     let (base, all) = (base.clone(), added.to_vec());
     Model::new(ps, move |th: &[f64], p: &mut Physics| {
         let facts = machine.facts();

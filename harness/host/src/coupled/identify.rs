@@ -1,12 +1,14 @@
 //! What the forward model has to know of a system of FMUs, found out by running it.
 
 use super::fit::{correlation, law, steady, Law, Sample};
-use super::layout::Layout;
+use super::layout::{to_si, Layout};
+use super::propose::{is_of, ACCELERATION};
 use super::running::Moving;
 use super::Fmus;
+use crate::Causality;
 use anyhow::{ensure, Result};
 use mechanisms::physics::FREE;
-use plant::machine::{Along, BondFacts, Facts, FreeFacts, Impact, NearLaw, Push, Reads, Running};
+use plant::machine::{Along, BondFacts, Facts, FreeFacts, Impact, Machine, NearLaw, Push, Reads, Running};
 use record::{BondKind, Campaign, FmuSystem};
 
 /// Steps over a sample of the recordings while the system is run as it is.
@@ -24,6 +26,8 @@ const SAME: f64 = 0.98;
 const TRIED_AT: f64 = 0.7;
 /// Share of the speed by which a tried force has to change it.
 const FELT: f64 = 1e-3;
+/// Share by which a mass told by a derivative may part from the one that a tried force shows.
+const AGREE: f64 = 0.02;
 /// Farthest that a variable without bounds goes, in its measure; by its logarithm that of the factor.
 const FARTHEST: f64 = 1e3;
 const FARTHEST_FACTOR: f64 = 9.0;
@@ -162,6 +166,34 @@ impl Identify<'_> {
         Ok(None)
     }
 
+    /// The same mass as the FMU tells it by the directional derivative of an acceleration; None where it has none, or tells of
+    /// several.
+    fn mass_told(&self, set: usize, values: &[f64], b: usize) -> Option<f64> {
+        let port = self.layout().bonds[b].port?;
+        let o = &self.layout().opened[port.part];
+        if !o.fmu.capabilities().provides_directional_derivative {
+            return None;
+        }
+        let outputs = o.description().variables.iter().filter(|v| v.causality == Causality::Output);
+        let accelerations: Vec<(u32, f64)> =
+            outputs.filter(|v| is_of(o, v, ACCELERATION)).map(|v| (v.value_reference, to_si(o, v))).collect();
+        let mut told = Vec::new();
+        let done = self.fmus.start(set, values, &mut |m| {
+            let references: Vec<u32> = accelerations.iter().map(|a| a.0).collect();
+            told = m.felt(port, &references)?;
+            Ok(())
+        });
+        if let Err(e) = done {
+            self.fmus.keep_trouble(&e);
+            return None;
+        }
+        let felt = told.iter().zip(&accelerations).map(|(t, (_, si))| t * si * port.from_si);
+        match felt.filter(|a| *a != 0.0).collect::<Vec<_>>()[..] {
+            [a] if a.is_finite() => Some(1.0 / a.abs()),
+            _ => None,
+        }
+    }
+
     /// When a force is tried in recording `set`, s from the start.
     fn tried_at(&self, set: usize, plain: &Plain, b: usize) -> f64 {
         let touch = plain.touch(b).map(|i| plain.time[i]);
@@ -200,6 +232,16 @@ impl<'a> Identify<'a> {
     fn nominal(&self) -> Result<Vec<(crate::Variable, f64)>> {
         self.of.free.iter().map(|f| self.layout().nominal(self.of, &f.variable)).collect()
     }
+}
+
+/// Recordings that the FMUs do not run through as the system file has them, and what they refuse.
+///
+/// # Errors
+/// As [`identify`], whatever the recording.
+pub(super) fn refused(fmus: &Fmus, of: &FmuSystem, c: &Campaign) -> Result<Vec<(usize, anyhow::Error)>> {
+    let id = Identify::new(fmus, of, c)?;
+    let values: Vec<f64> = id.nominal()?.iter().map(|n| n.1).collect();
+    Ok((0..id.recordings.len()).filter_map(|r| Some((r, id.plain(r, &values).err()?))).collect())
 }
 
 /// Bonds whose force acts into the stop.
@@ -244,9 +286,14 @@ pub(super) fn identify(fmus: &Fmus, of: &FmuSystem, c: &Campaign) -> Result<Fact
     let middle = plains.len() / 2;
     let mut facts = Facts { gravity: of.gravity, fixed_step: fixed_step(l), ..Facts::default() };
     facts.notes.clone_from(&l.notes);
+    let mut masses_told = Vec::new();
     for (b, (bond, at)) in of.bonds.iter().zip(&l.bonds).enumerate() {
         let p = &plains[middle];
-        let mass = if at.port.is_some() { id.mass(middle, &values, b, id.tried_at(middle, p, b))? } else { None };
+        let felt = if at.port.is_some() { id.mass(middle, &values, b, id.tried_at(middle, p, b))? } else { None };
+        // what a tried force says in steps of some length, a derivative says exactly; where they part, it is of something else
+        let told = id.mass_told(middle, &values, b).filter(|m| felt.is_some_and(|f| (m / f.abs() - 1.0).abs() < AGREE));
+        let mass = felt.map(|f| told.map_or(f, |m| m.copysign(f)));
+        masses_told.push(told.is_some());
         if at.port.is_some() && mass.is_none() {
             facts.notes.push(format!(
                 "a force into {} moves nothing at bond {}",
@@ -298,7 +345,7 @@ pub(super) fn identify(fmus: &Fmus, of: &FmuSystem, c: &Campaign) -> Result<Fact
     facts.channels = [read(0), read(1), read(2)];
     facts.impacts = plains.iter().map(|p| impact(p, &facts)).collect();
     for (i, ((v, at), f)) in nominal.iter().zip(&of.free).enumerate() {
-        let measured = id.measure(i, v, *at, f.tolerance, &values, &plains[middle], &mut facts)?;
+        let measured = id.measure(i, v, *at, f.tolerance, &values, (&plains[middle], &masses_told), &mut facts)?;
         facts.free.push(measured);
     }
     Ok(facts)
@@ -335,7 +382,7 @@ impl Identify<'_> {
         at: f64,
         tolerance: Option<f64>,
         values: &[f64],
-        plain: &Plain,
+        (plain, masses_told): (&Plain, &[bool]),
         facts: &mut Facts,
     ) -> Result<FreeFacts> {
         let set = self.recordings.len() / 2;
@@ -361,31 +408,43 @@ impl Identify<'_> {
             Ok(if has_law { laws(&self.plain(set, &moved(by))?) } else { vec![None; bonds] })
         };
         let before = laws(plain);
-        let mut after = laws_with(MOVED * size)?;
+        // where an FMU refuses one way, the other may do
+        let (way, mut after) = match laws_with(MOVED * size) {
+            Ok(after) => (MOVED, after),
+            Err(e) => {
+                self.fmus.keep_trouble(&e);
+                (-MOVED, laws_with(-MOVED * size)?)
+            }
+        };
         let relative = |b: usize| {
             let (Some(x), Some(y)) = (before[b], after[b]) else { return 0.0 };
             let at_depth = |l: Law| l.ln_k + l.p * facts.impacts[set].map_or(0.0, |i| i.depth.max(1e-12).ln());
             if (y.p - x.p).abs() > 1e-3 {
                 0.0
             } else {
-                (at_depth(y) - at_depth(x)) / MOVED
+                (at_depth(y) - at_depth(x)) / way
             }
         };
         let by_logarithm = at > 0.0 && (tolerance.is_some() || (0..bonds).any(|b| relative(b) > SCALES));
         if by_logarithm {
-            after = laws_with(at * MOVED.exp() - at)?;
+            after = laws_with(at * way.exp() - at)?;
         }
-        let to = if by_logarithm { at * MOVED.exp() } else { at + MOVED * size };
+        let to = if by_logarithm { at * way.exp() } else { at + way * size };
         for b in 0..bonds {
-            let slope = |x: f64, y: f64| (y - x) / MOVED;
+            let slope = |x: f64, y: f64| (y - x) / way;
             if let (Some(x), Some(y), Some(l)) = (before[b], after[b], &mut facts.bonds[b].law) {
                 l.stiffness.slopes[i] = slope(x.ln_k, y.ln_k);
                 l.exponent.slopes[i] = slope(x.p, y.p);
                 l.damping.slopes[i] = slope(x.r, y.r);
             }
             if facts.bonds[b].takes_force {
-                let at = self.tried_at(set, plain, b);
-                if let Some(m) = self.mass(set, &moved(to - values[i]), b, at)? {
+                let moved = moved(to - values[i]);
+                let told = if masses_told[b] { self.mass_told(set, &moved, b) } else { None };
+                let mass = match told {
+                    Some(m) => Some(m),
+                    None => self.mass(set, &moved, b, self.tried_at(set, plain, b))?,
+                };
+                if let Some(m) = mass {
                     facts.bonds[b].mass.slopes[i] = slope(facts.bonds[b].mass.at, m.abs().ln());
                 }
             }

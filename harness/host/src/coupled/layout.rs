@@ -55,6 +55,8 @@ pub(super) struct PartAt {
     pub bonds: Vec<usize>,
     /// Highest order of input derivatives that it takes.
     pub orders: u32,
+    /// Whether it is stepped in two halves, its inputs held over each: it takes no derivatives, and any step.
+    pub in_halves: bool,
     /// Whether it follows the motion.
     pub follows: bool,
 }
@@ -118,7 +120,7 @@ fn variable<'a>(of: &FmuSystem, s: &System, opened: &'a [Opened], text: &Written
 }
 
 /// Value in SI of one in the unit of `v`.
-fn to_si(o: &Opened, v: &Variable) -> f64 {
+pub(super) fn to_si(o: &Opened, v: &Variable) -> f64 {
     v.unit.as_ref().and_then(|u| o.description().units.get(u)).map_or(1.0, |u| u.factor)
 }
 
@@ -227,9 +229,12 @@ impl Layout {
                 inputs: inputs.collect(),
                 outputs: o.outputs.iter().map(|v| v.value_reference).collect(),
                 first: first[k],
-                bonds: pushed,
                 orders: if c.can_interpolate_inputs { orders } else { 0 },
+                in_halves: !pushed.is_empty()
+                    && (!c.can_interpolate_inputs || orders == 0)
+                    && c.can_handle_variable_communication_step_size,
                 follows: false,
+                bonds: pushed,
             });
         }
         let channels = read.map(|r| r.map(tap_of));

@@ -53,19 +53,37 @@ impl Fmus {
     /// What is wrong with campaign.toml, the system or an FMU: file, line or call, and the cure.
     pub fn open(c: &Campaign, isolation: &Isolation) -> Result<Option<Arc<Fmus>>> {
         let Some(of) = &c.system else { return Ok(None) };
-        let sets: Vec<_> = c.recordings.iter().map(|r| r.set.clone()).collect();
-        let layout = Layout::new(of, &sets, isolation)?;
-        Ok(Some(Arc::new(Fmus::identified(of, c, layout)?)))
+        Ok(Some(Arc::new(Fmus::identified(of, c, Fmus::layout(of, c, isolation)?)?)))
     }
 
-    fn identified(of: &FmuSystem, c: &Campaign, layout: Layout) -> Result<Fmus> {
-        let mut fmus = Fmus {
+    /// Recordings of a campaign of kind `system` that its FMUs do not run through with the values of the system file: place in the
+    /// campaign, and what was refused. None of another kind.
+    ///
+    /// # Errors
+    /// What is wrong with campaign.toml, the system or an FMU whatever the recording.
+    pub fn refused(c: &Campaign, isolation: &Isolation) -> Result<Vec<(usize, anyhow::Error)>> {
+        let Some(of) = &c.system else { return Ok(Vec::new()) };
+        let fmus = Fmus::unidentified(Fmus::layout(of, c, isolation)?);
+        identify::refused(&fmus, of, c)
+    }
+
+    fn layout(of: &FmuSystem, c: &Campaign, isolation: &Isolation) -> Result<Layout> {
+        let sets: Vec<_> = c.recordings.iter().map(|r| r.set.clone()).collect();
+        Layout::new(of, &sets, isolation)
+    }
+
+    fn unidentified(layout: Layout) -> Fmus {
+        Fmus {
             id: IDS.fetch_add(1, Ordering::Relaxed),
             alive: Arc::new(()),
             layout,
             facts: Facts::default(),
             troubles: Mutex::default(),
-        };
+        }
+    }
+
+    fn identified(of: &FmuSystem, c: &Campaign, layout: Layout) -> Result<Fmus> {
+        let mut fmus = Fmus::unidentified(layout);
         for b in identify::turned(&fmus, of, c)? {
             fmus.layout.turn(b);
         }

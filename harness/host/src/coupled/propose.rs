@@ -10,7 +10,7 @@ use std::path::Path;
 const FORCE: [i32; 3] = [1, 1, -2];
 const LENGTH: [i32; 3] = [0, 1, 0];
 const SPEED: [i32; 3] = [0, 1, -1];
-const ACCELERATION: [i32; 3] = [0, 1, -2];
+pub(super) const ACCELERATION: [i32; 3] = [0, 1, -2];
 const MASS: [i32; 3] = [1, 0, 0];
 /// Relative standard deviation of a weighed mass.
 const WEIGHED: f64 = 0.002;
@@ -37,7 +37,7 @@ pub struct Proposal {
     pub settings: Vec<(String, f64)>,
 }
 
-fn is_of(o: &Opened, v: &Variable, exponents: [i32; 3]) -> bool {
+pub(super) fn is_of(o: &Opened, v: &Variable, exponents: [i32; 3]) -> bool {
     let unit = v.unit.as_ref().and_then(|u| o.description().units.get(u));
     v.kind == Kind::Real
         && unit.is_some_and(|u| u.exponents[..3] == exponents && u.exponents[3..].iter().all(|e| *e == 0))

@@ -1,10 +1,14 @@
 //! The FMUs of a system under way in one thread.
 
-use super::layout::{Fed, Layout};
+use super::layout::{Fed, Layout, Port};
 use crate::master::build::{made, set_all};
 use crate::Instance;
 use anyhow::{ensure, Result};
 use plant::machine::{Push, Running};
+
+/// Where on a straight line over a step the values stand that are held over its halves, so that both the integral and its first
+/// moment are the line's: a body that they push gets the line's speed and place.
+const HALVES: [f64; 2] = [1.0 / 6.0, 5.0 / 6.0];
 
 /// Instances of every FMU, made once and started anew for each run.
 pub(super) struct Sitting {
@@ -180,16 +184,23 @@ impl Moving<'_> {
             starts.push(pushes[*b].start * port.from_si);
             slopes.push(pushes[*b].slope * port.from_si);
         }
-        if !references.is_empty() {
-            if part.orders == 0 {
-                starts.iter_mut().zip(&slopes).for_each(|(s, r)| *s += 0.5 * h * r);
-            }
-            self.instances[k].set_real(&references, &starts)?;
-            if part.orders > 0 {
+        let at = |share: f64| starts.iter().zip(&slopes).map(|(s, r)| s + share * h * r).collect::<Vec<f64>>();
+        let shares: &[f64] = if part.in_halves { &HALVES } else { &[0.5] };
+        if part.orders > 0 {
+            if !references.is_empty() {
+                self.instances[k].set_real(&references, &starts)?;
                 self.instances[k].set_real_input_derivatives(&references, &vec![1; references.len()], &slopes)?;
             }
+            self.instances[k].do_step(self.time, h)?;
+        } else {
+            let each = h / shares.len() as f64;
+            for (i, share) in shares.iter().enumerate() {
+                if !references.is_empty() {
+                    self.instances[k].set_real(&references, &at(*share))?;
+                }
+                self.instances[k].do_step(self.time + i as f64 * each, each)?;
+            }
         }
-        self.instances[k].do_step(self.time, h)?;
         // what answers at once answers to the step's end
         self.set_inputs(k)?;
         for b in &part.bonds {
@@ -247,6 +258,18 @@ impl Running for Moving<'_> {
 }
 
 impl Moving<'_> {
+    /// Change of outputs `references` with a bond's force, each in its unit, as the FMU tells it.
+    ///
+    /// # Errors
+    /// What it refuses.
+    pub fn felt(&mut self, port: Port, references: &[u32]) -> Result<Vec<f64>> {
+        let mut told = vec![0.0; references.len()];
+        if !references.is_empty() {
+            self.instances[port.part].get_directional_derivative(references, &[port.reference], &[1.0], &mut told)?;
+        }
+        Ok(told)
+    }
+
     /// Time reached, s from the start.
     pub fn elapsed(&self) -> f64 {
         self.time - self.l.start

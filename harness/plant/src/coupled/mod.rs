@@ -35,6 +35,9 @@ const GROWTH: f64 = 0.6;
 const WINDOW: f64 = 0.75;
 /// Share of a contact's step below which a push is held.
 const SHORT: f64 = 1e-3;
+/// Short steps in a row after which one passes over touches and partings: a body that lies on a stop with nothing to hold it there
+/// parts and touches without end.
+const CHATTER: usize = 8;
 /// Steps after which a recording is given up.
 const MOST_STEPS: usize = 200_000;
 /// Accepted steps of a rig within one of the FMUs after which it is given up.
@@ -193,7 +196,7 @@ impl Run<'_, '_> {
         let mut paths = vec![(0.0, self.running.motion(watched.min(facts.bonds.len().max(1) - 1)))];
         let early = i;
         self.note(0.0, &mut points);
-        let (mut t, mut steps) = (0.0, 0);
+        let (mut t, mut steps, mut in_a_row) = (0.0, 0, 0);
         while t < end - 1e-12 * end.abs() {
             steps += 1;
             ensure!(steps < MOST_STEPS, "{steps} steps do not reach the end of the recording");
@@ -206,12 +209,13 @@ impl Run<'_, '_> {
             } else {
                 Vec::new()
             };
+            let over = whole || in_a_row >= CHATTER;
             let mut foreseen: Vec<Foreseen> = Vec::new();
             let mut k = 0;
             while k < self.sides.len() {
                 let (side, rows) = (&mut self.sides[k], &mut rows[k]);
                 let samples = &times[i..ahead];
-                let f = if whole {
+                let f = if over {
                     side.foresee_over(t, stop, samples, &control, rows)?
                 } else {
                     side.foresee(t, stop, samples, &control, rows)?
@@ -233,6 +237,7 @@ impl Run<'_, '_> {
             }
             let h = stop - t;
             let short = h < SHORT * s.duration / CONTACT;
+            in_a_row = if short { in_a_row + 1 } else { 0 };
             let mut pushes = vec![Push::default(); facts.bonds.len()];
             for ((side, f), from) in self.sides.iter().zip(&foreseen).zip(&before) {
                 pushes[side.bond] = side.push(t, *from, f, short);

@@ -1,11 +1,11 @@
-//! Campaigns that FMUs simulate: the machine of FMUs against the rig that they are, and the commands on them.
+//! The machine of FMUs against the rig that they are, and the commands on them.
 
+use super::touchdown;
 use mechanisms::physics::Physics;
 use plant::machine::{Machine, Seat};
 use plant::simulate::{simulate, Local, Setup, Trace};
 use record::Kind;
 use std::path::Path;
-use std::process::Command;
 use std::sync::Arc;
 
 const MASS: f64 = 0.42;
@@ -188,13 +188,6 @@ fn variables_that_are_free_move_the_fmus_and_the_law_with_them() {
     let theirs = simulate(&p, &Setup { kind: Kind::System, machine: Some(seat), ..setup }, &RELEASED);
     // the law that the contact nearly follows is found at 1 % steps: at 30 % a linear ratio would be off by 5e-3
     assert!(theirs.ok && apart(&ours, &theirs) < 1e-3, "{:e}", apart(&ours, &theirs));
-}
-
-/// (exit code, standard output, standard error) of the command in `dir`.
-fn touchdown(args: &[&str], dir: &Path) -> (Option<i32>, String, String) {
-    let o = Command::new(env!("CARGO_BIN_EXE_touchdown")).args(args).current_dir(dir).output().unwrap();
-    let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
-    (o.status.code(), text(&o.stdout), text(&o.stderr))
 }
 
 #[test]
