@@ -189,8 +189,11 @@ fn spikes(data: &Data) -> Option<String> {
     let mut found = Vec::new();
     for r in &data.records {
         for c in Channel::ALL.into_iter().filter(|c| r.y[c.index()].is_some()) {
-            let left_out = r.weight[c.index()].iter().zip(&r.setup.time).filter(|(w, _)| **w == 0.0);
-            found.extend(left_out.map(|(_, t)| format!("{} at {} ({})", r.file, figure(*t, "s"), c.name())));
+            let is_spike = |k: &usize| {
+                r.weight[c.index()][*k] == 0.0 && (c != Channel::Force || r.beside_corners.binary_search(k).is_err())
+            };
+            let at = (0..r.setup.time.len()).filter(is_spike).map(|k| figure(r.setup.time[k], "s"));
+            found.extend(at.map(|t| format!("{} at {t} ({})", r.file, c.name())));
         }
     }
     let more = found.len().saturating_sub(LISTED);

@@ -155,6 +155,7 @@ pub fn condition_on(c: &Campaign, machine: Option<&Arc<dyn Machine>>) -> Result<
             level: r.level,
             y: r.channels.clone(),
             off_path: Vec::new(),
+            beside_corners: Vec::new(),
             weight: [vec![1.0; n], vec![1.0; n], vec![1.0; n]],
             speed: if c.kind == Kind::DropTest { r.impact_speed.or(r.start_speed) } else { None },
             at_first: r.impact_speed.is_none() && r.start_speed.is_some(),

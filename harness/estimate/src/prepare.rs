@@ -178,7 +178,8 @@ fn at_the_path_read(base: &Fitted, unsure: [bool; 3]) -> Fitted {
     for record in &mut renewed.records {
         let spikes = record.y[i].as_ref().map_or_else(Vec::new, |read| spikes_of_course(read, noise.marginal()));
         spikes.into_iter().for_each(|k| record.weight[i][k] = 0.0);
-        impose(record, noise.low_frequency()).into_iter().for_each(|k| record.weight[0][k] = 0.0);
+        record.beside_corners = impose(record, noise.low_frequency());
+        record.beside_corners.iter().for_each(|k| record.weight[0][*k] = 0.0);
     }
     let base = base.on(Arc::new(renewed));
     let base = without_spikes(&base, &simulations(&base));

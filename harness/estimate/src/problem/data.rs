@@ -20,6 +20,9 @@ pub struct Record {
     /// What the force read holds beyond that on an imposed path, N, because the penetration read lies off the smoothed one:
     /// its slope times that distance. Empty where no path is imposed.
     pub off_path: Vec<f64>,
+    /// Samples beside a corner of an imposed path, increasing: the rate may be that of either side, and their force does not
+    /// count.
+    pub beside_corners: Vec<usize>,
     /// Weight of each sample (noise sigma over local sigma; 0: left out), by channel.
     pub weight: [Vec<f64>; 3],
     /// Speed and its std, m/s; at the first sample where `at_first`.
@@ -272,6 +275,7 @@ impl Data {
             level: 0,
             y: [Some(y), None, None],
             off_path: Vec::new(),
+            beside_corners: Vec::new(),
             weight: [vec![1.0; n], vec![1.0; n], vec![1.0; n]],
             speed: None,
             at_first: false,
