@@ -243,7 +243,7 @@ fn time_in_milliseconds_that_is_in_seconds() {
 fn two_campaigns_in_one_folder() {
     let other = |d: &Path| {
         let mut stiffer = Recipe { seed: 7, ..Recipe::default() };
-        stiffer.physics.law.elastic.stiffness *= 5.0;
+        stiffer.physics.law.elastic.stiffness *= 10.0;
         let second = d.join("second");
         write_campaign(&second, &stiffer).unwrap();
         let mut listed = String::new();
