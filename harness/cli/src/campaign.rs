@@ -21,7 +21,7 @@ pub fn load(dir: &Path) -> Result<Campaign> {
 }
 
 /// Opens the FMUs that simulate `c` where it is of kind `system`; its moving mass becomes the one that a force at its first
-/// bond moves. Recordings that they do not run through are left out, and told in the warnings. None of another kind.
+/// bond moves. Recordings that they do not run through are left out, and named in the warnings. None of another kind.
 ///
 /// # Errors
 /// What is wrong with what campaign.toml says of them, with the system file, or with an FMU.
@@ -35,8 +35,8 @@ pub fn machine(c: &mut Campaign, isolation: &Isolation) -> Result<Option<Arc<dyn
             }
             // what the others tell stays
             let files: Vec<String> = refused.iter().map(|(r, _)| c.recordings[*r].file.clone()).collect();
-            let told = files.iter().zip(&refused).map(|(f, (_, why))| format!("{f}: {why:#}: it was left out."));
-            c.warnings.extend(told.collect::<Vec<_>>());
+            let notes = files.iter().zip(&refused).map(|(f, (_, why))| format!("{f}: {why:#}: it was left out."));
+            c.warnings.extend(notes.collect::<Vec<_>>());
             c.retain(|r| !files.contains(&r.file));
             Fmus::open(c, isolation)?
         }

@@ -26,7 +26,7 @@ const SAME: f64 = 0.98;
 const TRIED_AT: f64 = 0.7;
 /// Share of the speed by which a tried force has to change it.
 const FELT: f64 = 1e-3;
-/// Share by which a mass told by a derivative may part from the one that a tried force shows.
+/// Share by which a mass by a derivative may part from the one that a tried force shows.
 const AGREE: f64 = 0.02;
 /// Farthest that a variable without bounds goes, in its measure; by its logarithm that of the factor.
 const FARTHEST: f64 = 1e3;
@@ -166,9 +166,9 @@ impl Identify<'_> {
         Ok(None)
     }
 
-    /// The same mass as the FMU tells it by the directional derivative of an acceleration; None where it has none, or tells of
-    /// several.
-    fn mass_told(&self, set: usize, values: &[f64], b: usize) -> Option<f64> {
+    /// The same mass as the FMU gives it by the directional derivative of an acceleration; None where it has none, or of
+    /// several bodies.
+    fn mass_by_derivative(&self, set: usize, values: &[f64], b: usize) -> Option<f64> {
         let port = self.layout().bonds[b].port?;
         let o = &self.layout().opened[port.part];
         if !o.fmu.capabilities().provides_directional_derivative {
@@ -177,17 +177,17 @@ impl Identify<'_> {
         let outputs = o.description().variables.iter().filter(|v| v.causality == Causality::Output);
         let accelerations: Vec<(u32, f64)> =
             outputs.filter(|v| is_of(o, v, ACCELERATION)).map(|v| (v.value_reference, to_si(o, v))).collect();
-        let mut told = Vec::new();
+        let mut changes = Vec::new();
         let done = self.fmus.start(set, values, &mut |m| {
             let references: Vec<u32> = accelerations.iter().map(|a| a.0).collect();
-            told = m.felt(port, &references)?;
+            changes = m.felt(port, &references)?;
             Ok(())
         });
         if let Err(e) = done {
             self.fmus.keep_trouble(&e);
             return None;
         }
-        let felt = told.iter().zip(&accelerations).map(|(t, (_, si))| t * si * port.from_si);
+        let felt = changes.iter().zip(&accelerations).map(|(t, (_, si))| t * si * port.from_si);
         match felt.filter(|a| *a != 0.0).collect::<Vec<_>>()[..] {
             [a] if a.is_finite() => Some(1.0 / a.abs()),
             _ => None,
@@ -286,14 +286,16 @@ pub(super) fn identify(fmus: &Fmus, of: &FmuSystem, c: &Campaign) -> Result<Fact
     let middle = plains.len() / 2;
     let mut facts = Facts { gravity: of.gravity, fixed_step: fixed_step(l), ..Facts::default() };
     facts.notes.clone_from(&l.notes);
-    let mut masses_told = Vec::new();
+    let mut derived = Vec::new();
     for (b, (bond, at)) in of.bonds.iter().zip(&l.bonds).enumerate() {
         let p = &plains[middle];
         let felt = if at.port.is_some() { id.mass(middle, &values, b, id.tried_at(middle, p, b))? } else { None };
         // what a tried force says in steps of some length, a derivative says exactly; where they part, it is of something else
-        let told = id.mass_told(middle, &values, b).filter(|m| felt.is_some_and(|f| (m / f.abs() - 1.0).abs() < AGREE));
-        let mass = felt.map(|f| told.map_or(f, |m| m.copysign(f)));
-        masses_told.push(told.is_some());
+        let exact = id
+            .mass_by_derivative(middle, &values, b)
+            .filter(|m| felt.is_some_and(|f| (m / f.abs() - 1.0).abs() < AGREE));
+        let mass = felt.map(|f| exact.map_or(f, |m| m.copysign(f)));
+        derived.push(exact.is_some());
         if at.port.is_some() && mass.is_none() {
             facts.notes.push(format!(
                 "a force into {} moves nothing at bond {}",
@@ -345,7 +347,7 @@ pub(super) fn identify(fmus: &Fmus, of: &FmuSystem, c: &Campaign) -> Result<Fact
     facts.channels = [read(0), read(1), read(2)];
     facts.impacts = plains.iter().map(|p| impact(p, &facts)).collect();
     for (i, ((v, at), f)) in nominal.iter().zip(&of.free).enumerate() {
-        let measured = id.measure(i, v, *at, f.tolerance, &values, (&plains[middle], &masses_told), &mut facts)?;
+        let measured = id.measure(i, v, *at, f.tolerance, &values, (&plains[middle], &derived), &mut facts)?;
         facts.free.push(measured);
     }
     Ok(facts)
@@ -382,7 +384,7 @@ impl Identify<'_> {
         at: f64,
         tolerance: Option<f64>,
         values: &[f64],
-        (plain, masses_told): (&Plain, &[bool]),
+        (plain, derived): (&Plain, &[bool]),
         facts: &mut Facts,
     ) -> Result<FreeFacts> {
         let set = self.recordings.len() / 2;
@@ -439,8 +441,8 @@ impl Identify<'_> {
             }
             if facts.bonds[b].takes_force {
                 let moved = moved(to - values[i]);
-                let told = if masses_told[b] { self.mass_told(set, &moved, b) } else { None };
-                let mass = match told {
+                let exact = if derived[b] { self.mass_by_derivative(set, &moved, b) } else { None };
+                let mass = match exact {
                     Some(m) => Some(m),
                     None => self.mass(set, &moved, b, self.tried_at(set, plain, b))?,
                 };

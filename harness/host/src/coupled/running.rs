@@ -258,16 +258,21 @@ impl Running for Moving<'_> {
 }
 
 impl Moving<'_> {
-    /// Change of outputs `references` with a bond's force, each in its unit, as the FMU tells it.
+    /// Change of outputs `references` with a bond's force, each in its unit, as the FMU gives it.
     ///
     /// # Errors
     /// What it refuses.
     pub fn felt(&mut self, port: Port, references: &[u32]) -> Result<Vec<f64>> {
-        let mut told = vec![0.0; references.len()];
+        let mut changes = vec![0.0; references.len()];
         if !references.is_empty() {
-            self.instances[port.part].get_directional_derivative(references, &[port.reference], &[1.0], &mut told)?;
+            self.instances[port.part].get_directional_derivative(
+                references,
+                &[port.reference],
+                &[1.0],
+                &mut changes,
+            )?;
         }
-        Ok(told)
+        Ok(changes)
     }
 
     /// Time reached, s from the start.
