@@ -2,7 +2,7 @@
 //! would distinguish them.
 
 use super::decide::Decision;
-use super::search::{at_one_bond, Search};
+use super::search::Search;
 use estimate::fitted::Fitted;
 use estimate::problem::{Data, Model, Nuisance, Options, Point, Problem};
 use mechanisms::load_history::LoadHistory;
@@ -122,7 +122,7 @@ fn alternative(search: &Search, d: &Decision, rest: &Fitted, name: &str) -> Opti
     search
         .candidates()
         .into_iter()
-        .filter(|t| t.name() == name && at_one_bond(rest, t))
+        .filter(|t| t.name() == name && rest.structure.is_at_one_bond_with(t))
         .filter_map(|t| rest.add(&t, 2, &Options::default()))
         .min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
 }

@@ -2,7 +2,7 @@
 //! further parameters, and from perturbed restarts out of local minima.
 
 use super::candidate::{Candidate, DETECT, WHITE_ALONE};
-use super::search::{at_one_bond, Search};
+use super::search::Search;
 use estimate::fitted::Fitted;
 use estimate::problem::{Options, Problem};
 use estimate::structure::Term;
@@ -109,7 +109,11 @@ impl Search {
                 let had = &v[i].structure.terms()[from.structure.terms().len()];
                 self.candidates()
                     .into_iter()
-                    .filter(|t| t.name() == had.name() && t.form.label != had.form.label && at_one_bond(from, t))
+                    .filter(|t| {
+                        t.name() == had.name()
+                            && t.form.label != had.form.label
+                            && from.structure.is_at_one_bond_with(t)
+                    })
                     .map(move |t| (i, t))
                     .collect::<Vec<_>>()
             })

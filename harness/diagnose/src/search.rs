@@ -1,15 +1,9 @@
 //! The search over structures: every mechanism fitted jointly with the base, forward selection with swaps.
 
-use estimate::fitted::Fitted;
 use estimate::prepare::Prepared;
 use estimate::problem::Data;
 use estimate::structure::{Structure, Term};
 use std::sync::Arc;
-
-/// Whether `term` acts at the bond that the terms of `from` act at, where both act on what moves.
-pub(super) fn at_one_bond(from: &Fitted, term: &Term) -> bool {
-    from.structure.terms().iter().all(|t| !t.acts() || !term.acts() || t.bond == term.bond)
-}
 
 /// What the search holds fixed.
 pub struct Search {

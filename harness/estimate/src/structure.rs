@@ -263,7 +263,12 @@ impl Structure {
 
     /// Whether `term` may be added: what [`Structure::admits`] says, and of a system of FMUs, one bond at a time.
     pub fn takes(&self, term: &Term) -> bool {
-        self.admits(term.mechanism) && self.acting().is_none_or(|bond| !term.acts() || term.bond == bond)
+        self.admits(term.mechanism) && self.is_at_one_bond_with(term)
+    }
+
+    /// Whether `term` acts at the bond that the terms here act at, where both act on what moves.
+    pub fn is_at_one_bond_with(&self, term: &Term) -> bool {
+        self.acting().is_none_or(|bond| !term.acts() || term.bond == bond)
     }
 
     /// Whether a mechanism added has what `hint` asks for.

@@ -141,11 +141,8 @@ fn forms(c: &Context) -> Vec<Form> {
             vec![parameter("back", 0.0, 6.0, 3e-3)],
             grid(&[&[0.1, 0.4, 1.0]]),
         );
-        both.apply = |t, c, p| {
-            part(t, c, p, false);
-            p.loose_part.back = c.scales.depth * t[4];
-        };
-        both.describe = |t, c| [described(t, c), vec![("loose_back", c.scales.depth * t[4], "m")]].concat();
+        both.apply = between;
+        both.describe = described_between;
         v.push(both);
         let of = |from: &Form, label: &'static str| {
             let further = vec![parameter("power", 1.0, 2.5, 1e-2)];
@@ -159,13 +156,10 @@ fn forms(c: &Context) -> Vec<Form> {
         curved.describe = |t, c| [described(t, c), vec![("loose_power", t[4], "1")]].concat();
         let mut curved_both = of(&v[2], "inner contact of any power on both sides");
         curved_both.apply = |t, c, p| {
-            part(t, c, p, false);
-            p.loose_part.back = c.scales.depth * t[4];
+            between(t, c, p);
             bend(t[5], c, p);
         };
-        curved_both.describe = |t, c| {
-            [described(t, c), vec![("loose_back", c.scales.depth * t[4], "m"), ("loose_power", t[5], "1")]].concat()
-        };
+        curved_both.describe = |t, c| [described_between(t, c), vec![("loose_power", t[5], "1")]].concat();
         v.push(curved);
         v.push(curved_both);
         v.push(form("linear inner contact, its weight on the body", |t, c, p| part(t, c, p, true)));
@@ -185,6 +179,16 @@ fn described(t: &[f64], c: &Context) -> Vec<(&'static str, f64, &'static str)> {
         ("loose_gap", c.scales.depth * t[1], "m"),
         ("loose_stiffness", stiffness(t, c), "N/m"),
     ]
+}
+
+/// The part between two walls.
+fn between(t: &[f64], c: &Context, p: &mut Physics) {
+    part(t, c, p, false);
+    p.loose_part.back = c.scales.depth * t[4];
+}
+
+fn described_between(t: &[f64], c: &Context) -> Vec<(&'static str, f64, &'static str)> {
+    [described(t, c), vec![("loose_back", c.scales.depth * t[4], "m")]].concat()
 }
 
 /// Depth to which the part is pressed into a linear wall at the speed of the impact, m.
