@@ -11,7 +11,7 @@ def verdict(rng, strength=30.0):
     cause = str(rng.choice(list(ln)))
     for name in ln:
         ln[name] += rng.normal(0.0, 4.0) + (rng.uniform(0.0, strength) if name == cause else 0.0)
-    structure = lambda names, value: dict(mechanisms=names, forms=names, named=True, at_bound=False, heldout_nrmse=None, overdispersion_left=1.1,
+    structure = lambda names, value: dict(mechanisms=names, forms=names, named=True, at_bound=False, heldout_nrmse=None, overdispersion=4.0, overdispersion_left=1.1,
                                           parameters=2 * len(names),
                                           ln_evidence=[value] * 6, ln_evidence_drifting=[value - 200.0] * 6)
     v = {"fit": {"before": {"heldout_nrmse": 0.01}},
@@ -103,6 +103,32 @@ def test_a_flat_top_speaks_for_clipping():
         return p[frozenset({"clipping"})] / p[frozenset({"gravity"})]
 
     assert abs(odds(False) - 1.0) < 1e-9 and abs(odds(True) - np.exp(2.0)) < 1e-6
+
+
+def test_a_large_discrepancy_that_leaves_much_is_likelier_of_an_unknown_cause():
+    v, _ = verdict(np.random.default_rng(11))
+    structure = v["evidence"]["structures"][1]
+    structure["ln_evidence"] = [None] * 5 + [60.0]
+
+    def unknown(overdispersion):
+        structure["overdispersion"] = overdispersion
+        return w.posterior(w.features(v), table(large=0.0, large_known=0.0, large_left=1.0, large_known_left=-1.0))[w.UNKNOWN]
+
+    assert unknown(1.0) < unknown(2.0) < unknown(8.0), (unknown(1.0), unknown(2.0), unknown(8.0))
+
+
+def test_what_is_part_of_an_explanation_that_works_is_likelier_than_what_is_not():
+    v, _ = verdict(np.random.default_rng(12))
+    of = v["evidence"]["structures"]
+    rival = dict(of[1], mechanisms=["adhesion"])
+    pair = dict(of[1], mechanisms=["gravity", "viscous_damping"], ln_evidence=[x + 19.0 for x in of[1]["ln_evidence"]])
+    of += [rival, pair]
+
+    def odds(completed):
+        p = w.posterior(w.features(v), table(completed=completed))
+        return p[w.canonical(["gravity"])] / p[w.canonical(["adhesion"])]
+
+    assert abs(odds(0.0) - 1.0) < 1e-9 and abs(odds(0.5) - np.sqrt(20.0)) < 1e-6, (odds(0.0), odds(0.5))
 
 
 def test_what_is_a_reason_for_doubt_never_speaks_for_a_name():

@@ -31,6 +31,8 @@ PARAMETERS = {
     "own": (0.0, 3.0),
     "large": (0.0, 3.0),
     "large_known": (-2.0, 2.0),                # ln weight of a large discrepancy beside what is known
+    "large_left": (0.0, 1.0),                  # power of the overdispersion that a structure leaves, on either weight of its large discrepancy
+    "large_known_left": (0.0, 1.0),
     "own_known": (-2.0, 2.0),                  # and of a small one of each recording's own
     "drift": (-2.0, 1.0),                      # ln weight of instruments that drift, hum or walk
     "size": (0.0, 0.5),                        # ln weight of a discrepancy by step of its size
@@ -42,9 +44,10 @@ PARAMETERS = {
     "worse": (-20.0, 10.0),                    # than the simulation as given does
     "flat": (1.0, 1.0),                        # ln weight of names that limit a reading where readings end in a flat top
     "needed": (0.0, 0.3),                      # weight of ln(1 + nats that the best structure with these names has over the best without them)
+    "completed": (0.0, 0.3),                   # weight of ln(1 + nats that the best structure with these names and more has over the best with these alone)
 }
 # what is a reason for doubt never speaks for a name, and what speaks for one never against it
-BOUNDS = {"parameter": (None, 0.0), "bound": (None, 0.0), "one_level": (None, 0.0), "worse": (None, 0.0), "heldout": (0.0, None), "needed": (0.0, None), "flat": (0.0, None)}
+BOUNDS = {"parameter": (None, 0.0), "bound": (None, 0.0), "one_level": (None, 0.0), "worse": (None, 0.0), "heldout": (0.0, None), "needed": (0.0, None), "flat": (0.0, None), "large_left": (0.0, None), "large_known_left": (None, 0.0)}
 START = np.array([v[0] for v in PARAMETERS.values()])
 WIDTH = np.array([v[1] for v in PARAMETERS.values()])
 NEGLIGIBLE = 60.0            # nats below the most evidence of a cause from which on an entry adds nothing to it, whatever the weights
@@ -69,6 +72,7 @@ class Entry(NamedTuple):
     bound: bool = False      # a parameter of a mechanism rests at a bound
     better: float = 0.0      # ln of how many times better it predicts levels not seen than the simulation as given does
     parameters: int = 0      # of the mechanisms added
+    left: float = 0.0        # ln overdispersion of what the structure leaves
     flat: bool = False       # they limit a reading, and readings end in a flat top
 
 
@@ -86,17 +90,18 @@ def features(verdict):
         if not s["named"] and better < 0.0:     # a stand-in that follows what it has seen and predicts the rest worse stands for nothing
             continue
         doubts = dict(bound=bool(names) and s["at_bound"], better=better, flat=flat and "clipping" in names)
+        has = dict(parameters=s["parameters"], left=float(np.log(max(s["overdispersion"], 1.0))))
         steady = [(False, i, ln) for i, ln in enumerate(s["ln_evidence"])]
         for drifts, i, ln in steady + [(True, i, ln) for i, ln in enumerate(s.get("ln_evidence_drifting", []))]:
             if ln is None:
                 continue
             if not s["named"]:
-                out.setdefault(UNKNOWN, []).append(Entry("stand_in", i, ln, drifts, parameters=s["parameters"]))
+                out.setdefault(UNKNOWN, []).append(Entry("stand_in", i, ln, drifts, **has))
             elif e["sizes"][i] >= LARGE:
-                out.setdefault(UNKNOWN, []).append(Entry("large", i, ln, drifts, parameters=s["parameters"]))
-                out.setdefault(names, []).append(Entry("large_known", i, ln, drifts, parameters=s["parameters"], **doubts))
+                out.setdefault(UNKNOWN, []).append(Entry("large", i, ln, drifts, **has))
+                out.setdefault(names, []).append(Entry("large_known", i, ln, drifts, **has, **doubts))
             else:
-                out.setdefault(names, []).append(Entry("", i, ln, drifts, parameters=s["parameters"], **doubts))
+                out.setdefault(names, []).append(Entry("", i, ln, drifts, **has, **doubts))
     for u in e["unknown"]:
         names = canonical(u["beside"])
         beside = max((x for x in out.get(names, []) if names and x.kind == ""), key=lambda x: x.ln, default=None)
@@ -125,9 +130,15 @@ def needed(sets):
     return out
 
 
-def weighted(t, kind, size, ln, drifts, parameters):
+def completed(sets):
+    """{named set: ln(1 + nats that the best structure with these names and more has over the best with these alone)}: what is part of an explanation that works may be right and not all."""
+    best = {h: max(x.ln for x in of) for h, of in sets.items() if h != UNKNOWN}
+    return {h: float(np.log1p(max(best[g] - best[h] for g in best if g >= h))) for h in best if h != NOTHING}
+
+
+def weighted(t, kind, size, ln, drifts, parameters, left):
     """ln evidence with the table's weights, of entries' numbers (arrays); `kind` holds indices of KINDS."""
-    own = np.array([t.get(k, 0.0) for k in KINDS])[kind]
+    own = np.array([t.get(k, 0.0) for k in KINDS])[kind] + np.array([t.get(f"{k}_left", 0.0) for k in KINDS])[kind] * left
     sizes = np.where(size < 0, 0.0, np.where(size == 0, t["none"], t["size"] * (size - 1)))
     return ln + own + sizes + t["drift"] * drifts + t["parameter"] * parameters
 
@@ -143,12 +154,12 @@ def posterior(feature, theta):
     t = dict(zip(PARAMETERS, theta))
     left, levels, sets = feature
     tail, temperature = scales(t, left, noise_alone(sets))
-    top, need = -np.inf, needed(sets)
+    top, need, complete = -np.inf, needed(sets), completed(sets)
     mass, doubt = {}, {}
     for h, of in sets.items():
         ln = weighted(t, [KINDS.index(x.kind) for x in of], *(np.array([getattr(x, k) for x in of]) for k in WEIGHTED))
         mass[h], best = logsumexp(ln), of[int(ln.argmax())]
-        doubt[h] = t["bound"] * best.bound + t["heldout"] * max(best.better, 0.0) + t["worse"] * max(-best.better, 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN)) + t["flat"] * best.flat + t["needed"] * need.get(h, 0.0)
+        doubt[h] = t["bound"] * best.bound + t["heldout"] * max(best.better, 0.0) + t["worse"] * max(-best.better, 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN)) + t["flat"] * best.flat + t["needed"] * need.get(h, 0.0) + t["completed"] * complete.get(h, 0.0)
         top = max(top, mass[h])
     prior = lambda h: 0.0 if h == NOTHING else t["unknown"] if h == UNKNOWN else t["single"] if len(h) == 1 else t["pair"]
     score = {h: prior(h) + doubt[h] - tail * np.log1p((top - m) / (tail * temperature)) for h, m in mass.items()}
@@ -173,17 +184,17 @@ class Stacked:
         for k, (feature, want, weight) in enumerate(cases):
             left, levels, sets = feature
             alone.append(noise_alone(sets))
-            need = needed(sets)
+            need, complete = needed(sets), completed(sets)
             for h, of in sets.items():
                 ends.append(len(rows))
                 most = max(x.ln for x in of)
                 of = [x for x in of if x.ln > most - NEGLIGIBLE]
                 rows += [(KINDS.index(x.kind), *(getattr(x, k) for k in WEIGHTED), x.bound, x.flat, max(-x.better, 0.0), max(x.better, 0.0)) for x in of]
                 prior = "" if h == NOTHING else "unknown" if h == UNKNOWN else "single" if len(h) == 1 else "pair"
-                hyps.append((k, left, levels < 2 and h not in (NOTHING, UNKNOWN), PRIORS.index(prior), h == want, need.get(h, 0.0)))
+                hyps.append((k, left, levels < 2 and h not in (NOTHING, UNKNOWN), PRIORS.index(prior), h == want, need.get(h, 0.0), complete.get(h, 0.0)))
         kind, *self.entries, self.bound, self.flat, self.worse, self.better = np.array(rows, float).T
         self.kind = kind.astype(int)
-        self.case, self.left, self.one, self.prior, self.want, self.needed = np.array(hyps, float).T
+        self.case, self.left, self.one, self.prior, self.want, self.needed, self.completed = np.array(hyps, float).T
         self.case, self.prior, self.want = self.case.astype(int), self.prior.astype(int), self.want.astype(bool)
         self.starts, self.n, self.alone = np.array(ends), len(cases), np.array(alone)
         self.lengths = np.diff([*ends, len(rows)])
@@ -196,7 +207,7 @@ class Stacked:
         mass = np.logaddexp.reduceat(ln, self.starts)
         best = ln == np.repeat(np.maximum.reduceat(ln, self.starts), self.lengths)
         of_best = lambda what: np.maximum.reduceat(np.where(best, what, 0.0), self.starts)
-        doubt = t["bound"] * of_best(self.bound) + t["worse"] * of_best(self.worse) + t["heldout"] * of_best(self.better) + t["one_level"] * self.one + t["flat"] * of_best(self.flat) + t["needed"] * self.needed
+        doubt = t["bound"] * of_best(self.bound) + t["worse"] * of_best(self.worse) + t["heldout"] * of_best(self.better) + t["one_level"] * self.one + t["flat"] * of_best(self.flat) + t["needed"] * self.needed + t["completed"] * self.completed
         top = np.full(self.n, -np.inf)
         np.maximum.at(top, self.case, mass)
         tail, temperature = scales(t, self.left, self.alone[self.case])
@@ -211,7 +222,7 @@ class Stacked:
 
 
 KINDS = ("", "stand_in", "own", "large", "large_known", "own_known")
-WEIGHTED = ("size", "ln", "drifts", "parameters")      # an entry's numbers that `weighted` takes
+WEIGHTED = ("size", "ln", "drifts", "parameters", "left")      # an entry's numbers that `weighted` takes
 PRIORS = ("", "single", "pair", "unknown")
 
 

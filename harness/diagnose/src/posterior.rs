@@ -40,6 +40,10 @@ pub struct Table {
     pub large: f64,
     pub large_known: f64,
     pub own_known: f64,
+    /// Powers of the overdispersion that a structure leaves, on the weight of its large discrepancy among the unknown and
+    /// beside what is known: where next to nothing is left, the discrepancy is no reason to doubt the names.
+    pub large_left: f64,
+    pub large_known_left: f64,
     /// ln weight of instruments that are disturbed: that drift, hum or walk.
     pub drift: f64,
     /// ln weight of the discrepancy's sizes, a step, and of none at all.
@@ -59,6 +63,9 @@ pub struct Table {
     /// Weight of ln(1 + nats that the best structure with these names has over the best without them): what is needed by
     /// all that explain much is likely there, whatever else is.
     pub needed: f64,
+    /// Weight of ln(1 + nats that the best structure with these names and more has over the best with these alone): what
+    /// is part of an explanation that works may be right and not all.
+    pub completed: f64,
     /// Probability that a set has to add up to, to hold the cause with 95 %.
     pub level: f64,
 }
@@ -179,6 +186,19 @@ fn needed(causes: &[(Vec<&'static str>, Gathered)], names: &[&'static str]) -> f
     }
 }
 
+/// ln(1 + nats that the best of `causes` with all of `names` and more has over the best with `names` alone); 0 for nothing
+/// and for an unknown cause.
+fn completed(causes: &[(Vec<&'static str>, Gathered)], names: &[&'static str], alone: &Gathered) -> f64 {
+    if names.is_empty() || names == [UNKNOWN] {
+        return 0.0;
+    }
+    let with = causes.iter().filter(|c| c.0 != [UNKNOWN] && names.iter().all(|n| c.0.contains(n)));
+    match (with.filter_map(|c| c.1.most).reduce(f64::max), alone.most) {
+        (Some(with), Some(alone)) => (with - alone).max(0.0).ln_1p(),
+        _ => 0.0,
+    }
+}
+
 impl Posterior {
     /// Of what was weighed, by `table`.
     pub fn new(e: &Evidences, table: &Table) -> Posterior {
@@ -203,6 +223,7 @@ impl Posterior {
                 continue;
             }
             let of_parameters = table.parameter * w.parameters as f64;
+            let ln_left = w.overdispersion.max(1.0).ln();
             for (drifts, of) in w.ln.iter().enumerate() {
                 for (i, ln) in of.iter().enumerate().filter(|(_, ln)| ln.is_finite()) {
                     if *ln > most.0 {
@@ -212,8 +233,10 @@ impl Posterior {
                     if !w.named {
                         add(vec![UNKNOWN], *ln, weight + table.stand_in, None, false);
                     } else if SIZES[i] >= LARGE {
-                        add(vec![UNKNOWN], *ln, weight + table.large, None, true);
-                        add(canonical(&w.names), *ln, weight + table.large_known, Some(at), true);
+                        let unknown = weight + table.large + table.large_left * ln_left;
+                        add(vec![UNKNOWN], *ln, unknown, None, true);
+                        let known = weight + table.large_known + table.large_known_left * ln_left;
+                        add(canonical(&w.names), *ln, known, Some(at), true);
                     } else {
                         add(canonical(&w.names), *ln, weight, Some(at), false);
                     }
@@ -263,7 +286,8 @@ impl Posterior {
             .iter()
             .zip(&mass)
             .map(|(c, m)| {
-                let need = table.needed * needed(&causes, &c.0);
+                let need =
+                    table.needed * needed(&causes, &c.0) + table.completed * completed(&causes, &c.0, &c.1);
                 prior(&c.0) + doubt(&c.1) + need - tail * ((top - m) / (tail * temperature)).ln_1p()
             })
             .collect();
@@ -390,6 +414,7 @@ mod tests {
             heldout: 0.0,
             flat: 0.0,
             needed: 0.0,
+            completed: 0.0,
             level: 0.95,
         }
     }
