@@ -286,8 +286,7 @@ impl Posterior {
             .iter()
             .zip(&mass)
             .map(|(c, m)| {
-                let need =
-                    table.needed * needed(&causes, &c.0) + table.completed * completed(&causes, &c.0, &c.1);
+                let need = table.needed * needed(&causes, &c.0) + table.completed * completed(&causes, &c.0, &c.1);
                 prior(&c.0) + doubt(&c.1) + need - tail * ((top - m) / (tail * temperature)).ln_1p()
             })
             .collect();
@@ -403,6 +402,8 @@ mod tests {
             own: 0.0,
             large: f64::NEG_INFINITY,
             large_known: 0.0,
+            large_left: 0.0,
+            large_known_left: 0.0,
             own_known: f64::NEG_INFINITY,
             drift: 0.0,
             size: 0.0,
@@ -497,6 +498,40 @@ mod tests {
         // with gravity 60, without 10; with adhesion 60, without 40
         let want = (51f64 / 21.0).sqrt();
         assert!((odds(&of(0.5)) / odds(&of(0.0)) - want).abs() < 1e-9, "{} {}", odds(&of(0.5)), odds(&of(0.0)));
+    }
+
+    #[test]
+    fn what_a_better_explanation_completes_is_likelier() {
+        let of = |completed: f64| {
+            let structures = vec![
+                weighed(&[], true, 0.0),
+                weighed(&["gravity"], true, 10.0),
+                weighed(&["adhesion"], true, 10.0),
+                weighed(&["gravity", "viscous_damping"], true, 29.0),
+            ];
+            let e = Evidences { structures, unknown: Vec::new(), levels: 3, flat: false };
+            Posterior::new(&e, &Table { tail: 0.0, completed, ..plain() })
+        };
+        let odds = |p: &Posterior| {
+            let single = |n: &str| p.causes.iter().find(|c| c.names == [n]).unwrap().probability;
+            single("gravity") / single("adhesion")
+        };
+        // gravity and more has 19 nats over gravity alone; nothing completes adhesion
+        assert!((odds(&of(0.0)) - 1.0).abs() < 1e-9 && (odds(&of(0.5)) - 20f64.sqrt()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_large_discrepancy_beside_names_that_leave_little_is_of_the_names() {
+        let of = |overdispersion: f64| {
+            let mut large = Weighed { overdispersion, ..weighed(&["gravity"], true, 0.0) };
+            large.ln[0] = SIZES.map(|size| if size < LARGE { f64::NEG_INFINITY } else { 30.0 }).to_vec();
+            let structures = vec![weighed(&[], true, 0.0), large];
+            let e = Evidences { structures, unknown: Vec::new(), levels: 3, flat: false };
+            let table = Table { large: 0.0, large_known: 0.0, large_left: 1.0, large_known_left: -0.5, ..plain() };
+            let p = Posterior::new(&e, &table);
+            p.unknown() / p.of("gravity")
+        };
+        assert!((of(1.0) - 1.0).abs() < 1e-9 && (of(4.0) - 8.0).abs() < 1e-6, "{} {}", of(1.0), of(4.0));
     }
 
     #[test]
