@@ -128,16 +128,18 @@ impl Decision {
 }
 
 /// The next structure whose predictions of levels not seen are worth working out: what would be chosen, the likeliest names,
-/// of several each alone (better predictions may be the work of one of them), then what is possible; None where all of
-/// those are known.
+/// of several each alone (better predictions may be the work of one of them), what has the most evidence (its predictions may
+/// be what it lacks), then what is possible; None where all of those are known.
 fn unpredicted(posterior: &Posterior, fits: &[Fitted], evidence: &Evidences) -> Option<usize> {
     let best = posterior.best_named();
     let several = best.filter(|c| c.names.len() > 1);
     let of_several = |c: &&Cause| c.names.len() == 1 && several.is_some_and(|s| s.names.contains(&c.names[0]));
     let alone = posterior.causes.iter().filter(of_several);
     let possible = posterior.causes.iter().filter(|c| c.probability > POSSIBLE);
-    let names = best.into_iter().chain(alone).chain(possible).filter_map(|c| c.structure);
-    let mut all = [likeliest(posterior, fits, evidence)].into_iter().chain(names);
+    let names = best.into_iter().chain(alone).filter_map(|c| c.structure);
+    let possible = possible.filter_map(|c| c.structure);
+    let mut all =
+        [likeliest(posterior, fits, evidence)].into_iter().chain(names).chain(evidence.most()).chain(possible);
     all.find(|i| evidence.structures[*i].heldout.is_none())
 }
 

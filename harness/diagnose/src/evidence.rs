@@ -1,9 +1,10 @@
 //! The evidence of a structure, with a discrepancy of every size in the likelihood; and that of a cause in no vocabulary.
 
 use crate::posterior::ln_sum;
-use estimate::discrepancy::Disturbance;
+use estimate::discrepancy::{Disturbance, Disturbed};
 use estimate::evidence::{Evidence, Reduced};
 use estimate::fitted::Fitted;
+use estimate::problem::Data;
 use estimate::response::Place;
 use rayon::prelude::*;
 
@@ -24,8 +25,8 @@ pub struct Weighed {
     /// Parameters of the mechanisms added.
     pub parameters: usize,
     pub chi2: f64,
-    /// ln evidence by [`SIZES`], of instruments that only have noise, and of disturbed ones, every combination of
-    /// [`Disturbance::ALL`] being as likely; NaN where the normal matrix is singular.
+    /// ln evidence by [`SIZES`], of instruments that only have noise, and of disturbed ones, every set of
+    /// [`Disturbance`] in every channel being as likely; NaN where the normal matrix is singular.
     pub ln: [Vec<f64>; 2],
     /// Overdispersion of the residual, and of what the likeliest discrepancy leaves of it.
     pub overdispersion: f64,
@@ -90,6 +91,13 @@ impl Evidences {
         (given > 0.0 && with > 0.0).then(|| (given / with).ln())
     }
 
+    /// Index of the named structure with the most evidence of all.
+    pub fn most(&self) -> Option<usize> {
+        let most = |w: &Weighed| w.ln.iter().flatten().copied().filter(|ln| ln.is_finite()).reduce(f64::max);
+        let named = self.structures.iter().enumerate().filter(|(_, w)| w.named);
+        named.filter_map(|(i, w)| Some((i, most(w)?))).max_by(|a, b| a.1.total_cmp(&b.1)).map(|of| of.0)
+    }
+
     /// Whether it predicts them worse.
     pub fn is_worse(&self, i: usize) -> bool {
         self.better(i).is_some_and(|b| b < 0.0)
@@ -100,29 +108,64 @@ fn finite(v: Option<f64>) -> f64 {
     v.unwrap_or(f64::NAN)
 }
 
+/// What is disturbed, with the evidence by [`SIZES`].
+struct Set<'a> {
+    disturbed: Vec<Disturbed>,
+    reduced: Reduced<'a>,
+    ln: [f64; SIZES.len()],
+}
+
+impl<'a> Set<'a> {
+    /// None where the normal matrix is singular at every size.
+    fn new(evidence: &'a Evidence<'_>, disturbed: Vec<Disturbed>) -> Option<Set<'a>> {
+        let reduced = evidence.beside(None, &disturbed)?;
+        let ln = SIZES.map(|size| finite(reduced.ln(size)));
+        ln.iter().any(|ln| ln.is_finite()).then_some(Set { disturbed, reduced, ln })
+    }
+
+    /// The most evidence, and the size that has it.
+    fn most(&self) -> (f64, f64) {
+        let of = self.ln.iter().zip(SIZES).filter(|(ln, _)| ln.is_finite()).map(|(ln, size)| (*ln, size));
+        of.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0))
+    }
+}
+
+/// The sets of disturbances that hold nearly all of the evidence, none first: each disturbance of each channel alone, then
+/// together those that raise it alone, from the one that does most, as long as it rises.
+fn sets<'a>(evidence: &'a Evidence<'_>, data: &Data) -> Option<Vec<Set<'a>>> {
+    let none = Set::new(evidence, Vec::new())?;
+    let single = |d: Disturbed| Set::new(evidence, vec![d]);
+    let mut alone: Vec<Set<'a>> = Disturbed::all(data).into_par_iter().filter_map(single).collect();
+    alone.sort_by(|a, b| b.most().0.total_cmp(&a.most().0));
+    let mut together: Vec<Set<'a>> = Vec::new();
+    let best = |together: &[Set<'a>]| together.last().or(alone.first()).map(|s| (s.most().0, s.disturbed.clone()));
+    for next in alone.iter().skip(1).filter(|s| s.most().0 > none.most().0) {
+        let Some((most, mut disturbed)) = best(&together) else { break };
+        let next = next.disturbed[0];
+        if disturbed.iter().all(|d| next.goes_with(*d)) {
+            disturbed.push(next);
+            together.extend(Set::new(evidence, disturbed).filter(|s| s.most().0 > most));
+        }
+    }
+    Some([none].into_iter().chain(alone).chain(together).collect())
+}
+
 /// The evidence of one fit; None where it cannot be simulated.
 pub fn weighed(f: &Fitted) -> Option<Weighed> {
     let evidence = Evidence::new(f, &[])?;
-    let reduced: Vec<Option<Reduced<'_>>> =
-        combinations().par_iter().map(|disturbed| evidence.beside(None, disturbed)).collect();
-    // by combination, then by size
-    let all: Vec<[f64; SIZES.len()]> =
-        reduced.iter().map(|r| SIZES.map(|size| finite(r.as_ref().and_then(|r| r.ln(size))))).collect();
+    let sets = sets(&evidence, &f.data)?;
+    let (none, disturbed) = sets.split_first()?;
+    let channels = Disturbed::all(&f.data).len() / Disturbance::ALL.len();
+    let possible = (Disturbance::SETS as f64).powi(channels as i32) - 1.0;
+    // what was not worked out has next to no evidence
     let mean = |size: usize| {
-        let of: Vec<f64> = all[1..].iter().map(|ln| ln[size]).filter(|ln| ln.is_finite()).collect();
-        ln_sum(&of) - (all.len() as f64 - 1.0).ln()
+        let of: Vec<f64> = disturbed.iter().map(|s| s.ln[size]).filter(|ln| ln.is_finite()).collect();
+        ln_sum(&of) - possible.ln()
     };
-    let ln = [all[0].to_vec(), (0..SIZES.len()).map(mean).collect()];
-    let each = reduced.iter().zip(&all).flat_map(|(r, ln)| ln.iter().zip(SIZES).map(move |(ln, size)| (r, size, *ln)));
-    let (likeliest, size, _) = each.filter(|(_, _, ln)| ln.is_finite()).max_by(|a, b| a.2.total_cmp(&b.2))?;
-    let left = likeliest.as_ref().and_then(|r| r.overdispersion(size));
+    let ln = [none.ln.to_vec(), (0..SIZES.len()).map(mean).collect()];
+    let likeliest = sets.iter().max_by(|a, b| a.most().0.total_cmp(&b.most().0))?;
+    let left = likeliest.reduced.overdispersion(likeliest.most().1);
     Some(Weighed { left: finite(left), ln, ..Weighed::without_evidence(f) })
-}
-
-/// Every combination of the disturbances, none first.
-fn combinations() -> Vec<Vec<Disturbance>> {
-    let with = |bits: usize| Disturbance::ALL.into_iter().enumerate().filter(move |(i, _)| bits >> i & 1 == 1);
-    (0..1 << Disturbance::ALL.len()).map(|bits| with(bits).map(|(_, d)| d).collect()).collect()
 }
 
 /// The evidence of a cause in no vocabulary beside `f`, by the place at which it enters.
@@ -135,4 +178,63 @@ pub fn unknown(f: &Fitted) -> Vec<Unknown> {
         Unknown { beside: f.names(), place: *place, ln: SHARED_BESIDE.into_iter().flat_map(of).collect() }
     };
     places.par_iter().enumerate().map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimate::prepare::Prepared;
+    use plant::recipe::{write_campaign, Recipe};
+
+    /// The simulation as given of a campaign with that hum of 60 Hz in its acceleration, m/s^2, fitted to it.
+    fn fitted(hum: f64) -> Fitted {
+        let dir = tempfile::tempdir().unwrap();
+        write_campaign(dir.path(), &Recipe { samples: 1200, ..Recipe::default() }).unwrap();
+        for (i, path) in std::fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().path()).enumerate() {
+            if path.extension().is_none_or(|e| e != "csv") {
+                continue;
+            }
+            let text = std::fs::read_to_string(&path).unwrap();
+            let mut lines = text.lines();
+            let mut out = format!("{}\n", lines.next().unwrap());
+            for line in lines {
+                let mut v: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+                let phase = std::f64::consts::TAU * 60.0 * v[0] + i as f64;
+                v[2] += hum * (phase.sin() + (3.0 * phase + 1.0).sin() / 3.0);
+                out += &format!("{:.9e},{:.6e},{:.6e},{:.6e}\n", v[0], v[1], v[2], v[3]);
+            }
+            std::fs::write(&path, out).unwrap();
+        }
+        let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        let prepared = Prepared::new(&campaign).unwrap();
+        Fitted::base(&prepared.data, &prepared.structure, &prepared.guess)
+    }
+
+    fn most(of: &[f64]) -> f64 {
+        of.iter().copied().filter(|ln| ln.is_finite()).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    #[test]
+    fn the_hum_of_one_channel_is_neither_physics_nor_an_unknown_cause() {
+        let humming = fitted(8.0);
+        let w = weighed(&humming).unwrap();
+        let unknown: Vec<f64> = unknown(&humming).iter().flat_map(|u| u.ln.clone()).collect();
+        assert!(most(&w.ln[1]) > most(&w.ln[0]) + 100.0, "{:?}", w.ln);
+        assert!(most(&w.ln[1]) > most(&unknown) + 10.0, "{:?} {}", w.ln, most(&unknown));
+        assert!(w.left < 1.2, "{}", w.left);
+        let sets = Evidence::new(&humming, &[]).unwrap();
+        let sets = super::sets(&sets, &humming.data).unwrap();
+        let likeliest = sets.iter().max_by(|a, b| a.most().0.total_cmp(&b.most().0)).unwrap();
+        // recordings shorter than a cycle do not part 50 Hz from 60 Hz
+        let hums = |d: &Disturbed| matches!(d.by, Disturbance::Hum50 | Disturbance::Hum60);
+        assert_eq!(likeliest.disturbed.iter().filter(|d| hums(d)).count(), 1, "{:?}", likeliest.disturbed);
+        let channel = record::Channel::Acceleration;
+        assert!(likeliest.disturbed.iter().all(|d| d.channel == channel), "{:?}", likeliest.disturbed);
+    }
+
+    #[test]
+    fn instruments_of_noise_alone_are_not_disturbed() {
+        let w = weighed(&fitted(0.0)).unwrap();
+        assert!(most(&w.ln[0]) > most(&w.ln[1]), "{:?}", w.ln);
+    }
 }

@@ -99,9 +99,9 @@ impl<'a> Paths<'a> {
         self.of.par_iter().map(|p| p.own(place, scale)).collect()
     }
 
-    /// Columns of a disturbance of each recording's instruments, by channel; amplitudes of standard deviation 1.
-    pub fn disturbed(&self, by: Disturbance) -> Columns {
-        self.of.par_iter().map(|p| p.disturbed(by)).collect()
+    /// Columns of what disturbs a channel of each recording; amplitudes of standard deviation 1.
+    pub fn disturbed(&self, of: Disturbed) -> Columns {
+        self.of.par_iter().map(|p| p.disturbed(of)).collect()
     }
 }
 
@@ -254,20 +254,47 @@ impl Path<'_> {
     }
 }
 
-/// What the instruments of a campaign may do to every recording besides their noise.
+/// What the instrument of a channel may do to every recording besides its noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Disturbance {
-    /// A line and an arc over the recording.
+    /// A line and an arc over the recording, from a zero that has drifted before it.
     Drift,
-    /// The hum of the mains.
-    Hum,
+    /// The hum of mains of 50 Hz, with its harmonics.
+    Hum50,
+    /// The hum of mains of 60 Hz, with its harmonics.
+    Hum60,
     /// A random walk, less the line and the arc.
     Walk,
 }
 
 impl Disturbance {
     /// All of them.
-    pub const ALL: [Disturbance; 3] = [Disturbance::Drift, Disturbance::Hum, Disturbance::Walk];
+    pub const ALL: [Disturbance; 4] = [Disturbance::Drift, Disturbance::Hum50, Disturbance::Hum60, Disturbance::Walk];
+    /// Sets of them that a channel may have, none included: a rig has one mains.
+    pub const SETS: usize = 12;
+}
+
+/// A disturbance of the readings of one channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Disturbed {
+    pub channel: Channel,
+    pub by: Disturbance,
+}
+
+impl Disturbed {
+    /// Every disturbance of every channel of `data`.
+    pub fn all(data: &Data) -> Vec<Disturbed> {
+        let channels = Channel::ALL.into_iter().filter(|c| data.has(*c));
+        channels.flat_map(|channel| Disturbance::ALL.map(|by| Disturbed { channel, by })).collect()
+    }
+
+    /// Whether both may be in one campaign: a rig has one mains.
+    pub fn goes_with(self, other: Disturbed) -> bool {
+        !matches!(
+            (self.by, other.by),
+            (Disturbance::Hum50, Disturbance::Hum60) | (Disturbance::Hum60, Disturbance::Hum50)
+        )
+    }
 }
 
 /// Standard deviation of a drift, of a hum, and of how far a random walk goes over a recording, in that of the noise.
@@ -275,51 +302,52 @@ const DISTURBED: f64 = 5.0;
 /// Half waves of a random walk over a recording; the cosine of number j has an amplitude of sqrt(2)/(pi j) of the way it
 /// goes (Karhunen 1947, Loeve 1948).
 const HALF_WAVES: RangeInclusive<usize> = 3..=12;
-/// Frequencies of the mains, Hz.
-const MAINS: [f64; 2] = [50.0, 60.0];
+/// Multiples of the mains' frequency in its hum. Rectifiers draw near enough rectangular currents, whose harmonic h has an
+/// amplitude of 1/h, even ones where their halves differ.
+const HARMONICS: [f64; 4] = [1.0, 2.0, 3.0, 5.0];
+
+/// The hum of mains of that frequency, Hz: sine and cosine of each harmonic.
+fn hum(mains: f64, time: &[f64]) -> Vec<Vec<f64>> {
+    let phase = |h: f64| time.iter().map(move |t| 2.0 * PI * h * mains * (t - time[0]));
+    let of = |h: &f64| [phase(*h).map(|p| p.sin() / h).collect(), phase(*h).map(|p| p.cos() / h).collect()];
+    HARMONICS.iter().flat_map(of).collect()
+}
 
 impl Path<'_> {
-    fn disturbed(&self, by: Disturbance) -> Vec<Vec<f64>> {
+    fn disturbed(&self, of: Disturbed) -> Vec<Vec<f64>> {
         let data: &Data = &self.fitted.data;
         let time = self.time();
         let n = time.len();
         let (first, last) = (time[0], time[n - 1]);
         let along = |i: usize| 2.0 * (time[i] - first) / (last - first) - 1.0;
-        let shapes: Vec<Vec<f64>> = match by {
+        let shapes: Vec<Vec<f64>> = match of.by {
             Disturbance::Drift => {
-                vec![(0..n).map(along).collect(), (0..n).map(|i| 1.5 * along(i) * along(i) - 0.5).collect()]
+                let arc = |i: usize| 1.5 * along(i) * along(i) - 0.5;
+                vec![vec![1.0; n], (0..n).map(along).collect(), (0..n).map(arc).collect()]
             }
-            Disturbance::Hum => {
-                let phase = |f: f64| time.iter().map(move |t| 2.0 * PI * f * (t - first));
-                MAINS
-                    .iter()
-                    .flat_map(|f| [phase(*f).map(f64::sin).collect(), phase(*f).map(f64::cos).collect()])
-                    .collect()
-            }
+            Disturbance::Hum50 => hum(50.0, time),
+            Disturbance::Hum60 => hum(60.0, time),
             Disturbance::Walk => HALF_WAVES
                 .map(|j| j as f64)
                 .map(|j| (0..n).map(|i| SQRT_2 / (PI * j) * (0.5 * PI * j * (along(i) + 1.0)).cos()).collect())
                 .collect(),
         };
-        let channels: Vec<Channel> = data.compared(self.record).collect();
+        let is_read = data.compared(self.record).any(|c| c == of.channel);
         // a path that is imposed where it is not read changes the force
-        let stiffness = match data.kind {
-            Kind::Indentation => tangents(&self.physics, &self.trace, time).into_iter().map(|(k, _)| k).collect(),
+        let stiffness = match (data.kind, of.channel) {
+            (Kind::Indentation, Channel::Penetration) if !is_read => tangents(&self.physics, &self.trace, time),
             _ => Vec::new(),
         };
-        let mut out = Vec::new();
-        for c in Channel::ALL.into_iter().filter(|c| data.has(*c)) {
-            let sd = DISTURBED * data.noise[c.index()].marginal();
-            for shape in &shapes {
-                let mut y = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
-                if channels.contains(&c) {
-                    y[c.index()] = shape.iter().map(|s| sd * s).collect();
-                } else if c == Channel::Penetration && !stiffness.is_empty() {
-                    y[Channel::Force.index()] = shape.iter().zip(&stiffness).map(|(s, k)| -k * sd * s).collect();
-                }
-                out.push(self.whitened(&y));
+        let sd = DISTURBED * data.noise[of.channel.index()].marginal();
+        let readings = |shape: &Vec<f64>| {
+            let mut y = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+            if is_read {
+                y[of.channel.index()] = shape.iter().map(|s| sd * s).collect();
+            } else if !stiffness.is_empty() {
+                y[Channel::Force.index()] = shape.iter().zip(&stiffness).map(|(s, (k, _))| -k * sd * s).collect();
             }
-        }
-        out
+            self.whitened(&y)
+        };
+        shapes.iter().map(readings).collect()
     }
 }

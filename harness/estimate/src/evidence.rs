@@ -6,7 +6,7 @@
 //! size; E: columns of each recording alone, e normal with a size of their own; D: disturbances of its instruments, d
 //! standard normal. What has no prior counts as even between its bounds.
 
-use crate::discrepancy::{Columns, Disturbance, Paths};
+use crate::discrepancy::{Columns, Disturbed, Paths};
 use crate::fitted::{overdispersion_of, Fitted, MOST};
 use crate::problem::{Equations, Parameter};
 use crate::response::Place;
@@ -32,8 +32,8 @@ pub struct Evidence<'a> {
     locals: usize,
     /// Columns of each recording alone, at each place asked for.
     own: Vec<usize>,
-    /// Columns of each of [`Disturbance::ALL`].
-    disturbances: [usize; Disturbance::ALL.len()],
+    /// Columns of each disturbance of a channel.
+    disturbances: Vec<(Disturbed, usize)>,
     /// Globals that rest at a bound.
     held: Vec<bool>,
 }
@@ -65,7 +65,8 @@ impl<'a> Evidence<'a> {
     pub fn new(fitted: &'a Fitted, places: &[Place]) -> Option<Evidence<'a>> {
         let paths = Paths::new(fitted)?;
         let shared = paths.shared();
-        let disturbances = Disturbance::ALL.map(|by| paths.disturbed(by));
+        let disturbances: Vec<(Disturbed, Columns)> =
+            Disturbed::all(&fitted.data).into_iter().map(|d| (d, paths.disturbed(d))).collect();
         let own: Vec<Columns> = places.iter().map(|p| paths.own(*p)).collect();
         let problem = fitted.problem();
         let point = fitted.point();
@@ -74,7 +75,8 @@ impl<'a> Evidence<'a> {
             .into_par_iter()
             .map(|r| {
                 let equations = problem.normal_equations(point, r)?;
-                let alone = own.iter().chain(&disturbances).flat_map(|columns| columns[r].iter().cloned());
+                let disturbances = disturbances.iter().map(|d| &d.1);
+                let alone = own.iter().chain(disturbances).flat_map(|columns| columns[r].iter().cloned());
                 Some(part(equations, globals, &shared[r], alone.collect()))
             })
             .collect();
@@ -87,16 +89,16 @@ impl<'a> Evidence<'a> {
             shared: count(&shared),
             locals: problem.nuisances().len(),
             own: own.iter().map(count).collect(),
-            disturbances: disturbances.each_ref().map(count),
+            disturbances: disturbances.iter().map(|(d, columns)| (*d, count(columns))).collect(),
             held: problem.model.parameters.iter().zip(&point.theta).map(at_bound).collect(),
         })
     }
 
     /// The equations with the nuisances eliminated; with them what each recording has of its own, `own`: the index of its
-    /// place and its size as a share of the campaign's peak; and the instruments `disturbed` by these.
+    /// place and its size as a share of the campaign's peak; and the channels that are `disturbed`.
     ///
     /// None where the normal matrix is singular.
-    pub fn beside(&self, own: Option<(usize, f64)>, disturbed: &[Disturbance]) -> Option<Reduced<'_>> {
+    pub fn beside(&self, own: Option<(usize, f64)>, disturbed: &[Disturbed]) -> Option<Reduced<'_>> {
         let (g, m, l) = (self.globals, self.shared, self.locals);
         let mut eliminated: Vec<usize> = (g + m..g + m + l).collect();
         // with the precision of each
@@ -107,8 +109,8 @@ impl<'a> Evidence<'a> {
             precision.resize(eliminated.len(), size.powi(-2));
         }
         let mut from = first(self.own.len());
-        for (by, columns) in Disturbance::ALL.iter().zip(self.disturbances) {
-            if disturbed.contains(by) {
+        for (of, columns) in &self.disturbances {
+            if disturbed.contains(of) {
                 eliminated.extend(from..from + columns);
             }
             from += columns;
@@ -275,7 +277,7 @@ mod tests {
     fn dense(e: &Evidence<'_>, size: f64, own_size: f64) -> (f64, f64) {
         let (g, m) = (e.globals, e.shared);
         let own = e.own.iter().sum::<usize>();
-        let alone = e.locals + own + e.disturbances.iter().sum::<usize>();
+        let alone = e.locals + own + e.disturbances.iter().map(|d| d.1).sum::<usize>();
         let n = g + m + alone * e.parts.len();
         let (mut a, mut b) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
         for (r, p) in e.parts.iter().enumerate() {
@@ -314,7 +316,7 @@ mod tests {
         let e = Evidence::new(&f, &[Place::Contact]).unwrap();
         assert!(e.held.iter().all(|h| !h));
         let (size, own) = (0.01, 0.03);
-        let solved = e.beside(Some((0, own)), &Disturbance::ALL).unwrap().solve(size).unwrap();
+        let solved = e.beside(Some((0, own)), &Disturbed::all(&f.data)).unwrap().solve(size).unwrap();
         let (fall, ln_det) = dense(&e, size, own);
         assert!((solved.fall - fall).abs() < 1e-6 * fall.abs().max(1.0), "{} {fall}", solved.fall);
         assert!((solved.ln_det - ln_det).abs() < 1e-6 * ln_det.abs(), "{} {ln_det}", solved.ln_det);
