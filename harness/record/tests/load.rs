@@ -1,6 +1,6 @@
 //! Campaigns loaded: all errors at once, nearest words, and what is put right with a note.
 
-use record::{load, Campaign, RecordErrors};
+use record::{load, Campaign, Label, RecordErrors};
 use std::path::Path;
 use tempfile::TempDir;
 
