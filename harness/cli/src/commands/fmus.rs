@@ -1,7 +1,7 @@
 //! Options on somebody else's FMUs.
 
 use crate::print;
-use crate::progress::interrupted;
+use crate::progress::interruption;
 use anyhow::{ensure, Result};
 use host::{Isolation, Limits};
 use std::time::Duration;
@@ -35,6 +35,6 @@ impl Fmus {
         if !Isolation::is_possible() {
             print::warning("somebody else's FMUs run inside this process here: only Linux has processes for them");
         }
-        Ok(Isolation::Process(Limits { time, memory, stop: Some(interrupted), ..Limits::new() }))
+        Ok(Isolation::Process(Limits { time, memory, stop: Some(interruption()), ..Limits::new() }))
     }
 }

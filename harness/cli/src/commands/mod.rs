@@ -1,6 +1,5 @@
 //! Subcommands, a file each.
 
-mod batch;
 mod bench;
 mod check;
 mod compare;
@@ -21,6 +20,7 @@ mod run;
 mod schema;
 mod study;
 mod system;
+mod terminal;
 
 use crate::place::Place;
 use crate::print::{self, Unprinted, CLOSED_CODE};
