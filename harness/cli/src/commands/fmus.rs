@@ -20,6 +20,16 @@ pub struct Fmus {
 }
 
 impl Fmus {
+    /// The options as they are typed.
+    pub fn arguments(&self) -> Vec<String> {
+        if self.in_process {
+            return vec!["--in-process".into()];
+        }
+        let mut all = vec!["--fmu-seconds".into(), self.fmu_seconds.to_string()];
+        all.extend(self.fmu_memory.iter().flat_map(|mb| ["--fmu-memory".to_string(), mb.to_string()]));
+        all
+    }
+
     /// Where FMUs run.
     ///
     /// # Errors

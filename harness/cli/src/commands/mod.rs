@@ -14,6 +14,7 @@ mod import;
 mod init;
 mod man;
 mod mechanisms;
+mod merge;
 mod pack;
 mod paper;
 mod run;
@@ -93,6 +94,8 @@ enum Command {
     Init(init::Arguments),
     /// Print the manual page of the program, or write those of every command
     Man(man::Arguments),
+    /// Put the answers of many campaigns together: one table, one page, what grows with what, and what is lost
+    Merge(merge::Arguments),
     /// Print the vocabulary of the diagnosis: every mechanism with its equation, quantities, units and source
     Mechanisms(mechanisms::Arguments),
     /// Write the element as an FMU, with start values of your own where you give them
@@ -118,6 +121,7 @@ impl Command {
             Command::Fit(a) => Some(Place::Folder(&a.out)),
             Command::Import(a) => a.writes().map(Place::Folder),
             Command::Man(a) => a.out.as_deref().map(Place::Folder),
+            Command::Merge(a) => Some(Place::Folder(a.out())),
             Command::Pack(a) => Some(Place::File(&a.out)),
             Command::Paper(a) => Some(Place::Folder(&a.out)),
             Command::Run(a) => Some(Place::Folder(&a.out)),
@@ -174,6 +178,7 @@ fn command(c: Cli) -> Result<ExitCode> {
         Command::Import(a) => import::run(&a),
         Command::Init(a) => init::run(&a),
         Command::Man(a) => man::run(&a),
+        Command::Merge(a) => merge::run(&a),
         Command::Mechanisms(a) => mechanisms::run(&a),
         Command::Pack(a) => pack::run(&a),
         Command::Paper(a) => paper::run(&a),

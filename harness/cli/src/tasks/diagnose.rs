@@ -6,10 +6,12 @@ use crate::campaign::{content, of_campaign};
 use crate::place;
 use crate::progress::deadline;
 use anyhow::{anyhow, Context, Result};
-use diagnose::run::{self as diagnosis, Failure, Outcome, Settings};
+use diagnose::bootstrap::Null;
+use diagnose::run::{self as diagnosis, Failure, Outcome, Replicates, Settings};
 use diagnose::sensors::are_of_same_impacts;
 use diagnose::verdict::Verdict;
 use estimate::Budget;
+use fleet::{register, shard::Shard};
 use host::Isolation;
 use output::{hexadecimal, Entry, Manifest};
 use plant::machine::Machine;
@@ -36,6 +38,11 @@ pub struct Options {
     pub jobs: Option<usize>,
     /// Whole campaigns simulated without the effect for the false-alarm probability; 0: nulls made of the residual.
     pub bootstrap: usize,
+    /// The share of these that is judged here; None: all. The process that finds all shares there writes the answer.
+    pub replicates: Option<Shard>,
+    /// Whether each campaign is diagnosed as if it were the only one: no sensors are held against those of another, and no page
+    /// lists the answers.
+    pub alone: bool,
     /// Seconds that a campaign may take, above 0; None: any number.
     pub seconds: Option<f64>,
     /// Whether to leave campaigns alone whose answer is there, whole, and of the same input.
@@ -147,14 +154,16 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
     let tool = tool(o);
     for (i, c) in campaigns.iter().enumerate() {
         let dir = o.out.join(&c.folder);
-        let input = tool.as_ref().and_then(|tool| input(i, &campaigns, &contents, tool));
+        let beside = if o.alone { &campaigns[i..=i] } else { &campaigns[..] };
+        let of_beside = if o.alone { &contents[i..=i] } else { &contents[..] };
+        let input = tool.as_ref().and_then(|tool| input(c, contents[i].as_ref(), beside, of_beside, tool));
         if let Some(there) = o.resume.then(|| finished(c, &dir, input.as_deref())).flatten() {
             batch.up_to_date.push(c.folder.clone());
             answers.push(there);
             follow.add(1);
             continue;
         }
-        match alone(&campaigns, i, machines[i].clone(), o, pool.clone(), follow) {
+        match alone(&campaigns, i, machines[i].clone(), o, pool.clone(), input.clone(), follow) {
             Some(Ok(outcome)) => match answer::write(c, &outcome, &dir, input) {
                 Ok(committed) => {
                     place::notes(&dir, &committed).for_each(|n| follow.warning(&n));
@@ -178,6 +187,7 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
                 batch.left = campaigns[i..].iter().map(|c| c.folder.clone()).collect();
                 break;
             }
+            Some(Err(Failure::Waits { .. })) => batch.waiting.push(c.folder.clone()),
             Some(Err(e)) => {
                 batch.failed.push(c.folder.clone());
                 follow.error(&of_campaign(&c.dir, &e));
@@ -191,7 +201,7 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
         follow.add(1);
     }
     follow.end();
-    let page = (!answers.is_empty()).then(|| {
+    let page = (!answers.is_empty() && !o.alone).then(|| {
         answer::write_index(&o.out)?;
         Ok(o.out.join("index.html"))
     });
@@ -226,11 +236,17 @@ fn tool(o: &Options) -> Option<String> {
     Some(format!("{program} {} {} {:?}", libraries.join(" "), o.bootstrap, o.seconds))
 }
 
-/// Hash of all that the answer of campaign `i` depends on: the `tool`, its files, and those of the campaigns whose sensors it
-/// is held against. None where the contents of one of them are not known.
-fn input(i: usize, campaigns: &[Campaign], contents: &[Option<String>], tool: &str) -> Option<String> {
-    let mut all = vec![tool.to_string(), contents[i].clone()?];
-    let others = campaigns.iter().zip(contents).filter(|(o, _)| are_of_same_impacts(&campaigns[i], o));
+/// Hash of all that the answer of campaign `c` depends on: the `tool`, its files, and those of the campaigns `beside` it whose
+/// sensors it is held against. None where the contents of one of them are not known.
+fn input(
+    c: &Campaign,
+    content: Option<&String>,
+    beside: &[Campaign],
+    contents: &[Option<String>],
+    tool: &str,
+) -> Option<String> {
+    let mut all = vec![tool.to_string(), content?.clone()];
+    let others = beside.iter().zip(contents).filter(|(o, _)| are_of_same_impacts(c, o));
     let mut beside =
         others.map(|(o, content)| Some(format!("{} {}", o.folder, content.as_ref()?))).collect::<Option<Vec<_>>>()?;
     beside.sort();
@@ -246,6 +262,41 @@ fn finished(c: &Campaign, dir: &Path, input: Option<&str>) -> Option<Answer> {
     Some(Answer { campaign: c.dir.clone(), answer: dir.to_path_buf(), verdict: Told::Earlier(verdict) })
 }
 
+/// Nulls of a campaign that several processes judge, by files that each leaves for the others.
+struct Nulls {
+    of: Shard,
+    folder: PathBuf,
+}
+
+/// The folder of a campaign's nulls; of each input another.
+fn nulls_of(out: &Path, campaign: &str, input: Option<String>) -> PathBuf {
+    let of_input = input.map_or("unknown".into(), |i| i[..i.len().min(16)].to_string());
+    out.join(register::FOLDER).join("replicates").join(campaign).join(of_input)
+}
+
+impl Nulls {
+    fn file(&self, of: Shard) -> PathBuf {
+        self.folder.join(format!("{}-of-{}.json", of.index, of.of))
+    }
+
+    /// Those of `of` that are there; none where they are not, or the file is none of ours.
+    fn read(&self, of: Shard) -> Vec<Null> {
+        let text = std::fs::read_to_string(self.file(of)).unwrap_or_default();
+        serde_json::from_str(&text).unwrap_or_default()
+    }
+
+    /// Those judged here before.
+    fn own(&self) -> Vec<Null> {
+        self.read(self.of)
+    }
+
+    /// Leaves those judged here, and takes what all have left: so the last to come finds them all.
+    fn exchange(&self, of_here: &[Null]) -> std::io::Result<Vec<Null>> {
+        output::write(&self.file(self.of), (serde_json::to_string(of_here)? + "\n").as_bytes())?;
+        Ok((1..=self.of.of).flat_map(|index| self.read(Shard { index, ..self.of })).collect())
+    }
+}
+
 /// Diagnoses campaign `i` on a thread of its own and waits for it; None where that thread panics. Where the user ends the
 /// command the thread is given [`GRACE`] to come to the end of its stage, which puts its temporary files away, and is left
 /// alone then: what it works out is written by nobody, and it ends with the process.
@@ -255,18 +306,28 @@ fn alone(
     machine: Option<Arc<dyn Machine>>,
     o: &Options,
     pool: Option<Arc<ThreadPool>>,
+    input: Option<String>,
     follow: &Arc<dyn Follow>,
 ) -> Option<Result<Outcome, Failure>> {
     let (campaigns, told) = (campaigns.clone(), follow.clone());
-    let (bootstrap, platforms) = (o.bootstrap, o.platforms.clone());
+    let (bootstrap, platforms, is_alone) = (o.bootstrap, o.platforms.clone(), o.alone);
+    let nulls = o.replicates.map(|of| Nulls { of, folder: nulls_of(&o.out, &campaigns[i].folder, input) });
     let budget = Budget { stop: Some(follow.stop()), deadline: deadline(o.seconds).unwrap_or_default() };
     let (done, outcome) = channel();
     std::thread::spawn(move || {
         let c = &campaigns[i];
         let stage = |text: &str| told.stage(&format!("{}: {text}", c.folder));
-        let others = &campaigns[..];
+        let others = if is_alone { &[] } else { &campaigns[..] };
         let platforms = platforms.as_deref();
-        let settings = Settings { bootstrap, element: true, platforms, others, stage: &stage, machine, budget };
+        let known = nulls.as_ref().map_or(Vec::new(), Nulls::own);
+        let exchange = |of_here: &[Null]| match &nulls {
+            Some(n) => n.exchange(of_here).map_err(|e| format!("{}: {e}", place::unwritten(&n.folder))),
+            None => Ok(of_here.to_vec()),
+        };
+        let holds = |i: usize| nulls.as_ref().is_none_or(|n| n.of.holds(i));
+        let replicates = nulls.as_ref().map(|_| Replicates { holds: &holds, known: &known, exchange: &exchange });
+        let settings =
+            Settings { bootstrap, replicates, element: true, platforms, others, stage: &stage, machine, budget };
         // nobody listens any more where the user has ended the command
         drop(done.send(within(pool.as_deref(), || diagnosis::diagnose_with(c, &settings))));
     });

@@ -6,8 +6,10 @@ pub mod diagnose;
 pub mod fit;
 pub mod impact;
 pub mod import;
+pub mod merge;
 pub mod pack;
 pub mod run;
+pub mod shard;
 mod system;
 
 use std::sync::atomic::{AtomicBool, Ordering};
