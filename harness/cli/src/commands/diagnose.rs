@@ -8,7 +8,7 @@ use crate::tasks::diagnose::{diagnose, Answer, Options};
 use crate::progress::deadline;
 use crate::tasks::shard::{self, Share};
 use crate::tasks::Follow;
-use anyhow::{ensure, Context, Result};
+use anyhow::{ensure, Result};
 use fleet::shard::Shard;
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
@@ -118,7 +118,7 @@ fn share(a: &Arguments, of: Shard) -> Result<ExitCode> {
         shard: of,
         out: a.out.clone(),
         processes: a.jobs.or_else(|| std::thread::available_parallelism().ok().map(usize::from)).unwrap_or(1),
-        program: vec![std::env::current_exe().context("the program's own path is not known")?.into()],
+        program: shard::program()?,
         with: a.with(),
         environment: vec![(SHARE.into(), std::process::id().to_string().into())],
         seconds: a.seconds,

@@ -138,7 +138,22 @@ const DIED_CODE: u8 = 4;
 
 /// Runs the command line; exit code 2 for bad input.
 pub fn main() -> ExitCode {
-    let command_line = Cli::parse();
+    run_parsed(Cli::parse())
+}
+
+/// Runs the command line of these words, the first of which stands for the program; as [`main`].
+pub fn main_of(words: Vec<String>) -> ExitCode {
+    match Cli::try_parse_from(words) {
+        Ok(command_line) => run_parsed(command_line),
+        Err(e) => {
+            // help and version are no errors, and are printed where they belong
+            drop(e.print());
+            ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2))
+        }
+    }
+}
+
+fn run_parsed(command_line: Cli) -> ExitCode {
     end_cleanly();
     command(command_line).unwrap_or_else(|e| {
         if e.downcast_ref::<Unprinted>().is_some_and(Unprinted::is_closed) {

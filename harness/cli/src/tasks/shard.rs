@@ -13,7 +13,7 @@ use std::ffi::OsString;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// What to diagnose, and how.
@@ -49,7 +49,7 @@ pub struct Share {
 }
 
 /// Time that a process has beyond its seconds to answer that they were up: a share of them, and seconds.
-const BEYOND: (f64, f64) = (0.1, 20.0);
+const BEYOND: (f64, f64) = (0.5, 5.0);
 /// Time between looks at a process.
 const LOOK: Duration = Duration::from_millis(20);
 /// Time that a process has to end by itself where the user ends the command.
@@ -58,6 +58,26 @@ const GRACE: Duration = Duration::from_millis(500);
 const KEPT: usize = 1 << 16;
 /// Why a campaign is lost while nobody knows better.
 const BEGUN: &str = "its process had begun and has not come to an end: what ran it was ended first, or still runs";
+
+/// What starts the command line where it is not the program that runs: the program and its first arguments.
+static STARTED_BY: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// From here on processes are started by these words, as where Python runs the command line.
+pub fn started_by(words: Vec<OsString>) {
+    // whoever came first runs this process
+    drop(STARTED_BY.set(words));
+}
+
+/// The program and its first arguments, by which a process of the command line is started.
+///
+/// # Errors
+/// Where the program's own path is not known.
+pub fn program() -> Result<Vec<OsString>> {
+    match STARTED_BY.get() {
+        Some(words) => Ok(words.clone()),
+        None => Ok(vec![std::env::current_exe().context("the program's own path is not known")?.into()]),
+    }
+}
 
 /// The campaigns in `given`, sorted by name: folders with a campaign.toml, and those directly below a folder that has none.
 ///
