@@ -39,12 +39,12 @@ def test_there_are_examples_of_every_format():
 
 
 RIGHT = {
-    "recordings": """format = "recordings/1"\n[campaign]\nkind = "drop_test"\n[rig]\nmoving_mass = 0.5\n[simulation]\nterms = ["gravity"]\n[[recording]]\nfile = "a.csv"\nlevel = "low"\n""",
+    "recordings": """format = "recordings/1"\n[campaign]\nkind = "drop_test"\n[campaign.columns]\nbatch = "B7"\ntemperature = 23.5\n[rig]\nmoving_mass = 0.5\n[simulation]\nterms = ["gravity"]\n[[recording]]\nfile = "a.csv"\nlevel = "low"\n""",
     "scenario": """kind = "drop-test"\nmass = 0.5\nimpact_speed = 1\n[contact]\nstiffness = 1e6\nexponent = 1.5\nadhesion_form = "growing"\n[motion.guide_friction]\nfriction = 2.0\n""",
     "system": """[[fmu]]\nname = "a"\nfile = "a.fmu"\nset = { x = 1.5, name = "text" }\n[[connect]]\nfrom = "a.y"\nto = "a.u"\n[master]\nstop = 1\nadapt = { by = "energy", tolerance = 1e-6 }\n""",
 }
 WRONG = [
-    ("recordings", "moving_mass", "moving_mas"), ("recordings", "0.5", "-0.5"), ("recordings", '"gravity"', '"grvity"'), ("recordings", "drop_test", "droptest"), ("recordings", 'file = "a.csv"', "order = 1"),
+    ("recordings", "moving_mass", "moving_mas"), ("recordings", "0.5", "-0.5"), ("recordings", '"gravity"', '"grvity"'), ("recordings", "drop_test", "droptest"), ("recordings", 'file = "a.csv"', "order = 1"), ("recordings", "23.5", "[23.5]"),
     ("scenario", "drop-test", "drop"), ("scenario", "stiffness", "stifness"), ("scenario", '"growing"', '"shrinking"'), ("scenario", "friction = 2.0", "friction = -2.0"), ("scenario", "guide_friction", "guide_frction"),
     ("system", 'file = "a.fmu"', ""), ("system", '"energy"', '"enrgy"'), ("system", "stop = 1", 'stop = "late"'), ("system", "to = ", "too = "),
 ]

@@ -2,6 +2,7 @@
 
 mod axis;
 mod card;
+mod cells;
 mod chart;
 mod heat;
 mod line;
@@ -10,6 +11,7 @@ mod page;
 
 pub use axis::{interval, quantity};
 pub use card::{Card, Chance, Effects};
+pub use cells::{Cell, Cells, Shares};
 pub use chart::{Chart, Style};
 pub use heat::Heat;
 pub use number::dashed;

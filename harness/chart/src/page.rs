@@ -1,6 +1,7 @@
 //! One self-contained HTML page.
 
 use super::card::{self, Card};
+use super::cells::{Cells, Shares};
 use super::chart::{Chart, STYLE};
 use super::heat::Heat;
 use super::number::dashed;
@@ -154,6 +155,34 @@ impl Page {
             s += &format!("<tr>{}</tr>\n", cells("td", &mut r.iter().map(String::as_str)));
         }
         self.add(&(s + "</tbody></table></div>\n"))
+    }
+
+    /// A table whose rows begin with a link each: where to (none: no link), and the cells.
+    pub fn ledger(self, head: &[&str], rows: &[(Option<String>, Vec<String>)]) -> Page {
+        let name = head.first().copied().unwrap_or("table");
+        let heads: String = head.iter().map(|c| format!("<th>{}</th>", told(c))).collect();
+        let mut s = format!(
+            "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Table by {}\"><table><thead><tr>{heads}</tr></thead><tbody>",
+            escape(name)
+        );
+        for (to, cells) in rows {
+            let mut cells = cells.iter();
+            let first = cells.next().map_or(String::new(), |c| told(c));
+            let first = to.as_ref().map_or(first.clone(), |to| format!("<a href=\"{}\">{first}</a>", escape(to)));
+            let rest: String = cells.map(|c| format!("<td>{}</td>", tight(&told(c)))).collect();
+            s += &format!("<tr><td>{first}</td>{rest}</tr>\n");
+        }
+        self.add(&(s + "</tbody></table></div>\n"))
+    }
+
+    /// Squares of many things, by kind.
+    pub fn cells(self, cells: &Cells) -> Page {
+        self.add(&cells.html())
+    }
+
+    /// A table of counts.
+    pub fn shares(self, shares: &Shares) -> Page {
+        self.add(&shares.html())
     }
 
     /// A heat table.

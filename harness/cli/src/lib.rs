@@ -8,3 +8,4 @@ pub mod place;
 pub mod print;
 pub mod progress;
 pub mod study;
+pub mod tasks;

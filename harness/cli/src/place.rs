@@ -1,6 +1,5 @@
 //! Where a command is to write, checked before it computes anything; and answers of several files written there.
 
-use crate::print;
 use anyhow::{Context, Result};
 use output::{Answer, Committed};
 use std::io::ErrorKind;
@@ -59,34 +58,33 @@ impl Place<'_> {
     }
 }
 
-/// Writes an answer of `command`: all the files into `folder`, or none.
+/// Writes an answer of `command`: all the files into `folder`, or none. What was found in its way is to be told.
 ///
 /// # Errors
 /// As the file system gives them, with the folder.
-pub fn write(folder: &Path, command: &str, files: &[(&str, &[u8])]) -> Result<()> {
+pub fn write(folder: &Path, command: &str, files: &[(&str, &[u8])]) -> Result<Vec<String>> {
     fill(folder, Answer::begin(folder, command), files)
 }
 
-/// Writes files into the answer that is in `folder`; its others stay.
+/// Writes files into the answer that is in `folder`; its others stay. What was found in its way is to be told.
 ///
 /// # Errors
 /// As the file system gives them, with the folder.
-pub fn amend(folder: &Path, command: &str, files: &[(&str, &[u8])]) -> Result<()> {
+pub fn amend(folder: &Path, command: &str, files: &[(&str, &[u8])]) -> Result<Vec<String>> {
     fill(folder, Answer::amend(folder, command), files)
 }
 
-fn fill(folder: &Path, answer: std::io::Result<Answer>, files: &[(&str, &[u8])]) -> Result<()> {
+fn fill(folder: &Path, answer: std::io::Result<Answer>, files: &[(&str, &[u8])]) -> Result<Vec<String>> {
     let written = answer.and_then(|a| {
         files.iter().try_for_each(|(name, bytes)| a.write(name, bytes))?;
         a.commit()
     });
-    tell(folder, &written.with_context(|| unwritten(folder))?);
-    Ok(())
+    Ok(notes(folder, &written.with_context(|| unwritten(folder))?).collect())
 }
 
-/// Tells what an answer in `folder` has found in its way.
-pub fn tell(folder: &Path, answer: &Committed) {
-    answer.notes().for_each(|n| print::warning(&format!("{}: {n}", folder.display())));
+/// What an answer in `folder` has found in its way.
+pub fn notes<'a>(folder: &'a Path, answer: &'a Committed) -> impl Iterator<Item = String> + 'a {
+    answer.notes().map(|n| format!("{}: {n}", folder.display()))
 }
 
 /// That nothing could be written to `path`.

@@ -103,3 +103,8 @@ pub fn warning(text: &str) {
     }
     text.lines().for_each(|l| line(&format!("{WARNING}warning:{WARNING:#} {l}")));
 }
+
+/// Tells each of `notes` as a [`warning`].
+pub fn warnings(notes: &[String]) {
+    notes.iter().for_each(|n| warning(n));
+}

@@ -11,6 +11,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use record::Campaign;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Nulls drawn and judged.
@@ -66,17 +67,37 @@ pub fn null(base: &Fitted, seed: u64) -> Data {
     data
 }
 
-/// Judges `nulls` nulls; `observed` is the campaign's own [`Decision::strength`]. Stops early where `stopped` says so.
+/// What one null came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Null {
+    /// Its number, from 0 on, by which it is drawn.
+    pub number: usize,
+    /// Whether the pipeline saw a mismatch at all.
+    pub detected: bool,
+    /// Whether it looked at least as bad as the campaign.
+    pub as_bad: bool,
+}
+
+impl Bootstrap {
+    /// Of nulls judged anywhere, each counted once.
+    pub fn of(nulls: &[Null]) -> Bootstrap {
+        let count = |f: fn(&Null) -> bool| nulls.iter().filter(|n| f(n)).count();
+        Bootstrap { nulls: nulls.len(), detected: count(|n| n.detected), as_bad: count(|n| n.as_bad) }
+    }
+}
+
+/// Judges the nulls of these `numbers`; `observed` is the campaign's own [`Decision::strength`]. Stops early where `each` says
+/// no.
 pub fn bootstrap(
     c: &Campaign,
     guess: &Guess,
     base: &Fitted,
-    nulls: usize,
+    numbers: impl Iterator<Item = usize>,
     observed: f64,
     each: &dyn Fn(usize) -> bool,
-) -> Bootstrap {
-    let mut out = Bootstrap { nulls: 0, detected: 0, as_bad: 0 };
-    for i in 0..nulls {
+) -> Vec<Null> {
+    let mut out = Vec::new();
+    for i in numbers {
         if !each(i) {
             break;
         }
@@ -85,9 +106,7 @@ pub fn bootstrap(
         let simulation = Fitted::base(&data, &structure, guess);
         let search = Search::new(&Prepared { data, guess: *guess, structure });
         let d = Decision::new(search.propose(simulation));
-        out.nulls += 1;
-        out.detected += usize::from(d.detected);
-        out.as_bad += usize::from(d.strength() >= observed);
+        out.push(Null { number: i, detected: d.detected, as_bad: d.strength() >= observed });
     }
     out
 }

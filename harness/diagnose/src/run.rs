@@ -1,6 +1,6 @@
 //! One campaign from recordings to verdict.
 
-use super::bootstrap::bootstrap;
+use super::bootstrap::{bootstrap, Bootstrap, Null};
 use super::candidate::Candidate;
 use super::courses::{Courses, Traces};
 use super::decide::Decision;
@@ -43,6 +43,8 @@ pub struct Outcome {
 pub struct Settings<'a> {
     /// Nulls of the parametric bootstrap; 0: the theoretical tail.
     pub bootstrap: usize,
+    /// The share of these nulls that is judged here; None: all.
+    pub replicates: Option<Replicates<'a>>,
     /// Whether to pack the element and predict the recordings through it.
     pub element: bool,
     /// Folder of the element's libraries for other platforms; None: where [`pack::Model::libraries`] looks.
@@ -57,10 +59,22 @@ pub struct Settings<'a> {
     pub budget: Budget,
 }
 
+/// Nulls that several processes judge.
+#[derive(Clone, Copy)]
+pub struct Replicates<'a> {
+    /// Whether the null of this number, from 0 on, is judged here.
+    pub holds: &'a (dyn Fn(usize) -> bool + Sync),
+    /// Nulls judged here before.
+    pub known: &'a [Null],
+    /// Hands over those judged here, and takes all that are known; the error in words.
+    pub exchange: &'a (dyn Fn(&[Null]) -> Result<Vec<Null>, String> + Sync),
+}
+
 impl Default for Settings<'_> {
     fn default() -> Self {
         Settings {
             bootstrap: 0,
+            replicates: None,
             element: true,
             platforms: None,
             others: &[],
@@ -80,6 +94,12 @@ pub enum Failure {
     /// The caller asked for an end.
     #[error("interrupted")]
     Interrupted,
+    /// Nulls of other replicates are not there yet.
+    #[error("{known} of {of} nulls are judged; the other replicates are waited for")]
+    Waits { known: usize, of: usize },
+    /// The nulls judged here cannot be handed over.
+    #[error("{0}")]
+    Exchange(String),
 }
 
 /// Why there is no element where none was asked for.
@@ -111,7 +131,7 @@ fn measured_elsewhere(c: &Campaign, pool: &Pool) -> Option<Data> {
 pub fn diagnose(c: &Campaign) -> Result<Outcome, Invalid> {
     diagnose_with(c, &Settings::default()).map_err(|e| match e {
         Failure::Recordings(i) => i,
-        Failure::Interrupted => Invalid("interrupted".into()),
+        other => Invalid(other.to_string()),
     })
 }
 
@@ -131,6 +151,7 @@ fn converged_base(prepared: &Prepared) -> Fitted {
 pub fn diagnose_with(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Failure> {
     judged(c, settings).or_else(|e| match e {
         Unfinished::Recordings(e) => Err(Failure::Recordings(e)),
+        Unfinished::Replicates(e) => Err(e),
         Unfinished::Ended(Ended::Interrupted, _) => Err(Failure::Interrupted),
         Unfinished::Ended(Ended::TimeIsUp, stage) => {
             let reason = format!("the time given was up while {stage}; give it more");
@@ -144,6 +165,8 @@ enum Unfinished {
     Recordings(Invalid),
     /// Why, and in which stage.
     Ended(Ended, String),
+    /// What is wrong with the replicates, or that they are waited for.
+    Replicates(Failure),
 }
 
 impl From<Invalid> for Unfinished {
@@ -212,9 +235,22 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
             (settings.stage)(&format!("judging null {} of {n}", i + 1));
             settings.budget.over().is_none()
         };
-        let b = bootstrap(c, &prepared.guess, &decision.base, n, decision.strength(), &each);
+        let known = settings.replicates.map_or(&[][..], |r| r.known);
+        let here = |i: &usize| settings.replicates.is_none_or(|r| (r.holds)(*i) && known.iter().all(|k| k.number != *i));
+        let numbers = (0..n).filter(here);
+        let mut nulls = bootstrap(c, &prepared.guess, &decision.base, numbers, decision.strength(), &each);
         in_time()?;
-        findings.bootstrap = Some(b);
+        if let Some(r) = &settings.replicates {
+            nulls.extend(known);
+            nulls = (r.exchange)(&nulls).map_err(|e| Unfinished::Replicates(Failure::Exchange(e)))?;
+            nulls.sort_by_key(|k| k.number);
+            nulls.dedup_by_key(|k| k.number);
+            nulls.retain(|k| k.number < n);
+            if nulls.len() < n {
+                return Err(Unfinished::Replicates(Failure::Waits { known: nulls.len(), of: n }));
+            }
+        }
+        findings.bootstrap = Some(Bootstrap::of(&nulls));
     }
     let relied_on = findings.gates.is_empty();
     // a law fitted beside what stands in for the unknown is none without it

@@ -319,6 +319,7 @@ mod tests {
             name: folder.into(),
             kind: Kind::DropTest,
             material: None,
+            columns: Default::default(),
             moving_mass: Some(1.0),
             travel: None,
             return_spring_rate: None,

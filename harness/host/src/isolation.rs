@@ -1,6 +1,7 @@
 //! Where somebody else's FMU runs.
 
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 /// First argument with which a program is to call [`crate::serve`] before it does anything else.
@@ -16,8 +17,8 @@ pub struct Limits {
     pub time: Duration,
     /// Most memory its process may ask for, bytes; None: no limit.
     pub memory: Option<u64>,
-    /// Whether the host was asked to end; looked at while a call lasts.
-    pub stop: Option<fn() -> bool>,
+    /// Set where the host is asked to end; looked at while a call lasts.
+    pub stop: Option<&'static AtomicBool>,
 }
 
 /// Longest time of one call where nothing else is said.

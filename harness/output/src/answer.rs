@@ -6,7 +6,7 @@ use crate::in_place;
 use crate::manifest::{Entry, Manifest};
 use crate::stage::{self, gated, parent, Stage};
 use std::fs::File;
-use std::io::{Result, Write};
+use std::io::{ErrorKind, Result, Write};
 use std::path::{Path, PathBuf};
 
 /// An answer that is being made. What it holds is seen by nobody before [`Answer::commit`]; dropped before that, it
@@ -170,10 +170,21 @@ impl Answer {
     /// Puts the finished answer in its place; the files that were in the way.
     fn put(&self, was: Option<&Manifest>) -> Result<Vec<Kept>> {
         let (new, target, is) = (self.made_in(), &self.target, &self.manifest);
+        let there;
+        let mut was = was;
         if !target.exists() {
-            gated(|| std::fs::rename(&new, target))?;
-            sync_folder(parent(target))?;
-            return Ok(Vec::new());
+            match gated(|| std::fs::rename(&new, target)) {
+                // another process has put its answer there since
+                Err(e) if matches!(e.kind(), ErrorKind::AlreadyExists | ErrorKind::DirectoryNotEmpty) => {
+                    there = Manifest::read(target);
+                    was = there.as_ref();
+                }
+                renamed => {
+                    renamed?;
+                    sync_folder(parent(target))?;
+                    return Ok(Vec::new());
+                }
+            }
         }
         if !self.is_fixed {
             let taken: Vec<&Path> = self.taken.iter().map(|(file, _)| file.as_path()).collect();

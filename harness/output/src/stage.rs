@@ -20,6 +20,8 @@ static GATE: RwLock<()> = RwLock::new(());
 pub struct Stage {
     path: PathBuf,
     _lock: File,
+    /// Whether it stays on disk.
+    stays: bool,
 }
 
 impl Stage {
@@ -48,12 +50,15 @@ impl Stage {
         }
         list(&LIVE).push(path.clone());
         let locked = File::create(path.join(LOCK)).and_then(|lock| match lock.try_lock() {
+            // locked by another that is clearing the stage away, or has done so since the file was opened: a lock on a file that
+            // no longer has the name holds nobody off
+            Ok(()) if !is_named(&lock, &path.join(LOCK)) => Err(Error::new(ErrorKind::NotFound, "cleared away")),
+            Err(TryLockError::WouldBlock) => Err(Error::new(ErrorKind::NotFound, "cleared away")),
             // file systems without locks have none to tell a live stage by, and there none is cleared away
             Ok(()) | Err(TryLockError::Error(_)) => Ok(lock),
-            Err(TryLockError::WouldBlock) => Err(Error::new(ErrorKind::NotFound, "cleared away")),
         });
         match locked {
-            Ok(lock) => Ok(Some(Stage { path, _lock: lock })),
+            Ok(lock) => Ok(Some(Stage { path, _lock: lock, stays: false })),
             Err(e) => {
                 remove(&path);
                 list(&LIVE).retain(|p| *p != path);
@@ -70,20 +75,21 @@ impl Stage {
         &self.path
     }
 
-    /// Leaves the stage on disk for the next command to finish.
-    pub fn leave(self) {
-        list(&LIVE).retain(|p| *p != self.path);
-        std::mem::forget(self);
+    /// Leaves the stage on disk for the next command to finish, as a process that is killed does.
+    pub fn leave(mut self) {
+        self.stays = true;
     }
 }
 
 impl Drop for Stage {
     fn drop(&mut self) {
-        // what cannot be removed now is cleared away by the next command
-        drop(gated(|| {
-            remove(&self.path);
-            Ok(())
-        }));
+        if !self.stays {
+            // what cannot be removed now is cleared away by the next command
+            drop(gated(|| {
+                remove(&self.path);
+                Ok(())
+            }));
+        }
         list(&LIVE).retain(|p| *p != self.path);
     }
 }
@@ -135,9 +141,25 @@ pub fn sweep(folder: &Path) {
     }
 }
 
+/// Whether the open `file` is the one that has the name `path`.
+#[cfg(unix)]
+fn is_named(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let of = |m: std::fs::Metadata| (m.dev(), m.ino());
+    let both = (file.metadata().map(of), std::fs::symlink_metadata(path).map(of));
+    matches!(both, (Ok(a), Ok(b)) if a == b)
+}
+
+/// Whether the name `path` is there: elsewhere an open file keeps its name.
+#[cfg(not(unix))]
+fn is_named(_: &File, path: &Path) -> bool {
+    path.exists()
+}
+
 fn clear(stage: &Path, folder: &Path) -> Result<()> {
     let lock = File::create(stage.join(LOCK))?;
-    if lock.try_lock().is_ok() {
+    // what was cleared away since is another's, who may have made a stage of that name
+    if lock.try_lock().is_ok() && is_named(&lock, &stage.join(LOCK)) {
         crate::in_place::finish(stage, folder)?;
         remove(stage);
     }

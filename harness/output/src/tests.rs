@@ -172,11 +172,47 @@ fn stages_of_ended_processes_are_cleared_away_and_those_of_others_stay() {
     let path = left.path().to_path_buf();
     stage::sweep(t.path());
     assert!(path.exists());
-    // as a process that is killed leaves it
-    std::fs::remove_file(path.join("lock")).unwrap();
     left.leave();
     write(&t.path().join("x"), b"1").unwrap();
     assert!(!path.exists());
+}
+
+#[test]
+fn a_stage_without_a_lock_is_of_a_process_that_was_killed_at_once() {
+    let t = tempfile::tempdir().unwrap();
+    let left = Stage::within(t.path()).unwrap();
+    let path = left.path().to_path_buf();
+    left.leave();
+    std::fs::remove_file(path.join("lock")).unwrap();
+    stage::sweep(t.path());
+    assert!(!path.exists());
+}
+
+/// Writers in one folder at once, each with its name: every one sweeps while others make their stages.
+#[test]
+fn many_writers_in_one_folder_leave_each_others_stages_alone() {
+    const WRITERS: usize = 16;
+    const ROUNDS: usize = 150;
+    let t = tempfile::tempdir().unwrap();
+    std::thread::scope(|s| {
+        for w in 0..WRITERS {
+            let folder = t.path();
+            s.spawn(move || {
+                for i in 0..ROUNDS {
+                    let text = format!("{w} {i}");
+                    if w % 2 == 0 {
+                        write(&folder.join(format!("f{w}")), text.as_bytes()).unwrap();
+                    } else {
+                        answer(&folder.join(format!("a{w}")), &[("x", &text)]);
+                    }
+                }
+            });
+        }
+    });
+    let all = files(t.path());
+    assert_eq!(all.len(), WRITERS);
+    assert!(all.values().all(|text| text.ends_with(&format!(" {}", ROUNDS - 1))), "{all:?}");
+    assert_eq!(std::fs::read_dir(t.path()).unwrap().count(), WRITERS, "a stage was left");
 }
 
 #[test]
@@ -187,7 +223,6 @@ fn a_replacement_that_was_cut_short_is_finished_by_the_next_command() {
     let stage = Stage::within(&place).unwrap();
     std::fs::rename(t.path().join("other"), stage.path().join("ready")).unwrap();
     std::fs::rename(stage.path().join("ready/x"), place.join("x")).unwrap();
-    std::fs::remove_file(stage.path().join("lock")).unwrap();
     stage.leave();
     probe(&place).unwrap();
     assert_eq!(files(&place), texts(&[("x", "2"), ("y", "2")]));

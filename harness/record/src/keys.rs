@@ -25,6 +25,8 @@ pub(crate) enum Rule {
 
 /// Largest value: squares of more leave the range of a double.
 const LARGEST: f64 = 1e100;
+/// Longest name of a column, bytes.
+const NAME: usize = 64;
 
 /// A key, what its value has to be, and its unit.
 pub(crate) struct Key(pub &'static str, pub Rule, pub &'static str);
@@ -87,6 +89,8 @@ pub(crate) const TABLES: [(&str, &str, &[Key]); 8] = [
 
 /// The table of a recording whose keys are variables of FMUs.
 pub(crate) const SET: &str = "set";
+/// The table of [campaign] whose keys are the user's own.
+pub(crate) const COLUMNS: &str = "columns";
 
 /// A value as it was read.
 #[derive(Clone, Debug, PartialEq)]
@@ -153,6 +157,16 @@ pub struct Document {
     pub recordings: Vec<Entries>,
     /// Values of `[recording.set]`, by recording.
     pub sets: Vec<Vec<Setting>>,
+    /// Values of `[campaign.columns]`.
+    pub columns: BTreeMap<String, Label>,
+}
+
+/// A value of a column of the user's own.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(untagged)]
+pub enum Label {
+    Number(f64),
+    Text(String),
 }
 
 /// A value that a recording gives a variable of an FMU.
@@ -184,7 +198,10 @@ pub fn read(path: &Path, text: &str) -> Result<(Document, Vec<RecordError>), Vec
     for (key, value) in root.get_ref() {
         let head = r.line(key.span().start);
         match (key.get_ref().as_ref(), value.get_ref()) {
-            ("campaign", DeValue::Table(t)) => d.campaign = r.entries("campaign", t, head),
+            ("campaign", DeValue::Table(t)) => {
+                d.campaign = r.entries("campaign", t, head);
+                d.columns = r.columns(t);
+            }
             ("rig", DeValue::Table(t)) => d.rig = r.entries("rig", t, head),
             ("simulation", DeValue::Table(t)) => {
                 d.simulation = r.entries("simulation", t, head);
@@ -258,6 +275,7 @@ impl Reader<'_> {
                 None if name.is_empty() && TABLES.iter().any(|t| t.0 == word) => {}
                 None if !name.is_empty() && TABLES.iter().any(|t| t.0 == format!("{name}.{word}")) => {}
                 None if name == "recording" && word == SET => {}
+                None if name == "campaign" && word == COLUMNS => {}
                 None => self.unknown(name, word, at),
             }
         }
@@ -322,6 +340,42 @@ impl Reader<'_> {
         found
     }
 
+    /// The values of `[campaign.columns]` in the table [campaign].
+    fn columns(&mut self, campaign: &DeTable<'_>) -> BTreeMap<String, Label> {
+        let Some((word, value)) = campaign.iter().find(|(word, _)| word.get_ref() == COLUMNS) else {
+            return BTreeMap::new();
+        };
+        let head = self.line(word.span().start);
+        let DeValue::Table(t) = value.get_ref() else {
+            let cure = "write [campaign.columns] with a line name = number or name = \"text\" for each";
+            self.error("campaign", head, "columns is no table", cure);
+            return BTreeMap::new();
+        };
+        let mut found = BTreeMap::new();
+        for (name, value) in t {
+            let (line, name) = (self.line(name.span().start), name.get_ref().as_ref());
+            let named = name.len() <= NAME && name.chars().all(|c| c.is_alphanumeric() || "_-. ".contains(c));
+            if !named || name.trim().is_empty() {
+                let cure = format!("call it by letters, digits, spaces, \"_\", \"-\" and \".\", {NAME} bytes at most");
+                self.error("campaign", line, format!("{name:?} is no name of a column"), cure);
+                continue;
+            }
+            let label = match (value.get_ref(), number(value.get_ref()).filter(|v| v.abs() <= LARGEST)) {
+                (_, Some(x)) => Some(Label::Number(x)),
+                (DeValue::String(s), _) => Some(Label::Text(s.to_string())),
+                _ => None,
+            };
+            match label {
+                Some(l) => drop(found.insert(name.to_string(), l)),
+                None => {
+                    let cure = format!("give {name} as a number, {LARGEST:e} at most, or as a text");
+                    self.error("campaign", line, format!("column {name:?} is neither number nor text"), cure);
+                }
+            }
+        }
+        found
+    }
+
     /// A key that its table does not know: it stands in the wrong table, or is misspelt.
     fn unknown(&mut self, table: &str, word: &str, line: usize) {
         let own = TABLES.iter().find(|t| t.0 == table).unwrap_or(&TABLES[0]);
@@ -333,7 +387,8 @@ impl Reader<'_> {
                 words::instead(word, &own.2.iter().map(|k| k.0).chain(tables).collect::<Vec<_>>())
             }
         };
-        self.error(table, line, format!("key {word:?} is not known {}", own.1), cure);
+        let more = if table == "campaign" { "; a column of your own stands under [campaign.columns]" } else { "" };
+        self.error(table, line, format!("key {word:?} is not known {}", own.1), cure + more);
     }
 
     /// The value of `key` of a table, or None and an error.

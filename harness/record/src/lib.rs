@@ -11,7 +11,7 @@ pub mod words;
 
 pub use error::{RecordError, RecordErrors, Section};
 pub use fmus::{Bond, BondKind, FmuSystem, Free, Written};
-pub use keys::Setting;
+pub use keys::{Label, Setting};
 pub use load::load;
 pub use samples::{read_file, Signals, LARGEST};
 pub use schema::schema;
@@ -278,6 +278,8 @@ pub struct Campaign {
     pub name: String,
     pub kind: Kind,
     pub material: Option<String>,
+    /// `[campaign.columns]`: what a user knows of the campaign and a fleet is searched by, such as batch or temperature.
+    pub columns: std::collections::BTreeMap<String, Label>,
     pub moving_mass: Option<f64>,
     pub travel: Option<f64>,
     pub return_spring_rate: Option<f64>,

@@ -1,6 +1,6 @@
 //! The JSON schema of campaign.toml, from the table of its keys: for editors that complete and check as one types.
 
-use crate::keys::{Key, Rule, SET, TABLES};
+use crate::keys::{Key, Rule, COLUMNS, SET, TABLES};
 use crate::{BondKind, Kind};
 use serde_json::{json, Map, Value};
 
@@ -17,6 +17,12 @@ pub fn schema(terms: &[&str]) -> Value {
                 each["required"] = json!(["file"]);
                 each["properties"][SET] = json!({"type": "object", "additionalProperties": {"type": "number"}});
                 properties.insert(table.into(), json!({"type": "array", "minItems": 1, "items": each}));
+            }
+            "campaign" => {
+                let mut of_table = of_table;
+                of_table["properties"][COLUMNS] =
+                    json!({"type": "object", "additionalProperties": {"type": ["number", "string"]}});
+                properties.insert(table.into(), of_table);
             }
             // tables below another, whose row comes first
             _ if table.contains('.') => {

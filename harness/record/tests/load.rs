@@ -1,6 +1,6 @@
 //! Campaigns loaded: all errors at once, nearest words, and what is put right with a note.
 
-use record::{load, Campaign, RecordErrors};
+use record::{load, Campaign, Label, RecordErrors};
 use std::path::Path;
 use tempfile::TempDir;
 
@@ -105,6 +105,31 @@ fn all_errors_are_told_at_once_with_file_line_and_cure() {
         assert!(said.starts_with(what) && said.contains(cure), "{said}");
     }
     assert_eq!(said.len(), told.len(), "{said:#?}");
+}
+
+#[test]
+fn columns_of_the_users_own_are_numbers_or_texts() {
+    let with = |columns: &str| HEAD.replace("[rig]", &format!("{columns}\n[rig]")) + &listed(1);
+    let given = with("[campaign.columns]\norder = 17\nbatch = \"B7\"\n\"oil temperature\" = -3.5");
+    let dir = folder(&given, &[("r1.csv", csv())]);
+    let columns = of(dir.path()).unwrap().columns;
+    let expected = [
+        ("batch", Label::Text("B7".into())),
+        ("oil temperature", Label::Number(-3.5)),
+        ("order", Label::Number(17.0)),
+    ];
+    assert_eq!(columns.into_iter().collect::<Vec<_>>(), expected.map(|(n, v)| (n.to_string(), v)));
+    for (wrong, what, cure) in [
+        ("columns = 3", "columns is no table", "write [campaign.columns]"),
+        ("[campaign.columns]\nbatch = [1]", "column \"batch\" is neither number nor text", "give batch as"),
+        ("[campaign.columns]\nx = nan", "column \"x\" is neither number nor text", "give x as"),
+        ("[campaign.columns]\n\"a/b\" = 1", "\"a/b\" is no name of a column", "call it by letters"),
+        ("batch = 3", "key \"batch\" is not known under [campaign]", "under [campaign.columns]"),
+    ] {
+        let said = errors(&with(wrong), &[("r1.csv", csv())]);
+        assert_eq!(said.len(), 1, "{said:?}");
+        assert!(said[0].contains(what) && said[0].contains(cure), "{}", said[0]);
+    }
 }
 
 #[test]

@@ -1,5 +1,6 @@
-//! Typed results to pages, words and files: of runs, of fits, of diagnoses.
+//! Typed results to pages, words and files: of runs, of fits, of diagnoses, of fleets.
 
 pub mod diagnosis;
 pub mod fit;
+pub mod fleet;
 pub mod run;

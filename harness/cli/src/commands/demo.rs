@@ -110,7 +110,7 @@ fn below_index(out: &Path, report: &str) -> Result<String> {
     let up = "../".repeat(report.matches('/').count()) + "index.html";
     let html = linked(&html, &up, "The demo's steps");
     let (folder, name) = report.rsplit_once('/').unwrap_or(("", report));
-    place::amend(&out.join(folder), "demo", &[(name, html.as_bytes())])?;
+    print::warnings(&place::amend(&out.join(folder), "demo", &[(name, html.as_bytes())])?);
     Ok(html)
 }
 
@@ -127,7 +127,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     );
     catch_interrupts();
     let input: Vec<_> = INPUT.iter().copied().chain([("same_drops.toml", DROPS.as_bytes())]).collect();
-    place::write(&a.out.join("input"), "demo", &input)?;
+    print::warnings(&place::write(&a.out.join("input"), "demo", &input)?);
     let mut finding = None;
     let mut page = Page::new("");
     for (i, step) in STEPS.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Options on somebody else's FMUs.
 
 use crate::print;
-use crate::progress::interrupted;
+use crate::progress::interruption;
 use anyhow::{ensure, Result};
 use host::{Isolation, Limits};
 use std::time::Duration;
@@ -20,6 +20,16 @@ pub struct Fmus {
 }
 
 impl Fmus {
+    /// The options as they are typed.
+    pub fn arguments(&self) -> Vec<String> {
+        if self.in_process {
+            return vec!["--in-process".into()];
+        }
+        let mut all = vec!["--fmu-seconds".into(), self.fmu_seconds.to_string()];
+        all.extend(self.fmu_memory.iter().flat_map(|mb| ["--fmu-memory".to_string(), mb.to_string()]));
+        all
+    }
+
     /// Where FMUs run.
     ///
     /// # Errors
@@ -35,6 +45,6 @@ impl Fmus {
         if !Isolation::is_possible() {
             print::warning("somebody else's FMUs run inside this process here: only Linux has processes for them");
         }
-        Ok(Isolation::Process(Limits { time, memory, stop: Some(interrupted), ..Limits::new() }))
+        Ok(Isolation::Process(Limits { time, memory, stop: Some(interruption()), ..Limits::new() }))
     }
 }

@@ -1,12 +1,11 @@
 //! `touchdown import`.
 
 use super::form::Form;
+use super::terminal::Terminal;
 use crate::print;
-use crate::progress::Progress;
-use anyhow::{anyhow, bail, ensure, Result};
-use import::{amount, look_at, parse_map, plan, Facts, File, Missing, Options, Outcome, Pattern, Plan, Table};
-use record::Kind;
-use serde::Serialize;
+use crate::tasks::import::{imported, words, Options};
+use anyhow::Result;
+use import::{amount, Facts, Missing};
 use std::io::{BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -110,62 +109,31 @@ impl Arguments {
     pub fn writes(&self) -> Option<&Path> {
         self.out.as_deref().filter(|_| !self.list)
     }
-}
 
-/// A flag's amount.
-fn value(flag: &str, text: &Option<String>, quantity: &str) -> Result<Option<f64>> {
-    let Some(text) = text else { return Ok(None) };
-    let v = amount(text, quantity).map_err(|e| anyhow!("{flag}: {e}"))?;
-    ensure!(v.is_finite() && v > 0.0, "{flag} {text}: give a number above 0");
-    Ok(Some(v))
-}
-
-fn options(a: &Arguments) -> Result<Options> {
-    let mut o = Options {
-        rate: a.rate,
-        mass: value("--mass", &a.mass, "mass")?,
-        travel: value("--travel", &a.travel, "penetration")?,
-        spring_rate: value("--spring-rate", &a.spring_rate, "spring rate")?,
-        keep_all: a.keep_all,
-        split_columns: a.split_columns,
-        least: a.least,
-        skip_bad: a.skip_bad,
-        material: a.material.clone(),
-        terms: a.terms.clone(),
-        ..Options::default()
-    };
-    ensure!(a.rate.is_none_or(|r| r.is_finite() && r > 0.0), "--rate: give samples per second, above 0");
-    ensure!((0.0..=1.0).contains(&a.least), "--least {}: give a share from 0 to 1", a.least);
-    for m in &a.map {
-        o.map.extend(parse_map(m).map_err(|e| anyhow!(e))?);
-    }
-    o.names = a.names.as_deref().map(Pattern::parse).transpose().map_err(|e| anyhow!(e))?;
-    o.table = a.table.as_deref().map(Table::read).transpose().map_err(|e| anyhow!(e.join("\n")))?;
-    for (flag, key, text) in [
-        ("--height", "drop_height", &a.height),
-        ("--speed", "impact_speed", &a.speed),
-        ("--preload", "spring_preload", &a.preload),
-    ] {
-        if let Some(text) = text {
-            o.all.read(key, text, "", flag).map_err(|e| anyhow!("{flag}: {e}"))?;
+    fn options(&self) -> Options {
+        Options {
+            files: self.files.clone(),
+            out: self.out.clone(),
+            map: self.map.clone(),
+            rate: self.rate,
+            names: self.names.clone(),
+            table: self.table.clone(),
+            height: self.height.clone(),
+            speed: self.speed.clone(),
+            preload: self.preload.clone(),
+            kind: self.kind.clone(),
+            mass: self.mass.clone(),
+            travel: self.travel.clone(),
+            spring_rate: self.spring_rate.clone(),
+            terms: self.terms.clone(),
+            name: self.name.clone(),
+            material: self.material.clone(),
+            keep_all: self.keep_all,
+            split_columns: self.split_columns,
+            least: self.least,
+            skip_bad: self.skip_bad,
         }
     }
-    if let Some(k) = &a.kind {
-        let names = Kind::BUILT_IN.map(Kind::name);
-        o.kind = Some(
-            Kind::named(k)
-                .filter(|k| Kind::BUILT_IN.contains(k))
-                .ok_or_else(|| anyhow!("--kind {k:?} is not known; {}", record::words::instead(k, &names)))?,
-        );
-    }
-    let known = mechanisms::terms();
-    if let Some(t) = a.terms.iter().flatten().find(|t| !known.contains(&t.as_str())) {
-        bail!("--terms: {t:?} is not known; {}", record::words::instead(t, &known));
-    }
-    let folder = a.out.as_deref().and_then(std::path::Path::file_name);
-    let folder = folder.map_or("campaign".into(), |n| n.to_string_lossy().into_owned());
-    o.name = a.name.clone().unwrap_or(folder);
-    Ok(o)
 }
 
 /// Asks for one amount until it is one; None at the end of the input.
@@ -184,7 +152,7 @@ fn ask(question: &str, read: &mut dyn FnMut(&str) -> Result<(), String>) -> Resu
 }
 
 /// Asks for what no file tells; whether everything was answered.
-fn asked(missing: &[Missing], o: &mut Options) -> Result<bool> {
+fn asked(missing: &[Missing], o: &mut import::Options) -> Result<bool> {
     for m in missing {
         if m.files.is_empty() {
             let question = format!("{} ({}, or with its unit)", m.key.replace('_', " "), m.unit);
@@ -226,115 +194,12 @@ fn asked(missing: &[Missing], o: &mut Options) -> Result<bool> {
     Ok(true)
 }
 
-/// What is missing, as an error says it.
-fn told(m: &Missing) -> String {
-    let most = 3;
-    let mut names: Vec<String> = m.files.iter().take(most).map(|f| f.display().to_string()).collect();
-    if m.files.len() > most {
-        names.push(format!("{} more", m.files.len() - most));
-    }
-    let of = if names.is_empty() { String::new() } else { format!(" of {}", names.join(", ")) };
-    let what = if m.key == "impact_speed" { "impact_speed or drop_height" } else { m.key };
-    format!("{what}{of} is missing: no file tells it; give {}", m.cure)
-}
-
-/// What was taken and left out.
-#[derive(Serialize)]
-struct Taken<'a> {
-    campaign: &'a Path,
-    kind: &'a str,
-    kind_from: &'a str,
-    files: Vec<TakenFile<'a>>,
-    recordings: Vec<TakenRecording<'a>>,
-    notes: Vec<&'a String>,
-    left_out: Vec<&'a String>,
-    pictures: PathBuf,
-}
-
-#[derive(Serialize)]
-struct TakenFile<'a> {
-    file: String,
-    taken: &'a [String],
-    left_out: &'a [String],
-}
-
-#[derive(Serialize)]
-struct TakenRecording<'a> {
-    recording: &'a str,
-    file: String,
-    /// What tells it from others of its file; empty where it is the only one.
-    label: &'a str,
-    samples: usize,
-    /// When it touches and for how long, s.
-    touch: Option<(f64, f64)>,
-    notes: &'a [String],
-}
-
-fn taken<'a>(campaign: &'a Path, files: &'a [File], p: &'a Plan, out: &'a Outcome, faults: &'a [String]) -> Taken<'a> {
-    let of_file = |f: &'a File| TakenFile { file: f.name(), taken: &f.taken, left_out: &f.left };
-    let of = |w: &'a import::Written| {
-        let r = &p.recordings[w.recording];
-        let file = files[r.file].name();
-        TakenRecording {
-            recording: &r.name,
-            file,
-            label: &r.label,
-            samples: w.samples,
-            touch: w.touch,
-            notes: &w.notes,
-        }
-    };
-    Taken {
-        campaign,
-        kind: p.kind.name(),
-        kind_from: &p.kind_from,
-        files: files.iter().map(of_file).collect(),
-        recordings: out.recordings.iter().map(of).collect(),
-        notes: p.notes.iter().chain(&out.notes).collect(),
-        left_out: faults.iter().chain(&out.faults).collect(),
-        pictures: campaign.join(import::PAGE),
-    }
-}
-
-/// The same for a terminal.
-fn words(t: &Taken<'_>) -> String {
-    let mut lines = Vec::new();
-    let mut before: Option<&TakenFile<'_>> = None;
-    for f in &t.files {
-        if before.is_some_and(|b| (b.taken, b.left_out) == (f.taken, f.left_out)) {
-            lines.push(format!("{}: the same", f.file));
-            continue;
-        }
-        lines.push(f.file.clone());
-        lines.extend(f.taken.iter().map(|t| format!("  {t}")));
-        lines.extend(f.left_out.iter().map(|l| format!("  left out: {l}")));
-        before = Some(f);
-    }
-    lines.push(format!("{}: {}", t.kind, t.kind_from));
-    for r in &t.recordings {
-        let label = if r.label.is_empty() { String::new() } else { format!(", {}", r.label) };
-        let touch = r.touch.map_or(String::new(), |(at, length)| {
-            format!(", touch at {} for {}", diagnose::figure::figure(at, "s"), diagnose::figure::figure(length, "s"))
-        });
-        lines.push(format!("  {} of {}{label}: {} samples{touch}", r.recording, r.file, r.samples));
-        lines.extend(r.notes.iter().map(|n| format!("    {n}")));
-    }
-    lines.extend(t.notes.iter().map(|n| format!("  note: {n}")));
-    lines.push(format!(
-        "{}: {} recordings; look at {}, then run `touchdown check {}`\n",
-        t.campaign.display(),
-        t.recordings.len(),
-        t.pictures.display(),
-        t.campaign.display()
-    ));
-    lines.join("\n")
-}
-
-fn list(a: &Arguments, o: &Options) -> Result<ExitCode> {
+fn list(a: &Arguments) -> Result<ExitCode> {
+    let o = a.options().read()?;
     let mut listed = Vec::new();
     let mut bad = false;
     for f in &a.files {
-        match import::list(f, o, &instruments::open) {
+        match import::list(f, &o, &instruments::open) {
             Ok(l) => listed.push(l),
             Err(e) => {
                 bad = true;
@@ -347,53 +212,11 @@ fn list(a: &Arguments, o: &Options) -> Result<ExitCode> {
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
-    let mut o = options(a)?;
-    let Some(out) = a.writes() else { return list(a, &o) };
-    ensure!(!out.exists(), "{}: is there already; give another --out, or move it away", out.display());
-    let progress = Progress::new("import: looking at files", a.files.len() as u64);
-    let mut files = Vec::new();
-    let mut faults = Vec::new();
-    for looked in look_at(&a.files, &o, &instruments::open, &|_| progress.add(1)) {
-        match looked {
-            Ok(file) => files.push(file),
-            Err(e) => faults.extend(e),
-        }
+    if a.writes().is_none() {
+        return list(a);
     }
-    drop(progress);
-    let mut planned = plan(&mut files, &o);
-    let may_ask = std::io::stdin().is_terminal() && (faults.is_empty() || o.skip_bad);
-    if may_ask && !planned.missing.is_empty() && asked(&planned.missing, &mut o)? {
-        planned = plan(&mut files, &o);
-    }
-    faults.extend(planned.faults.iter().cloned());
-    let mut missing: Vec<String> = planned.missing.iter().map(told).collect();
-    if o.kind.is_none() && !missing.is_empty() {
-        missing.push(format!("taken as {}, {}; --kind says another", planned.kind.name(), planned.kind_from));
-    }
-    if !missing.is_empty() || planned.recordings.is_empty() || (!faults.is_empty() && !o.skip_bad) {
-        let skip = !faults.is_empty() && !o.skip_bad && !planned.recordings.is_empty();
-        print::error(&faults.iter().chain(&missing).cloned().collect::<Vec<_>>().join("\n"));
-        if skip {
-            print::error("nothing was written; --skip-bad leaves out the files that hold no recording");
-        }
-        return Ok(ExitCode::from(2));
-    }
-    let progress = Progress::new("import: writing recordings", files.len() as u64);
-    let outcome = import::write(out, &files, &planned, &o, &|path| {
-        progress.add(1);
-        instruments::open(path)
-    });
-    drop(progress);
-    match outcome {
-        Ok(outcome) => {
-            let taken = taken(out, &files, &planned, &outcome, &faults);
-            taken.left_out.iter().for_each(|f| print::warning(&format!("left out: {f}")));
-            print::beside(&a.form.of(&taken, words)?);
-            Ok(ExitCode::SUCCESS)
-        }
-        Err(faults) => {
-            print::error(&faults.join("\n"));
-            Ok(ExitCode::from(2))
-        }
-    }
+    let mut ask = |missing: &[Missing], o: &mut import::Options| asked(missing, o);
+    let taken = imported(&a.options(), std::io::stdin().is_terminal().then_some(&mut ask), &Terminal::new(a.form))?;
+    print::beside(&a.form.of(&taken, words)?);
+    Ok(ExitCode::SUCCESS)
 }

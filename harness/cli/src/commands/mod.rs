@@ -1,6 +1,5 @@
 //! Subcommands, a file each.
 
-mod batch;
 mod bench;
 mod check;
 mod compare;
@@ -15,12 +14,14 @@ mod import;
 mod init;
 mod man;
 mod mechanisms;
+mod merge;
 mod pack;
 mod paper;
 mod run;
 mod schema;
 mod study;
 mod system;
+mod terminal;
 
 use crate::place::Place;
 use crate::print::{self, Unprinted, CLOSED_CODE};
@@ -93,6 +94,8 @@ enum Command {
     Init(init::Arguments),
     /// Print the manual page of the program, or write those of every command
     Man(man::Arguments),
+    /// Put the answers of many campaigns together: one table, one page, what grows with what, and what is lost
+    Merge(merge::Arguments),
     /// Print the vocabulary of the diagnosis: every mechanism with its equation, quantities, units and source
     Mechanisms(mechanisms::Arguments),
     /// Write the element as an FMU, with start values of your own where you give them
@@ -118,6 +121,7 @@ impl Command {
             Command::Fit(a) => Some(Place::Folder(&a.out)),
             Command::Import(a) => a.writes().map(Place::Folder),
             Command::Man(a) => a.out.as_deref().map(Place::Folder),
+            Command::Merge(a) => Some(Place::Folder(a.out())),
             Command::Pack(a) => Some(Place::File(&a.out)),
             Command::Paper(a) => Some(Place::Folder(&a.out)),
             Command::Run(a) => Some(Place::Folder(&a.out)),
@@ -134,7 +138,22 @@ const DIED_CODE: u8 = 4;
 
 /// Runs the command line; exit code 2 for bad input.
 pub fn main() -> ExitCode {
-    let command_line = Cli::parse();
+    run_parsed(Cli::parse())
+}
+
+/// Runs the command line of these words, the first of which stands for the program; as [`main`].
+pub fn main_of(words: Vec<String>) -> ExitCode {
+    match Cli::try_parse_from(words) {
+        Ok(command_line) => run_parsed(command_line),
+        Err(e) => {
+            // help and version are no errors, and are printed where they belong
+            drop(e.print());
+            ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2))
+        }
+    }
+}
+
+fn run_parsed(command_line: Cli) -> ExitCode {
     end_cleanly();
     command(command_line).unwrap_or_else(|e| {
         if e.downcast_ref::<Unprinted>().is_some_and(Unprinted::is_closed) {
@@ -174,6 +193,7 @@ fn command(c: Cli) -> Result<ExitCode> {
         Command::Import(a) => import::run(&a),
         Command::Init(a) => init::run(&a),
         Command::Man(a) => man::run(&a),
+        Command::Merge(a) => merge::run(&a),
         Command::Mechanisms(a) => mechanisms::run(&a),
         Command::Pack(a) => pack::run(&a),
         Command::Paper(a) => paper::run(&a),

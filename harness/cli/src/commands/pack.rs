@@ -2,10 +2,9 @@
 
 use super::form::Form;
 use crate::print;
+use crate::tasks::pack::{packed, Options};
 use anyhow::{Context, Result};
-use serde::Serialize;
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 const EXAMPLES: &str = "Examples:
@@ -39,37 +38,19 @@ pub struct Arguments {
     form: Form,
 }
 
-/// What was packed.
-#[derive(Serialize)]
-struct Packed<'a> {
-    fmu: &'a Path,
-    platforms: Vec<&'a str>,
-    /// Start values given, SI.
-    starts: BTreeMap<String, f64>,
-}
-
 pub fn run(a: &Arguments) -> Result<ExitCode> {
-    let model = pack::Model::named(&a.model)?;
-    let starts = a
-        .starts
-        .iter()
-        .map(|s| {
-            let (name, value) = s.split_once('=').with_context(|| format!("--set {s}: give NAME=VALUE"))?;
-            let name = name.trim();
-            let value = model.number(name, value.trim()).with_context(|| format!("--set {s}"))?;
-            Ok((name.to_string(), value))
-        })
-        .collect::<Result<Vec<(String, f64)>>>()?;
-    let binaries = if a.all_platforms {
-        model.libraries_everywhere()?
-    } else if a.binaries.is_empty() {
-        model.libraries(a.platforms.as_deref())?
-    } else {
-        a.binaries.iter().map(|b| pack::library(b)).collect::<Result<Vec<_>>>()?
+    let pair = |s: &String| {
+        let (name, value) = s.split_once('=').with_context(|| format!("--set {s}: give NAME=VALUE"))?;
+        Ok((name.trim().to_string(), value.trim().to_string()))
     };
-    model.pack(&a.out, &starts, &binaries)?;
-    let platforms = binaries.iter().map(|b| b.platform.as_str()).collect();
-    let packed = Packed { fmu: &a.out, platforms, starts: starts.into_iter().collect() };
-    print::beside(&a.form.of(&packed, |p| format!("{}: {}\n", p.fmu.display(), p.platforms.join(", ")))?);
+    let o = Options {
+        model: a.model.clone(),
+        out: a.out.clone(),
+        starts: a.starts.iter().map(pair).collect::<Result<_>>()?,
+        binaries: a.binaries.clone(),
+        all_platforms: a.all_platforms,
+        platforms: a.platforms.clone(),
+    };
+    print::beside(&a.form.of(&packed(&o)?, |p| format!("{}: {}\n", p.fmu.display(), p.platforms.join(", ")))?);
     Ok(ExitCode::SUCCESS)
 }

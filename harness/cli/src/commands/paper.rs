@@ -70,7 +70,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         .paragraph("The paper prints the estimated stiffness as 2270 N/m beside a calculated 19300 N/mm. In N/m the bar would sink deeper than it falls; in N/mm peak and duration are those of an impact.")
         .table(&h.iter().map(String::as_str).collect::<Vec<_>>(), &rows);
     let path = a.out.join("report.html");
-    crate::place::write(&a.out, "paper", &[("report.html", page.html().as_bytes())])?;
+    print::warnings(&crate::place::write(&a.out, "paper", &[("report.html", page.html().as_bytes())])?);
     print::beside(&format!("{estimation}\n{contactor}\npictures: {}\n", path.display()));
     Ok(ExitCode::SUCCESS)
 }

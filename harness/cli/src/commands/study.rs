@@ -51,7 +51,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         ("coupling.json", json.as_bytes()),
         ("coupling.svg", picture.as_bytes()),
     ];
-    crate::place::write(out, "study", &files)?;
+    print::warnings(&crate::place::write(out, "study", &files)?);
     print::beside(&table);
     Ok(ExitCode::SUCCESS)
 }

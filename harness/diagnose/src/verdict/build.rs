@@ -29,6 +29,7 @@ impl Verdict {
         Verdict {
             format: FORMAT,
             campaign: c.folder.clone(),
+            columns: c.columns.clone(),
             invalid: None,
             mismatch: mismatch(d, f, places(c, d, f, &terms)),
             missing: named.map(|(i, _)| missing(d, f, *i)).collect(),
@@ -78,6 +79,7 @@ impl Verdict {
         Verdict {
             format: FORMAT,
             campaign: c.folder.clone(),
+            columns: c.columns.clone(),
             invalid: Some(Text { text: reason.into() }),
             mismatch: Mismatch {
                 detected: false,

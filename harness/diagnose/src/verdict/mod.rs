@@ -1,6 +1,7 @@
 //! The verdict: what verdict.json holds, in the format verdict/1 and with keys beyond it.
 
 use crate::material::{Effect, Remainder};
+use record::Label;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -16,6 +17,9 @@ pub struct Verdict {
     pub format: &'static str,
     /// The campaign's folder.
     pub campaign: String,
+    /// What campaign.toml says of the campaign under `[campaign.columns]`.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub columns: BTreeMap<String, Label>,
     /// Why nothing can be judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub invalid: Option<Text>,

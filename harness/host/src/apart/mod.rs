@@ -23,6 +23,7 @@ use ring::Ring;
 use std::borrow::Cow::Borrowed;
 use std::ffi::CString;
 use std::path::Path;
+use std::sync::atomic::Ordering;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -119,7 +120,7 @@ impl Apart {
                 return Err(format!("no answer for {} s; {how}", longest.as_secs_f64()));
             }
             match limits.stop {
-                Some(stop) if stop() => Err("it was asked to end".into()),
+                Some(stop) if stop.load(Ordering::SeqCst) => Err("it was asked to end".into()),
                 _ => Ok(()),
             }
         };

@@ -48,7 +48,7 @@ pub fn write(out: &Path) -> std::io::Result<()> {
 }
 
 /// A folder's name in a link.
-fn encoded(name: &str) -> String {
+pub fn encoded(name: &str) -> String {
     let of = |b: u8| match b {
         b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => (b as char).to_string(),
         _ => format!("%{b:02X}"),

@@ -1,17 +1,20 @@
 //! What became of the campaigns of one call.
 
 use crate::progress::{interrupted_code, UNJUDGED_CODE};
+use serde::Serialize;
 use std::path::Path;
 use std::process::ExitCode;
 
 /// Campaigns by what became of them, by folder.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize)]
 pub struct Batch {
     pub finished: Vec<String>,
     /// Those with an answer from before that still holds.
     pub up_to_date: Vec<String>,
     /// Those whose answer says why they cannot be judged.
     pub unjudged: Vec<String>,
+    /// Those whose other replicates are not there yet.
+    pub waiting: Vec<String>,
     /// Those that are bad input, or whose answer cannot be written; told as errors.
     pub failed: Vec<String>,
     /// The one that was under way when the user ended the command, and those not begun.
@@ -19,16 +22,26 @@ pub struct Batch {
 }
 
 impl Batch {
+    /// Puts every list in order: processes come to their ends in any.
+    pub fn sort(&mut self) {
+        let lists = [&mut self.finished, &mut self.up_to_date, &mut self.unjudged, &mut self.waiting];
+        lists.into_iter().chain([&mut self.failed, &mut self.left]).for_each(|l| l.sort());
+    }
+
     /// Which campaigns came to what, a line each; nothing of a single one.
     pub fn summary(&self) -> String {
         let kinds = [
             ("finished", &self.finished),
             ("up to date", &self.up_to_date),
             ("cannot be judged", &self.unjudged),
+            ("waiting for other replicates", &self.waiting),
             ("failed", &self.failed),
             ("not finished", &self.left),
         ];
-        if kinds.iter().map(|(_, all)| all.len()).sum::<usize>() < 2 && self.up_to_date.is_empty() {
+        if kinds.iter().map(|(_, all)| all.len()).sum::<usize>() < 2
+            && self.up_to_date.is_empty()
+            && self.waiting.is_empty()
+        {
             return String::new();
         }
         let line = |(kind, all): &(&str, &Vec<String>)| format!("{kind}: {} ({})\n", all.len(), all.join(", "));

@@ -1,0 +1,347 @@
+//! Campaigns diagnosed one after the other, each into a folder of its own.
+
+use super::batch::Batch;
+use super::Follow;
+use crate::campaign::{content, of_campaign};
+use crate::place;
+use crate::progress::deadline;
+use anyhow::{anyhow, Context, Result};
+use diagnose::bootstrap::Null;
+use diagnose::run::{self as diagnosis, Failure, Outcome, Replicates, Settings};
+use diagnose::sensors::are_of_same_impacts;
+use diagnose::verdict::Verdict;
+use estimate::Budget;
+use fleet::{register, shard::Shard};
+use host::Isolation;
+use output::{hexadecimal, Entry, Manifest};
+use plant::machine::Machine;
+use rayon::ThreadPool;
+use record::Campaign;
+use report::diagnosis as answer;
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{channel, RecvTimeoutError};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// What to diagnose, and how.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Campaign folders of format recordings/1.
+    pub campaigns: Vec<PathBuf>,
+    /// Folder the answers go to, one subfolder a campaign.
+    pub out: PathBuf,
+    /// Folder of the element's libraries for other platforms; None: where [`pack::Model::libraries`] looks.
+    pub platforms: Option<PathBuf>,
+    /// Threads, 1 or more; None: one a processor.
+    pub jobs: Option<usize>,
+    /// Whole campaigns simulated without the effect for the false-alarm probability; 0: nulls made of the residual.
+    pub bootstrap: usize,
+    /// The share of these that is judged here; None: all. The process that finds all shares there writes the answer.
+    pub replicates: Option<Shard>,
+    /// Whether each campaign is diagnosed as if it were the only one: no sensors are held against those of another, and no page
+    /// lists the answers.
+    pub alone: bool,
+    /// Seconds that a campaign may take, above 0; None: any number.
+    pub seconds: Option<f64>,
+    /// Whether to leave campaigns alone whose answer is there, whole, and of the same input.
+    pub resume: bool,
+    /// Where somebody else's FMUs run.
+    pub isolation: Isolation,
+}
+
+/// What came of the campaigns.
+#[derive(Default)]
+pub struct Answers {
+    /// Whether none of them could be read.
+    pub unread: bool,
+    /// One of every campaign that has an answer, in the order given.
+    pub answers: Vec<Answer>,
+    pub batch: Batch,
+    /// The page that lists the answers; or why it could not be written. None where there is no answer.
+    pub page: Option<Result<PathBuf>>,
+}
+
+/// A campaign answered.
+#[derive(Serialize)]
+pub struct Answer {
+    pub campaign: PathBuf,
+    /// Folder of the answer.
+    pub answer: PathBuf,
+    pub verdict: Told,
+}
+
+/// A verdict of this run, or that of an earlier one.
+#[derive(Serialize)]
+#[serde(untagged)]
+pub enum Told {
+    New(Box<Verdict>),
+    Earlier(serde_json::Value),
+}
+
+/// What simulates each campaign where no rig of ours does.
+type Machines = Vec<Option<Arc<dyn Machine>>>;
+
+/// Time between looks at whether the user has ended the command.
+const LOOK: Duration = Duration::from_millis(50);
+/// Time that a diagnosis has to end by itself, then.
+const GRACE: Duration = Duration::from_millis(500);
+
+/// The campaign in `dir`, to be answered below `out` beside the answers of `others`, and what simulates it.
+fn taken_in(
+    dir: &Path,
+    out: &Path,
+    others: &[Campaign],
+    isolation: &Isolation,
+) -> Result<(Campaign, Option<Arc<dyn Machine>>)> {
+    let mut c = crate::campaign::load(dir)?;
+    if let Some(other) = others.iter().find(|o| o.folder == c.folder) {
+        return Err(anyhow!(
+            "{}: {} is called {} as well, and their answers would overwrite each other; rename one folder",
+            dir.display(),
+            other.dir.display(),
+            c.folder
+        ));
+    }
+    let answer = out.join(&c.folder);
+    answer::check_folder(&answer).with_context(|| place::unwritten(&answer))?;
+    let machine = crate::campaign::machine(&mut c, isolation)?;
+    Ok((c, machine))
+}
+
+/// Diagnoses campaigns, and writes the answer of each as it is there. A bad campaign does not stop the others: it is told
+/// to `follow`, and counted as failed.
+///
+/// # Errors
+/// Options that cannot be followed.
+pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
+    let pool = threads(o.jobs)?;
+    // wrong seconds are told before anything is read
+    deadline(o.seconds)?;
+    // all input is read before any answer is written
+    let mut campaigns: Vec<Campaign> = Vec::new();
+    let mut contents: Vec<Option<String>> = Vec::new();
+    let mut machines: Machines = Vec::new();
+    let mut batch = Batch::default();
+    for dir in &o.campaigns {
+        // before they are read: an answer is never taken to be of files that were changed since
+        let content = content(dir);
+        match within(pool.as_deref(), || taken_in(dir, &o.out, &campaigns, &o.isolation)) {
+            Ok((c, machine)) => {
+                campaigns.push(c);
+                machines.push(machine);
+                contents.push(content);
+            }
+            Err(e) => {
+                batch.failed.push(dir.display().to_string());
+                follow.error(&format!("{e:#}"));
+            }
+        }
+    }
+    if campaigns.is_empty() {
+        return Ok(Answers { unread: true, batch, ..Answers::default() });
+    }
+    for c in &campaigns {
+        for w in &c.warnings {
+            follow.warning(&format!("{}: {w}", c.dir.display()));
+        }
+    }
+    follow.looks();
+    let campaigns = Arc::new(campaigns);
+    follow.begin("diagnose", campaigns.len() as u64);
+    let mut answers: Vec<Answer> = Vec::new();
+    let tool = tool(o);
+    for (i, c) in campaigns.iter().enumerate() {
+        let dir = o.out.join(&c.folder);
+        let beside = if o.alone { &campaigns[i..=i] } else { &campaigns[..] };
+        let of_beside = if o.alone { &contents[i..=i] } else { &contents[..] };
+        let input = tool.as_ref().and_then(|tool| input(c, contents[i].as_ref(), beside, of_beside, tool));
+        if let Some(there) = o.resume.then(|| finished(c, &dir, input.as_deref())).flatten() {
+            batch.up_to_date.push(c.folder.clone());
+            answers.push(there);
+            follow.add(1);
+            continue;
+        }
+        match alone(&campaigns, i, machines[i].clone(), o, pool.clone(), input.clone(), follow) {
+            Some(Ok(outcome)) => match answer::write(c, &outcome, &dir, input) {
+                Ok(committed) => {
+                    place::notes(&dir, &committed).for_each(|n| follow.warning(&n));
+                    follow.answer(&answer::summary(&outcome));
+                    let judged = outcome.verdict.invalid.is_none();
+                    let answered = if judged { &mut batch.finished } else { &mut batch.unjudged };
+                    answered.push(c.folder.clone());
+                    answers.push(Answer {
+                        campaign: c.dir.clone(),
+                        answer: dir,
+                        verdict: Told::New(Box::new(outcome.verdict)),
+                    });
+                }
+                Err(e) => {
+                    batch.failed.push(c.folder.clone());
+                    follow.error(&format!("{}: {e}", place::unwritten(&dir)));
+                }
+            },
+            Some(Err(Failure::Interrupted)) => {
+                follow.hands_out();
+                batch.left = campaigns[i..].iter().map(|c| c.folder.clone()).collect();
+                break;
+            }
+            Some(Err(Failure::Waits { .. })) => batch.waiting.push(c.folder.clone()),
+            Some(Err(e)) => {
+                batch.failed.push(c.folder.clone());
+                follow.error(&of_campaign(&c.dir, &e));
+            }
+            None => {
+                batch.failed.push(c.folder.clone());
+                let fault = "the diagnosis ended by a fault of the program, which is told above; please report it";
+                follow.error(&of_campaign(&c.dir, &fault));
+            }
+        }
+        follow.add(1);
+    }
+    follow.end();
+    let page = (!answers.is_empty() && !o.alone).then(|| {
+        answer::write_index(&o.out)?;
+        Ok(o.out.join("index.html"))
+    });
+    Ok(Answers { unread: false, answers, batch, page })
+}
+
+/// So many threads; None where none are given: those of the process.
+fn threads(jobs: Option<usize>) -> Result<Option<Arc<ThreadPool>>> {
+    let Some(n) = jobs else { return Ok(None) };
+    if n == 0 {
+        return Err(anyhow!("--jobs 0 leaves no thread; give 1 or more"));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
+    Ok(Some(Arc::new(pool.with_context(|| format!("--jobs {n}: so many threads cannot be had"))?)))
+}
+
+/// What `work` comes to on the threads given, or on those of the process.
+fn within<T: Send>(pool: Option<&ThreadPool>, work: impl FnOnce() -> T + Send) -> T {
+    match pool {
+        Some(pool) => pool.install(work),
+        None => work(),
+    }
+}
+
+/// What every answer of this run depends on besides its campaign: hashes of the program and of the element's libraries that
+/// it hands out, and the options. None where one of these files cannot be read.
+fn tool(o: &Options) -> Option<String> {
+    let program = Entry::of(&std::env::current_exe().ok()?, "").ok()?.sha256;
+    let libraries = pack::Model::contact().libraries(o.platforms.as_deref()).unwrap_or_default();
+    let library = |b: &pack::Binary| format!("{} {}", b.platform, hexadecimal(&Sha256::digest(&b.bytes)));
+    let libraries: Vec<String> = libraries.iter().map(library).collect();
+    Some(format!("{program} {} {} {:?}", libraries.join(" "), o.bootstrap, o.seconds))
+}
+
+/// Hash of all that the answer of campaign `c` depends on: the `tool`, its files, and those of the campaigns `beside` it whose
+/// sensors it is held against. None where the contents of one of them are not known.
+fn input(
+    c: &Campaign,
+    content: Option<&String>,
+    beside: &[Campaign],
+    contents: &[Option<String>],
+    tool: &str,
+) -> Option<String> {
+    let mut all = vec![tool.to_string(), content?.clone()];
+    let others = beside.iter().zip(contents).filter(|(o, _)| are_of_same_impacts(c, o));
+    let mut beside =
+        others.map(|(o, content)| Some(format!("{} {}", o.folder, content.as_ref()?))).collect::<Option<Vec<_>>>()?;
+    beside.sort();
+    all.extend(beside);
+    Some(hexadecimal(&Sha256::digest(all.join("\n"))))
+}
+
+/// The answer of an earlier run in `dir`; None where it is not whole, or not of this `input`.
+fn finished(c: &Campaign, dir: &Path, input: Option<&str>) -> Option<Answer> {
+    let m = Manifest::read(dir).filter(|m| input.is_some() && m.input.as_deref() == input && m.is_whole(dir))?;
+    let text = std::fs::read_to_string(dir.join("verdict.json")).ok()?;
+    let verdict = serde_json::from_str(&text).ok().filter(|_| m.command == "diagnose")?;
+    Some(Answer { campaign: c.dir.clone(), answer: dir.to_path_buf(), verdict: Told::Earlier(verdict) })
+}
+
+/// Nulls of a campaign that several processes judge, by files that each leaves for the others.
+struct Nulls {
+    of: Shard,
+    folder: PathBuf,
+}
+
+/// The folder of a campaign's nulls; of each input another.
+fn nulls_of(out: &Path, campaign: &str, input: Option<String>) -> PathBuf {
+    let of_input = input.map_or("unknown".into(), |i| i[..i.len().min(16)].to_string());
+    out.join(register::FOLDER).join("replicates").join(campaign).join(of_input)
+}
+
+impl Nulls {
+    fn file(&self, of: Shard) -> PathBuf {
+        self.folder.join(format!("{}-of-{}.json", of.index, of.of))
+    }
+
+    /// Those of `of` that are there; none where they are not, or the file is none of ours.
+    fn read(&self, of: Shard) -> Vec<Null> {
+        let text = std::fs::read_to_string(self.file(of)).unwrap_or_default();
+        serde_json::from_str(&text).unwrap_or_default()
+    }
+
+    /// Those judged here before.
+    fn own(&self) -> Vec<Null> {
+        self.read(self.of)
+    }
+
+    /// Leaves those judged here, and takes what all have left: so the last to come finds them all.
+    fn exchange(&self, of_here: &[Null]) -> std::io::Result<Vec<Null>> {
+        output::write(&self.file(self.of), (serde_json::to_string(of_here)? + "\n").as_bytes())?;
+        Ok((1..=self.of.of).flat_map(|index| self.read(Shard { index, ..self.of })).collect())
+    }
+}
+
+/// Diagnoses campaign `i` on a thread of its own and waits for it; None where that thread panics. Where the user ends the
+/// command the thread is given [`GRACE`] to come to the end of its stage, which puts its temporary files away, and is left
+/// alone then: what it works out is written by nobody, and it ends with the process.
+fn alone(
+    campaigns: &Arc<Vec<Campaign>>,
+    i: usize,
+    machine: Option<Arc<dyn Machine>>,
+    o: &Options,
+    pool: Option<Arc<ThreadPool>>,
+    input: Option<String>,
+    follow: &Arc<dyn Follow>,
+) -> Option<Result<Outcome, Failure>> {
+    let (campaigns, told) = (campaigns.clone(), follow.clone());
+    let (bootstrap, platforms, is_alone) = (o.bootstrap, o.platforms.clone(), o.alone);
+    let nulls = o.replicates.map(|of| Nulls { of, folder: nulls_of(&o.out, &campaigns[i].folder, input) });
+    let budget = Budget { stop: Some(follow.stop()), deadline: deadline(o.seconds).unwrap_or_default() };
+    let (done, outcome) = channel();
+    std::thread::spawn(move || {
+        let c = &campaigns[i];
+        let stage = |text: &str| told.stage(&format!("{}: {text}", c.folder));
+        let others = if is_alone { &[] } else { &campaigns[..] };
+        let platforms = platforms.as_deref();
+        let known = nulls.as_ref().map_or(Vec::new(), Nulls::own);
+        let exchange = |of_here: &[Null]| match &nulls {
+            Some(n) => n.exchange(of_here).map_err(|e| format!("{}: {e}", place::unwritten(&n.folder))),
+            None => Ok(of_here.to_vec()),
+        };
+        let holds = |i: usize| nulls.as_ref().is_none_or(|n| n.of.holds(i));
+        let replicates = nulls.as_ref().map(|_| Replicates { holds: &holds, known: &known, exchange: &exchange });
+        let settings =
+            Settings { bootstrap, replicates, element: true, platforms, others, stage: &stage, machine, budget };
+        // nobody listens any more where the user has ended the command
+        drop(done.send(within(pool.as_deref(), || diagnosis::diagnose_with(c, &settings))));
+    });
+    let mut left = GRACE;
+    loop {
+        match outcome.recv_timeout(LOOK) {
+            // what was finished while the user ended the command is finished
+            Ok(o) => return Some(o),
+            Err(RecvTimeoutError::Timeout) if follow.stopped() && left.is_zero() => {
+                return Some(Err(Failure::Interrupted))
+            }
+            Err(RecvTimeoutError::Timeout) if follow.stopped() => left = left.saturating_sub(LOOK),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return None,
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! The answers of a fleet put together: one table, one page.
+
+use crate::place;
+use anyhow::{ensure, Context, Result};
+use fleet::growth::{growths, Growths};
+use fleet::{table, Fleet};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// What a merge wrote.
+pub struct Merged {
+    pub fleet: Fleet,
+    pub summary: Summary,
+    /// The page in words.
+    pub sentence: String,
+    pub page: PathBuf,
+    pub table: PathBuf,
+}
+
+/// fleet.json: what a program wants to know of a fleet beside the table.
+#[derive(Serialize)]
+pub struct Summary {
+    pub format: &'static str,
+    pub campaigns: usize,
+    pub judged: usize,
+    /// Those where something is missing, and of these how many hold at the level of false discoveries.
+    pub detected: usize,
+    pub held: usize,
+    pub not_judged: Vec<Without>,
+    pub lost: Vec<Without>,
+    pub growth: Growths,
+}
+
+/// A campaign that is not judged, and why.
+#[derive(Serialize)]
+pub struct Without {
+    pub campaign: String,
+    pub why: String,
+}
+
+/// Puts the answers in the folders `answers` together in `out`: fleet.parquet, fleet.json and index.html, the same bytes from the
+/// same answers.
+///
+/// # Errors
+/// No answer nor any campaign that should have one; what cannot be read or written.
+pub fn merge(answers: &[PathBuf], out: &Path) -> Result<Merged> {
+    let fleet = Fleet::read(answers)?;
+    let names: Vec<String> = answers.iter().map(|a| a.display().to_string()).collect();
+    ensure!(
+        !fleet.answers.is_empty(),
+        "{}: holds no answer of touchdown; give the folder that diagnose --out had",
+        names.join(", ")
+    );
+    let growth = growths(&fleet);
+    let without = |(a, why): (&fleet::Answer, &str)| Without { campaign: a.campaign.clone(), why: why.into() };
+    let detected = || fleet.judged().filter(|(_, j)| j.detected);
+    let summary = Summary {
+        format: "fleet/1",
+        campaigns: fleet.answers.len(),
+        judged: fleet.judged().count(),
+        detected: detected().count(),
+        held: detected().filter(|(_, j)| j.false_discovery_rate <= fleet::growth::LEVEL).count(),
+        not_judged: fleet.unjudged().map(without).collect(),
+        lost: fleet.lost().map(without).collect(),
+        growth,
+    };
+    let (page, table) = (out.join("index.html"), out.join("fleet.parquet"));
+    let write = |path: &Path, bytes: &[u8]| output::write(path, bytes).with_context(|| place::unwritten(path));
+    write(&table, &table::parquet(&fleet)?)?;
+    write(&out.join("fleet.json"), (serde_json::to_string_pretty(&summary)? + "\n").as_bytes())?;
+    report::fleet::write(out, &fleet, &summary.growth).with_context(|| page.display().to_string())?;
+    Ok(Merged { sentence: report::fleet::sentence(&fleet), fleet, summary, page, table })
+}

@@ -1,0 +1,126 @@
+//! A system of FMUs simulated.
+
+use super::run::{Options, Ran, Told};
+use super::Follow;
+use crate::place;
+use anyhow::{Context, Result};
+use host::master::{build, run as step, Sink, System};
+
+/// Runs a system file or an SSP archive: results.csv (or .parquet), log.txt, summary.json. Rows are in
+/// results.partial.csv.part while it runs, and in results.partial.csv where it ends with an error; the answer before stays
+/// then.
+///
+/// # Errors
+/// What is wrong with the file or with an FMU; a place that cannot be written.
+pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
+    let (path, out, parquet) = (&o.scenario, &o.out, o.parquet);
+    let mut s = System::load(path)?;
+    s.isolation = o.isolation.clone();
+    follow.looks();
+    let mut b = build(&s)?;
+    for n in &b.notes {
+        follow.warning(n);
+    }
+    let (name, partial) = match parquet || b.parquet {
+        true => ("results.parquet", "results.partial.parquet"),
+        false => ("results.csv", "results.partial.csv"),
+    };
+    let rows = out.join(partial);
+    let mut head: Vec<String> = vec!["time [s]".into()];
+    head.extend(b.columns.iter().map(|c| c.head.clone()));
+    let mut sink = Sink::new(&rows, &head, parquet || b.parquet)?;
+    let whole = 1000u64;
+    follow.begin("run", whole);
+    let (start, stop) = (b.options.start, b.options.stop);
+    let (mut shown, mut since) = (0u64, 0u64);
+    let mut row = Vec::with_capacity(head.len());
+    let (columns, every) = (&b.columns, b.every);
+    let done = step(&mut b.network, &b.options, b.start.clone(), &mut |network, m| {
+        let last = m.time >= stop;
+        if m.touch || last || since % every == 0 {
+            row.clear();
+            row.push(m.time);
+            for c in columns {
+                row.push(network.parts[c.part].slave.read(c.kind, c.reference)?);
+            }
+            sink.row(&row)?;
+        }
+        since += u64::from(!m.touch);
+        let now = (whole as f64 * (m.time - start) / (stop - start)) as u64;
+        if now > shown {
+            follow.add(now - shown);
+            shown = now;
+        }
+        Ok(!follow.stopped())
+    });
+    follow.end();
+    follow.hands_out();
+    // what was computed stays, whatever came between
+    sink.finish()?;
+    let mut log = String::new();
+    for p in &b.network.parts {
+        for line in p.slave.log() {
+            log += &format!("{}: {line}\n", p.name);
+        }
+    }
+    if done.is_err() && !log.is_empty() {
+        let path = out.join("log.partial.txt");
+        output::write(&path, log.as_bytes()).with_context(|| place::unwritten(&path))?;
+    }
+    let order: Vec<String> = b.network.stepping_order().into_iter().map(String::from).collect();
+    let notes = std::mem::take(&mut b.notes);
+    for c in b.end() {
+        follow.warning(&format!("{c}; the results are not touched by it"));
+    }
+    let so_far = || format!("the results so far are in {}", rows.display());
+    let done = match done {
+        Err(_) if follow.stopped() => {
+            let words = format!("interrupted; {}\n", so_far());
+            return Ok(Ran { summary: None, words, interrupted: true, failure: None });
+        }
+        done => done.with_context(|| format!("{}: {}", path.display(), so_far()))?,
+    };
+    let summary = serde_json::json!({
+        "system": s.title(),
+        "order": order,
+        "end": done.time,
+        "interrupted": done.interrupted,
+        "macro_steps": done.steps,
+        "macro_steps_taken_back": done.rejected,
+        "do_step_calls": done.slave_steps,
+        "touches": done.touches,
+        "energy_made_up": done.created,
+        "notes": notes,
+    });
+    let text = serde_json::to_string_pretty(&summary)? + "\n";
+    let written = output::Answer::begin(out, "run").and_then(|mut a| {
+        a.take(&rows, name);
+        if !log.is_empty() {
+            a.write("log.txt", log.as_bytes())?;
+        }
+        a.write("summary.json", text.as_bytes())?;
+        a.commit()
+    });
+    let committed = written.with_context(|| place::unwritten(out))?;
+    place::notes(out, &committed).for_each(|n| follow.warning(&n));
+    let mut words = format!(
+        "{}: to {} s in {} macro-steps ({} taken back), {} calls of fmi2DoStep, order {}\n",
+        s.title(),
+        done.time,
+        done.steps,
+        done.rejected,
+        done.slave_steps,
+        order.join(", ")
+    );
+    if !done.touches.is_empty() {
+        words += &format!("touches located: {}\n", done.touches.len());
+    }
+    for (bond, e) in s.bond.iter().zip(&done.created) {
+        words += &format!("energy created by the coupling at {}: {e:.6e} J\n", bond.force.get_ref());
+    }
+    words += &format!("results: {}\n", out.join(name).display());
+    if done.interrupted {
+        words += &format!("interrupted at {} s\n", done.time);
+    }
+    Ok(Ran { summary: Some(Told::System(summary)), words, interrupted: done.interrupted, failure: None })
+}

@@ -1,0 +1,434 @@
+//! The answers of a fleet, as far as they matter to it.
+
+use crate::register;
+use crate::statistics::discoveries;
+use anyhow::{Context, Result};
+use output::Manifest;
+use record::Label;
+use serde::Deserialize;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// Bytes of a verdict at most.
+const MOST: u64 = 1 << 26;
+/// Why a campaign is lost of which nobody knows anything.
+const NEVER: &str = "no process has come to it, or the one that had was ended with all that it knew";
+
+/// A mechanism named.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Named {
+    pub mechanism: String,
+    pub form: String,
+    /// 0 to 1
+    pub probability: f64,
+    /// Largest relative change that it makes to peak force, restitution, contact time or depth; None where none was worked out.
+    pub size: Option<f64>,
+    /// Parameters that were estimated: name, value, unit.
+    pub parameters: Vec<(String, f64, String)>,
+}
+
+/// A campaign that was judged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    pub detected: bool,
+    /// Probability that noise alone looks as bad, and the least false discovery rate, over the campaigns of the fleet, at which
+    /// it counts as one where something is missing.
+    pub false_alarm_probability: f64,
+    pub false_discovery_rate: f64,
+    pub missing: Vec<Named>,
+    pub unexplained: bool,
+    /// Every cause weighed with its probability, the most probable first; no names: nothing is missing.
+    pub causes: Vec<(Vec<String>, f64)>,
+    /// Misfit over range on levels not seen, as given and with what is missing.
+    pub before: Option<f64>,
+    pub after: Option<f64>,
+}
+
+impl Judged {
+    /// Probability that `mechanism` is missing: the sum over all causes that hold it.
+    pub fn probability_of(&self, mechanism: &str) -> f64 {
+        self.causes.iter().filter(|c| c.0.iter().any(|m| m == mechanism)).map(|c| c.1).sum()
+    }
+
+    /// The cause in words: names, or that nothing is missing, or that nothing known is more likely than not.
+    pub fn cause(&self) -> String {
+        match &self.missing[..] {
+            [] if !self.detected => NOTHING.into(),
+            [] => UNKNOWN.into(),
+            all => {
+                let mut names: Vec<String> = all.iter().map(|m| m.mechanism.replace('_', " ")).collect();
+                names.sort();
+                names.join(" and ")
+            }
+        }
+    }
+
+    /// Probability of that: of the names, of nothing, or of all that is left.
+    pub fn sure(&self) -> f64 {
+        let of = |names: &[String]| self.causes.iter().find(|c| c.0 == names).map_or(0.0, |c| c.1);
+        match &self.missing[..] {
+            [] if !self.detected => of(&[]),
+            [] => 1.0 - of(&[]),
+            all => all.iter().map(|m| m.probability).fold(1.0, f64::min),
+        }
+    }
+}
+
+/// Cause of a campaign in which nothing is missing, and of one whose cause has no name.
+pub const NOTHING: &str = "nothing missing";
+pub const UNKNOWN: &str = "no name more likely than not";
+
+/// What became of a campaign.
+#[derive(Clone, Debug, PartialEq)]
+pub enum State {
+    Judged(Judged),
+    /// Its answer says why nothing can be judged.
+    Unjudged(String),
+    /// It has no answer: why.
+    Lost(String),
+}
+
+/// A campaign of the fleet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    pub campaign: String,
+    /// Folder of the answer, or where it would be.
+    pub folder: PathBuf,
+    /// What its campaign.toml says under `[campaign.columns]`; nothing of a lost one.
+    pub columns: BTreeMap<String, Label>,
+    pub state: State,
+}
+
+impl Answer {
+    pub fn judged(&self) -> Option<&Judged> {
+        match &self.state {
+            State::Judged(j) => Some(j),
+            _ => None,
+        }
+    }
+}
+
+/// A fleet's campaigns, what matters first: those lost, those that cannot be judged, those where something is missing by their
+/// misfit, the others; by name where that is equal.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Fleet {
+    pub answers: Vec<Answer>,
+}
+
+impl Fleet {
+    /// The fleet whose answers are in the folders `outs`. A campaign answered in several is taken from the first.
+    ///
+    /// # Errors
+    /// As the file system gives them; an answer that is whole and no verdict of ours.
+    pub fn read(outs: &[PathBuf]) -> Result<Fleet> {
+        let mut all: BTreeMap<String, Answer> = BTreeMap::new();
+        for out in outs {
+            let mut names: Vec<String> = Vec::new();
+            for entry in std::fs::read_dir(out).with_context(|| out.display().to_string())? {
+                let entry = entry.with_context(|| out.display().to_string())?;
+                if let (true, Ok(name)) = (entry.path().is_dir(), entry.file_name().into_string()) {
+                    names.push(name);
+                }
+            }
+            names.sort();
+            for name in names.into_iter().filter(|n| !n.starts_with('.')) {
+                let folder = out.join(&name);
+                if all.contains_key(&name) || !is_answer(&folder) {
+                    continue;
+                }
+                let (columns, state) = read(&folder)?;
+                all.insert(name.clone(), Answer { campaign: name, folder, columns, state });
+            }
+        }
+        for out in outs {
+            let of = |e: std::io::Error| anyhow::anyhow!("{}: {e}", out.join(register::FOLDER).display());
+            let mut lost = register::lost(out).map_err(of)?;
+            let members = register::members(out).map_err(of)?;
+            let names: BTreeSet<String> =
+                members.into_iter().map(|m| m.campaign).chain(lost.keys().cloned()).collect();
+            for campaign in names {
+                let why = lost.remove(&campaign);
+                let known = why.is_some();
+                let state = State::Lost(why.unwrap_or_else(|| NEVER.into()));
+                let a = Answer { folder: out.join(&campaign), campaign, columns: BTreeMap::new(), state };
+                match all.get_mut(&a.campaign) {
+                    None => drop(all.insert(a.campaign.clone(), a)),
+                    // another folder may know why
+                    Some(there) if known && there.state == State::Lost(NEVER.into()) => *there = a,
+                    Some(_) => {}
+                }
+            }
+        }
+        let mut answers: Vec<Answer> = all.into_values().collect();
+        hold_false_discoveries(&mut answers);
+        // stable: by name where what matters is equal
+        answers.sort_by(|a, b| urgency(b).total_cmp(&urgency(a)));
+        Ok(Fleet { answers })
+    }
+
+    pub fn judged(&self) -> impl Iterator<Item = (&Answer, &Judged)> {
+        self.answers.iter().filter_map(|a| Some((a, a.judged()?)))
+    }
+
+    /// Campaigns without an answer, and why.
+    pub fn lost(&self) -> impl Iterator<Item = (&Answer, &str)> {
+        let why = |a| match &(a as &Answer).state {
+            State::Lost(why) => Some((a, why.as_str())),
+            _ => None,
+        };
+        self.answers.iter().filter_map(why)
+    }
+
+    /// Campaigns whose answer says why they cannot be judged.
+    pub fn unjudged(&self) -> impl Iterator<Item = (&Answer, &str)> {
+        let why = |a| match &(a as &Answer).state {
+            State::Unjudged(why) => Some((a, why.as_str())),
+            _ => None,
+        };
+        self.answers.iter().filter_map(why)
+    }
+
+    /// Mechanisms that may be missing somewhere, by name.
+    pub fn mechanisms(&self) -> Vec<String> {
+        let names = self.judged().flat_map(|(_, j)| j.causes.iter().flat_map(|c| c.0.iter().cloned()));
+        names.filter(|m| m != "unknown").collect::<BTreeSet<_>>().into_iter().collect()
+    }
+
+    /// Columns that a campaign has, by name.
+    pub fn columns(&self) -> Vec<String> {
+        self.answers.iter().flat_map(|a| a.columns.keys().cloned()).collect::<BTreeSet<_>>().into_iter().collect()
+    }
+}
+
+/// How far up a campaign stands.
+fn urgency(a: &Answer) -> f64 {
+    match &a.state {
+        State::Lost(_) => 1e12,
+        State::Unjudged(_) => 1e11,
+        State::Judged(j) => {
+            let misfit = j.before.filter(|b| b.is_finite()).unwrap_or(0.0).clamp(0.0, 1e6);
+            misfit + if j.detected { 1e8 } else { 0.0 }
+        }
+    }
+}
+
+fn hold_false_discoveries(answers: &mut [Answer]) {
+    let mut judged: Vec<&mut Judged> = answers
+        .iter_mut()
+        .filter_map(|a| match &mut a.state {
+            State::Judged(j) => Some(j),
+            _ => None,
+        })
+        .collect();
+    let p: Vec<f64> = judged.iter().map(|j| j.false_alarm_probability).collect();
+    judged.iter_mut().zip(discoveries(&p)).for_each(|(j, q)| j.false_discovery_rate = q);
+}
+
+/// Whether the folder holds an answer that is whole, by its list of files: their contents are not read once more.
+fn is_answer(folder: &Path) -> bool {
+    folder.join("verdict.json").is_file() && Manifest::read(folder).is_some_and(|m| m.files.contains_key("verdict.json"))
+}
+
+/// What a fleet reads of verdict.json.
+#[derive(Deserialize)]
+struct Verdict {
+    #[serde(default)]
+    columns: BTreeMap<String, Label>,
+    invalid: Option<Text>,
+    mismatch: Mismatch,
+    #[serde(default)]
+    missing: Vec<Missing>,
+    unexplained: Unexplained,
+    fit: Fit,
+    #[serde(default)]
+    posterior: Vec<Cause>,
+    material: Option<BTreeMap<String, Effect>>,
+}
+
+#[derive(Deserialize)]
+struct Text {
+    text: String,
+}
+
+#[derive(Deserialize)]
+struct Mismatch {
+    detected: bool,
+    false_alarm_probability: f64,
+}
+
+#[derive(Deserialize)]
+struct Missing {
+    mechanism: String,
+    form: String,
+    probability: f64,
+    parameters: BTreeMap<String, Parameter>,
+}
+
+#[derive(Deserialize)]
+struct Parameter {
+    value: Option<f64>,
+    unit: String,
+    #[serde(default)]
+    held: bool,
+}
+
+#[derive(Deserialize)]
+struct Unexplained {
+    detected: bool,
+}
+
+#[derive(Deserialize)]
+struct Fit {
+    before: Quality,
+    after: Quality,
+}
+
+#[derive(Deserialize)]
+struct Quality {
+    heldout_nrmse: Option<f64>,
+}
+
+#[derive(Deserialize)]
+struct Cause {
+    mechanisms: Vec<String>,
+    probability: f64,
+}
+
+#[derive(Deserialize)]
+struct Effect {
+    peak_force: Option<f64>,
+    restitution: Option<f64>,
+    contact_time: Option<f64>,
+    depth: Option<f64>,
+}
+
+impl Effect {
+    fn size(&self) -> Option<f64> {
+        let all = [self.peak_force, self.restitution, self.contact_time, self.depth];
+        all.into_iter().flatten().map(f64::abs).filter(|v| v.is_finite()).reduce(f64::max)
+    }
+}
+
+fn read(folder: &Path) -> Result<(BTreeMap<String, Label>, State)> {
+    let path = folder.join("verdict.json");
+    let of = || format!("{}: cannot be read; diagnose this campaign again", path.display());
+    anyhow::ensure!(std::fs::metadata(&path).with_context(of)?.len() <= MOST, "{}: is no verdict", path.display());
+    let text = std::fs::read_to_string(&path).with_context(of)?;
+    let v: Verdict = serde_json::from_str(&text).with_context(of)?;
+    if let Some(why) = v.invalid {
+        return Ok((v.columns, State::Unjudged(why.text)));
+    }
+    let material = v.material.unwrap_or_default();
+    let named = |m: Missing| Named {
+        size: material.get(&m.mechanism).and_then(Effect::size),
+        parameters: m
+            .parameters
+            .into_iter()
+            .filter(|(_, p)| !p.held)
+            .filter_map(|(name, p)| Some((name, p.value.filter(|v| v.is_finite())?, p.unit)))
+            .collect(),
+        mechanism: m.mechanism,
+        form: m.form,
+        probability: m.probability,
+    };
+    let judged = Judged {
+        detected: v.mismatch.detected,
+        false_alarm_probability: v.mismatch.false_alarm_probability,
+        false_discovery_rate: 1.0,
+        missing: v.missing.into_iter().map(named).collect(),
+        unexplained: v.unexplained.detected,
+        causes: v.posterior.into_iter().map(|c| (c.mechanisms, c.probability)).collect(),
+        before: v.fit.before.heldout_nrmse,
+        after: v.fit.after.heldout_nrmse,
+    };
+    Ok((v.columns, State::Judged(judged)))
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// An answer as `diagnose` writes it, as far as a fleet reads it.
+    pub fn write(out: &Path, campaign: &str, verdict: &serde_json::Value) {
+        let a = output::Answer::begin(&out.join(campaign), "diagnose").unwrap();
+        a.write("verdict.json", verdict.to_string().as_bytes()).unwrap();
+        a.commit().unwrap();
+    }
+
+    /// A verdict that names `missing` with the largest change that it makes.
+    pub fn verdict(missing: Option<(&str, f64)>, p: f64, misfit: f64, columns: serde_json::Value) -> serde_json::Value {
+        let names: Vec<_> = missing
+            .iter()
+            .map(|(m, size)| {
+                serde_json::json!({"mechanism": m, "form": "f", "probability": 0.9,
+                    "parameters": {"a": {"value": size, "unit": "N"}, "b": {"value": 1.0, "unit": "1", "held": true}}})
+            })
+            .collect();
+        let causes = match missing {
+            Some((m, _)) => serde_json::json!([{"mechanisms": [m], "probability": 0.9}, {"mechanisms": [], "probability": 0.1}]),
+            None => serde_json::json!([{"mechanisms": [], "probability": 0.97}]),
+        };
+        let material: BTreeMap<_, _> = missing
+            .iter()
+            .map(|(m, s)| (m, serde_json::json!({"peak_force": -s, "restitution": null, "contact_time": s / 2.0, "depth": 0.0})))
+            .collect();
+        serde_json::json!({"columns": columns, "mismatch": {"detected": missing.is_some(), "false_alarm_probability": p},
+            "missing": names, "unexplained": {"detected": false, "text": ""}, "posterior": causes, "material": material,
+            "fit": {"before": {"heldout_nrmse": misfit}, "after": {"heldout_nrmse": misfit / 2.0}}})
+    }
+
+    #[test]
+    fn what_matters_comes_first_and_the_lost_are_named() {
+        let t = tempfile::tempdir().unwrap();
+        let out = t.path();
+        let none = || serde_json::json!({});
+        write(out, "silent", &verdict(None, 0.6, 0.09, none()));
+        write(out, "small", &verdict(Some(("wear", 0.01)), 1e-4, 0.01, none()));
+        write(out, "large", &verdict(Some(("wear", 0.2)), 1e-9, 0.05, serde_json::json!({"batch": "B", "order": 3})));
+        let mut invalid = verdict(None, 1.0, 0.0, none());
+        invalid["invalid"] = serde_json::json!({"text": "too short"});
+        write(out, "unjudged", &invalid);
+        std::fs::create_dir(out.join("mine")).unwrap();
+        let member = |n: &str| register::Member { campaign: n.into(), folder: n.into() };
+        register::enlist(out, &["silent", "aborted", "never"].map(member)).unwrap();
+        register::lose(out, "aborted", "its process was ended by SIGABRT").unwrap();
+        let f = Fleet::read(&[out.to_path_buf()]).unwrap();
+        let order: Vec<&str> = f.answers.iter().map(|a| a.campaign.as_str()).collect();
+        assert_eq!(order, ["aborted", "never", "unjudged", "large", "small", "silent"]);
+        let lost: Vec<_> = f.lost().map(|(a, why)| (a.campaign.as_str(), why)).collect();
+        assert_eq!(lost, [("aborted", "its process was ended by SIGABRT"), ("never", NEVER)]);
+        assert_eq!(f.unjudged().map(|(_, why)| why).collect::<Vec<_>>(), ["too short"]);
+        let large = f.answers[3].judged().unwrap();
+        assert_eq!((large.cause().as_str(), large.sure(), large.probability_of("wear")), ("wear", 0.9, 0.9));
+        assert_eq!(large.missing[0].size, Some(0.2));
+        assert_eq!(large.missing[0].parameters, [("a".to_string(), 0.2, "N".to_string())]);
+        assert_eq!(f.answers[3].columns["order"], Label::Number(3.0));
+        // three campaigns judged: p of 1e-9, 1e-4, 0.6
+        let q: Vec<f64> = f.judged().map(|(_, j)| j.false_discovery_rate).collect();
+        assert!((q[0] - 3e-9).abs() < 1e-15 && (q[1] - 1.5e-4).abs() < 1e-12 && q[2] == 0.6, "{q:?}");
+        assert_eq!((f.mechanisms(), f.columns()), (vec!["wear".to_string()], vec!["batch".into(), "order".into()]));
+        assert_eq!(f.answers[5].judged().unwrap().cause(), NOTHING);
+    }
+
+    #[test]
+    fn a_campaign_lost_in_one_folder_may_be_answered_in_another() {
+        let t = tempfile::tempdir().unwrap();
+        let [a, b] = ["a", "b"].map(|n| t.path().join(n));
+        let members = ["one", "two"].map(|n| register::Member { campaign: n.into(), folder: n.into() });
+        register::enlist(&a, &members).unwrap();
+        register::enlist(&b, &members).unwrap();
+        register::lose(&b, "two", "its time was up").unwrap();
+        write(&b, "one", &verdict(None, 0.5, 0.01, serde_json::json!({})));
+        let f = Fleet::read(&[a, b]).unwrap();
+        assert_eq!(f.lost().map(|(x, why)| (x.campaign.as_str(), why)).collect::<Vec<_>>(), [("two", "its time was up")]);
+        assert_eq!(f.judged().count(), 1);
+    }
+
+    #[test]
+    fn a_verdict_that_is_none_is_told_with_its_file() {
+        let t = tempfile::tempdir().unwrap();
+        write(t.path(), "x", &serde_json::json!({"format": "verdict/1"}));
+        let e = format!("{:#}", Fleet::read(&[t.path().to_path_buf()]).unwrap_err());
+        assert!(e.contains("x/verdict.json: cannot be read") && e.contains("mismatch"), "{e}");
+    }
+}
