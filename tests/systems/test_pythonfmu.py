@@ -15,10 +15,10 @@ from pythonfmu import FmuBuilder
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 PROGRAM = os.environ.get("TOUCHDOWN", str(ROOT / "target/release/touchdown"))
-PRELOADS = (80.0, 92.0, 108.0, 125.0)   # N
+PRELOADS = (80.0, 100.0, 125.0)          # N
 UNSEEN = 140.0                          # N
-SAMPLES, INTERVAL = 225, 4e-5           # s
-NOISE = dict(force=1.5, acceleration=4.0, penetration=1e-6)
+SAMPLES, INTERVAL = 100, 7e-5          # s
+NOISE = dict(force=12.0, acceleration=30.0, penetration=5e-6)
 
 SYSTEM = f"""[[fmu]]
 name = "bar"
