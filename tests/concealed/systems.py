@@ -46,6 +46,7 @@ def row(case, truth, out, runs):
 
 
 def told(named, unexplained):
+    """Names and what is unexplained besides, in words."""
     return " + ".join(named) + (" + unexplained" if unexplained and named else "unexplained" if unexplained else "" if named else "nothing")
 
 

@@ -10,7 +10,7 @@ fn every_step_of_the_demo_leaves_its_picture_and_the_last_fmu_holds_what_was_fou
     let o = run();
     assert!(o.status.success(), "{}", String::from_utf8_lossy(&o.stderr));
     let index = std::fs::read_to_string(out.join("index.html")).unwrap();
-    assert_eq!(index.matches("<svg class=\"chart\"").count(), 5, "a picture a step but packing");
+    assert_eq!(index.matches("<svg class=\"chart\"").count(), 6, "a picture a step but packing");
     let verdict = std::fs::read_to_string(out.join("diagnosis/bench_drop/verdict.json")).unwrap();
     let verdict: serde_json::Value = serde_json::from_str(&verdict).unwrap();
     assert_eq!(verdict["missing"].as_array().unwrap().len(), 1);
@@ -21,6 +21,13 @@ fn every_step_of_the_demo_leaves_its_picture_and_the_last_fmu_holds_what_was_fou
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     let element = summary["runs"][0]["element"].as_str().unwrap();
     assert!(element.contains("diagnosis/bench_drop/HysteresisContact.fmu"), "{element}");
+    let answer = out.join("fmus/bench_contactor");
+    let verdict = std::fs::read_to_string(answer.join("verdict.json")).unwrap();
+    let verdict: serde_json::Value = serde_json::from_str(&verdict).unwrap();
+    assert_eq!(verdict["missing"].as_array().unwrap().len(), 1);
+    assert_eq!(verdict["missing"][0]["mechanism"], "adhesion");
+    assert_eq!(verdict["mismatch"]["where"][0]["bond"], "stop");
+    assert!(answer.join("system/system.toml").exists() && answer.join("system/system.ssp").exists());
 }
 
 #[test]

@@ -48,6 +48,7 @@ impl Apart {
 
 never! {
     set_patience(patience: Duration) -> Answer;
+    hurry(longest: Duration) -> Answer;
     set_debug_logging(on: bool, categories: &[CString]) -> Answer;
     setup_experiment(tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Answer;
     enter_initialization() -> Answer;

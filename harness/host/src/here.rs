@@ -107,8 +107,15 @@ fn answer(f: &Result<unsafe extern "C" fn() -> *const c_char, impl std::fmt::Dis
 /// It does not load, or speaks another version of FMI or other types.
 pub(super) fn load(library: &Path) -> Result<Fmi2Binding, String> {
     // SAFETY: loading runs the binary's initializers; whoever loads it here trusts it to run in this process
-    let binding = unsafe { Fmi2Binding::new(library) }
-        .map_err(|e| format!("its binary does not load: {}; export it again for this platform", with_cause(&e)))?;
+    let binding = unsafe { Fmi2Binding::new(library) }.map_err(|e| {
+        let why = with_cause(&e);
+        let cure = if why.contains("undefined symbol: _Py") || why.contains("undefined symbol: Py") {
+            "it runs in the Python it was exported with: start this with LD_PRELOAD=PATH/libpython3.N.so, that Python's library"
+        } else {
+            "export it again for this platform"
+        };
+        format!("its binary does not load: {why}; {cure}")
+    })?;
     arithmetic::restore();
     if let Some(version) = answer(&binding.fmi2GetVersion).filter(|v| v != "2.0" && !v.starts_with("2.0.")) {
         return Err(format!("its description says FMI 2.0 and its binary FMI {version}; export it again"));
@@ -184,6 +191,12 @@ impl Here {
     /// Numbers the call that begins, for the log.
     pub(super) fn begin(&self) {
         self.log.begin();
+    }
+
+    /// Nothing ends a call in this process.
+    #[allow(clippy::unused_self, clippy::unnecessary_wraps)]
+    pub(super) fn hurry(&mut self, _: Duration) -> Answer {
+        Ok(())
     }
 
     pub(super) fn set_patience(&mut self, patience: Duration) -> Answer {

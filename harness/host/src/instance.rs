@@ -184,6 +184,15 @@ impl Instance {
         call!(self, "the setting of its patience", set_patience(patience))
     }
 
+    /// Gives every call from now on `longest` at most where that is less than the limit of [`crate::Limits`]. Nothing ends a
+    /// call of an instance in this process.
+    ///
+    /// # Errors
+    /// Where the FMU's process died.
+    pub fn hurry(&mut self, longest: Duration) -> Result<(), HostError> {
+        call!(self, "the setting of its longest time", hurry(longest))
+    }
+
     #[inline]
     fn is_dead(&self) -> bool {
         self.fatal.load(Ordering::Relaxed)

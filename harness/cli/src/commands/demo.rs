@@ -27,7 +27,7 @@ macro_rules! input {
 }
 
 /// What the steps read: written beside their answers, so that a step can be changed and run again.
-const INPUT: [(&str, &[u8]); 13] = input![
+const INPUT: [(&str, &[u8]); 24] = input![
     "drop_test.toml",
     "contactor_opening.toml",
     "bench_drop/campaign.toml",
@@ -41,6 +41,17 @@ const INPUT: [(&str, &[u8]); 13] = input![
     "bench_drop/r08.csv",
     "bench_drop/r09.csv",
     "bench_drop/r10.csv",
+    "bench_contactor/campaign.toml",
+    "bench_contactor/system.toml",
+    "bench_contactor/r01.csv",
+    "bench_contactor/r02.csv",
+    "bench_contactor/r03.csv",
+    "bench_contactor/r04.csv",
+    "bench_contactor/r05.csv",
+    "bench_contactor/r06.csv",
+    "bench_contactor/r07.csv",
+    "bench_contactor/r08.csv",
+    "bench_contactor/r09.csv",
 ];
 
 /// A step: what it does, the words of its command (`{}` is the demo's folder), the report it leaves.
@@ -50,7 +61,7 @@ struct Step {
     report: Option<&'static str>,
 }
 
-const STEPS: [Step; 6] = [
+const STEPS: [Step; 7] = [
     Step { title: "Pack the element as an FMU", words: &["pack", "--out", "{}/HysteresisContact.fmu"], report: None },
     Step {
         title: "Run a drop test through the FMU",
@@ -83,6 +94,11 @@ const STEPS: [Step; 6] = [
         title: "Run the same drops through the FMU that holds it",
         words: &["run", "{}/input/same_drops.toml", "--out", "{}/same_drops"],
         report: Some("same_drops/report.html"),
+    },
+    Step {
+        title: "Say what a system of FMUs leaves out, and hand it back with that",
+        words: &["diagnose", "{}/input/bench_contactor", "--out", "{}/fmus"],
+        report: Some("fmus/bench_contactor/report.html"),
     },
 ];
 

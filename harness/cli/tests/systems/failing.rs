@@ -3,11 +3,11 @@
 use super::foreign::*;
 use super::{diagnosed, touchdown};
 use host::{Isolation, Limits};
-use mechanisms::physics::Physics;
-use plant::machine::{Machine, Seat};
+use mechanisms::physics::{Physics, FREE};
+use plant::machine::{Machine, Push, Running, Seat};
 use plant::simulate::{simulate, Local, Setup};
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// What the FMU does, as fixtures/machine.c numbers it, the call that it shows in, and how.
 const FAILURES: [(u32, &str, &str); 4] = [
@@ -55,6 +55,31 @@ fn what_fails_at_some_parameters_is_told_and_the_rest_goes_on() {
         // and what comes after is as what came before
         let after = run(1.2e7);
         assert!(after.ok && after.force == before.force && after.position == before.position);
+    }
+}
+
+#[test]
+fn a_call_that_hangs_in_a_fit_is_ended_after_the_time_of_ten_runs() {
+    let dir = tempfile::tempdir().unwrap();
+    place(dir.path(), &INSIDE, "K_A", 2, (1.3e7, 1.4e7), &Truth::new([None, None]));
+    let c = record::load(dir.path(), &mechanisms::terms()).unwrap();
+    // a minute a call
+    let limits = Limits { program: env!("CARGO_BIN_EXE_touchdown").into(), ..Limits::new() };
+    let m = host::Fmus::open(&c, &Isolation::Process(limits)).unwrap().unwrap();
+    let mut free = [0.0; FREE];
+    free[0] = (1.35e7f64 / 1.2e7).ln();
+    let since = Instant::now();
+    // the FMU misbehaves from 2 ms on
+    let to_where_it_hangs = |r: &mut dyn Running| {
+        r.advance(3e-3, &[Push::default(); 2])?;
+        r.follow(&[(0.0, 0.0); 2])?;
+        r.advance(1e-5, &[Push::default(); 2])
+    };
+    let e = m.run(0, &free, &mut |r| to_where_it_hangs(r)).unwrap_err();
+    assert!(since.elapsed() < Duration::from_secs(20), "{:?}", since.elapsed());
+    let said = format!("{e:#}");
+    for part in ["bodies", "fmi2DoStep", "no answer for", "its whole runs before"] {
+        assert!(said.contains(part), "no {part:?} in {said:?}");
     }
 }
 

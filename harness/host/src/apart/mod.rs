@@ -37,6 +37,8 @@ pub(super) struct Apart {
     limits: Limits,
     /// How much longer than any other call a step may take: what an asynchronous one is waited for.
     patience: Duration,
+    /// Longest time of one call where less than the limit was asked for.
+    sooner: Option<Duration>,
     waiting: Patience,
     number: u32,
     bytes: Vec<u8>,
@@ -73,6 +75,7 @@ impl Apart {
             shared,
             limits: limits.clone(),
             patience,
+            sooner: None,
             waiting: Patience::new(),
             number: 0,
             bytes: Vec::new(),
@@ -108,7 +111,7 @@ impl Apart {
             let n = self.bytes.len();
             return Err(misuse(format!("{n} bytes, and {LONGEST} at most cross to an FMU; run it with --in-process")));
         }
-        let (process, limits) = (&self.process, &self.limits);
+        let (process, limits, sooner) = (&self.process, &self.limits, self.sooner);
         let mut since = None;
         let ended = || {
             let since = since.get_or_insert_with(Instant::now);
@@ -116,8 +119,12 @@ impl Apart {
                 return Err(how);
             }
             if since.elapsed() >= longest {
-                let how = "give it more with --fmu-seconds where it needs more";
-                return Err(format!("no answer for {} s; {how}", longest.as_secs_f64()));
+                let how = if sooner.is_some() {
+                    ", much longer than its whole runs before"
+                } else {
+                    "; give it more with --fmu-seconds where it needs more"
+                };
+                return Err(format!("no answer for {} s{how}", longest.as_secs_f64()));
             }
             match limits.stop {
                 Some(stop) if stop.load(Ordering::SeqCst) => Err("it was asked to end".into()),
@@ -150,7 +157,18 @@ impl Apart {
     }
 
     fn call(&mut self, request: &Request) -> Answer {
-        self.call_within(request, self.limits.time)
+        self.call_within(request, self.longest())
+    }
+
+    /// Longest time of one call.
+    fn longest(&self) -> Duration {
+        self.sooner.unwrap_or(self.limits.time)
+    }
+
+    /// Gives every call from now on this time at most, where it is less than the limit.
+    pub(super) fn hurry(&mut self, longest: Duration) -> Answer {
+        self.sooner = Some(longest).filter(|l| *l < self.limits.time);
+        Ok(())
     }
 
     fn call_within(&mut self, request: &Request, longest: Duration) -> Answer {
@@ -161,7 +179,7 @@ impl Apart {
     }
 
     fn reals(&mut self, request: &Request, values: &mut [f64]) -> Answer {
-        match self.ask(request, self.limits.time)? {
+        match self.ask(request, self.longest())? {
             Reply::Reals(v) if v.len() == values.len() => {
                 values.copy_from_slice(&v);
                 Ok(())
@@ -171,7 +189,7 @@ impl Apart {
     }
 
     fn integers(&mut self, request: &Request, values: &mut [i32]) -> Answer {
-        match self.ask(request, self.limits.time)? {
+        match self.ask(request, self.longest())? {
             Reply::Integers(v) if v.len() == values.len() => {
                 values.copy_from_slice(&v);
                 Ok(())
@@ -261,7 +279,7 @@ impl Apart {
     }
 
     pub(super) fn get_string(&mut self, references: &[u32]) -> Result<Vec<String>, Box<Trouble>> {
-        match self.ask(&Request::GetString(Borrowed(references)), self.limits.time)? {
+        match self.ask(&Request::GetString(Borrowed(references)), self.longest())? {
             Reply::Texts(t) if t.len() == references.len() => Ok(t),
             _ => Err(self.nonsense()),
         }
@@ -287,7 +305,8 @@ impl Apart {
     }
 
     pub(super) fn do_step(&mut self, time: f64, step: f64, never_back: bool) -> Answer {
-        self.call_within(&Request::DoStep { time, step, never_back }, self.limits.time + self.patience)
+        let longest = self.sooner.unwrap_or(self.limits.time + self.patience);
+        self.call_within(&Request::DoStep { time, step, never_back }, longest)
     }
 
     pub(super) fn get_state(&mut self, slot: usize) -> Answer {
@@ -303,7 +322,7 @@ impl Apart {
     }
 
     pub(super) fn serialize(&mut self, slot: usize) -> Result<Vec<u8>, Box<Trouble>> {
-        match self.ask(&Request::Serialize(slot), self.limits.time)? {
+        match self.ask(&Request::Serialize(slot), self.longest())? {
             Reply::Bytes(b) => Ok(b),
             _ => Err(self.nonsense()),
         }

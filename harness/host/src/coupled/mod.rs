@@ -18,9 +18,13 @@ use running::Sitting;
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::time::{Duration, Instant};
 
 /// Most different troubles kept.
 const TROUBLES: usize = 20;
+/// Times the longest run with the values of the system file that a call may take in a fit, and the least time that is given.
+const RUNS: u32 = 10;
+const LEAST: Duration = Duration::from_secs(1);
 
 static IDS: AtomicU64 = AtomicU64::new(0);
 
@@ -37,6 +41,10 @@ pub struct Fmus {
     layout: Layout,
     facts: Facts,
     troubles: Mutex<Vec<String>>,
+    /// Longest run so far while nothing was known of the FMUs, ms.
+    run: AtomicU64,
+    /// Longest time that a call may take; None while that is found out.
+    longest: Option<Duration>,
 }
 
 impl std::fmt::Debug for Fmus {
@@ -79,6 +87,8 @@ impl Fmus {
             layout,
             facts: Facts::default(),
             troubles: Mutex::default(),
+            run: AtomicU64::new(0),
+            longest: None,
         }
     }
 
@@ -88,6 +98,8 @@ impl Fmus {
             fmus.layout.turn(b);
         }
         fmus.facts = identify::identify(&fmus, of, c)?;
+        // what hangs at some values is tried often: each time costs this much
+        fmus.longest = Some(LEAST.max(RUNS * Duration::from_millis(fmus.run.load(Ordering::Relaxed))));
         Ok(fmus)
     }
 
@@ -99,12 +111,17 @@ impl Fmus {
         with: &mut dyn FnMut(&mut running::Moving<'_>) -> Result<()>,
     ) -> Result<()> {
         let mut sitting = self.seated()?;
-        let done = sitting.start(&self.layout, set, values).and_then(|mut m| {
+        let since = Instant::now();
+        let done = sitting.start(&self.layout, set, values, self.longest).and_then(|mut m| {
             let done = with(&mut m);
             done.map_err(|e| running::with_log(&m, e))
         });
         // whatever has refused once is made anew
         if done.is_ok() {
+            if self.longest.is_none() {
+                let took = u64::try_from(since.elapsed().as_millis()).unwrap_or(u64::MAX);
+                self.run.fetch_max(took, Ordering::Relaxed);
+            }
             SITTINGS.with_borrow_mut(|all| all.push((self.id, Arc::downgrade(&self.alive), sitting)));
         }
         done

@@ -5,6 +5,7 @@ use crate::master::build::{made, set_all};
 use crate::Instance;
 use anyhow::{ensure, Result};
 use plant::machine::{Push, Running};
+use std::time::Duration;
 
 /// Where on a straight line over a step the values stand that are held over its halves, so that both the integral and its first
 /// moment are the line's: a body that they push gets the line's speed and place.
@@ -28,11 +29,18 @@ impl Sitting {
         Ok(Sitting { instances: instances(l)?, used: false, anew: false })
     }
 
-    /// Starts them: `values` beside what the system file sets, `free` by [`Layout::free`].
+    /// Starts them: the values of recording `set` beside what the system file sets, `free` by [`Layout::free`]. No call takes
+    /// longer than `longest`, where that is given.
     ///
     /// # Errors
     /// What an FMU refuses.
-    pub fn start<'a>(&'a mut self, l: &'a Layout, set: usize, free: &[f64]) -> Result<Moving<'a>> {
+    pub fn start<'a>(
+        &'a mut self,
+        l: &'a Layout,
+        set: usize,
+        free: &[f64],
+        longest: Option<Duration>,
+    ) -> Result<Moving<'a>> {
         if self.used && !self.anew {
             // what cannot be reset can be made again
             self.anew = self.instances.iter_mut().any(|i| i.reset().is_err());
@@ -42,6 +50,9 @@ impl Sitting {
             self.instances = instances(l)?;
         }
         self.used = true;
+        if let Some(longest) = longest {
+            self.instances.iter_mut().try_for_each(|i| i.hurry(longest))?;
+        }
         for (k, (i, c)) in self.instances.iter_mut().zip(&l.system.fmu).enumerate() {
             set_all(&l.system, c, &l.opened[k], i)?;
         }
