@@ -84,6 +84,11 @@ fn an_effect_at_one_of_two_stops_is_found_there_and_handed_back() {
     assert_eq!(missing[0]["mechanism"], "secondary_stiffening");
     let place = &v["mismatch"]["where"][0];
     assert_eq!((place["bond"].as_str(), place["fmu"].as_str()), (Some("stop b"), Some("bodies")));
+    // every bond with its probability, the likeliest first
+    let bonds = place["bonds"].as_array().unwrap();
+    let probability = |i: usize| bonds[i]["probability"].as_f64().unwrap();
+    assert_eq!((bonds.len(), bonds[0]["bond"].as_str()), (2, Some("stop b")));
+    assert!(probability(0) > 0.9 && (probability(0) + probability(1) - 1.0).abs() < 1e-9, "{bonds:?}");
     let nrmse = |part: &str| v["fit"][part]["heldout_nrmse"].as_f64().unwrap();
     assert!(nrmse("after") < 0.6 * nrmse("before"), "{} {}", nrmse("after"), nrmse("before"));
     // what was handed back, run: nearer to what was never recorded
@@ -107,5 +112,26 @@ fn a_directional_derivative_tells_the_mass_exactly() {
         assert!(off(&told, b, mass) < 1e-12, "{b}: {:e}", off(&told, b, mass));
         // a force tried over a step shows it with the error of that step
         assert!((1e-10..1e-2).contains(&off(&shown, b, mass)), "{b}: {:e}", off(&shown, b, mass));
+    }
+}
+
+#[test]
+#[ignore]
+fn explore() {
+    let soft: Effect = |x, _| if x > 1.2e-4 { 4e5 * (x - 1.2e-4) } else { 0.0 };
+    let hard: Effect = stiffening;
+    let truths = [
+        ("a_gain", Truth { read: [|f| f, |a| 1.06 * a, |x| x], ..Truth::new([None, None]) }),
+        ("b_soft", Truth::new([None, Some(soft)])),
+        ("a_soft", Truth::new([Some(soft), None])),
+        ("a_hard", Truth::new([Some(hard), None])),
+    ];
+    for (name, truth) in truths {
+        let dir = place(STOPS_APART, &APART, Bodies::default(), &truth);
+        let to = Path::new("/tmp/lab/sys/two").join(name);
+        std::fs::create_dir_all(&to).unwrap();
+        for f in std::fs::read_dir(dir.path()).unwrap().flatten() {
+            std::fs::copy(f.path(), to.join(f.file_name())).unwrap();
+        }
     }
 }
