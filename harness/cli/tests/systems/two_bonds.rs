@@ -114,24 +114,3 @@ fn a_directional_derivative_tells_the_mass_exactly() {
         assert!((1e-10..1e-2).contains(&off(&shown, b, mass)), "{b}: {:e}", off(&shown, b, mass));
     }
 }
-
-#[test]
-#[ignore]
-fn explore() {
-    let soft: Effect = |x, _| if x > 1.2e-4 { 4e5 * (x - 1.2e-4) } else { 0.0 };
-    let hard: Effect = stiffening;
-    let truths = [
-        ("a_gain", Truth { read: [|f| f, |a| 1.06 * a, |x| x], ..Truth::new([None, None]) }),
-        ("b_soft", Truth::new([None, Some(soft)])),
-        ("a_soft", Truth::new([Some(soft), None])),
-        ("a_hard", Truth::new([Some(hard), None])),
-    ];
-    for (name, truth) in truths {
-        let dir = place(STOPS_APART, &APART, Bodies::default(), &truth);
-        let to = Path::new("/tmp/lab/sys/two").join(name);
-        std::fs::create_dir_all(&to).unwrap();
-        for f in std::fs::read_dir(dir.path()).unwrap().flatten() {
-            std::fs::copy(f.path(), to.join(f.file_name())).unwrap();
-        }
-    }
-}
