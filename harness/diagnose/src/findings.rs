@@ -2,6 +2,7 @@
 
 use crate::alarm::{alarm, Alarm};
 use crate::bias::{biases, Bias};
+use crate::bonds::{likely, Likely};
 use crate::bootstrap::Bootstrap;
 use crate::decide::Decision;
 use crate::experiment::{ties, Tie};
@@ -36,6 +37,8 @@ pub struct Findings {
     pub bias: Vec<Bias>,
     /// Intervals of every term chosen.
     pub intervals: Vec<Intervals>,
+    /// Probability of each bond of a system of FMUs; empty where there is no choice.
+    pub bonds: Vec<Likely>,
     /// The tie of every term chosen, where it has one.
     pub ties: Vec<Option<Tie>>,
     /// The force it takes, where something stays unexplained.
@@ -67,6 +70,10 @@ pub fn gather(c: &Campaign, search: &Search, d: &Decision, stage: &dyn Fn(&str))
         f.intervals = intervals(&d.chosen, overdispersion);
         f.bias = biases(&d.base, &d.chosen, overdispersion);
         f.unclipped = unclipped(&d.chosen);
+        if d.base.data.machine().is_some() {
+            stage("trying the other bonds");
+            f.bonds = likely(d);
+        }
         f.material = (0..d.chosen.structure.terms().len()).map(|i| effect(&d.chosen, i)).collect();
         if d.ties.iter().any(|t| !t.is_empty()) {
             stage("simulating experiments that part the ties");

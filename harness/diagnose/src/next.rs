@@ -5,7 +5,7 @@ use super::decide::Decision;
 use super::experiment::Tie;
 use super::findings::Findings;
 use super::phases::{strongest, PHASES};
-use mechanisms::mechanism::{Mechanism, Origin};
+use mechanisms::mechanism::{Acts, Mechanism, Origin};
 use mechanisms::ALL;
 use record::{Campaign, Channel};
 
@@ -33,6 +33,7 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
             [one] => v.push(one.cure.into()),
             all => v.extend(all.iter().map(|m| format!("{}: {}", plain(m.name), m.cure))),
         }
+        v.extend(at_bonds(c, d));
     }
     v.extend(calibration(f).filter(|_| fmu && f.gates.is_empty() && !d.unexplained));
     if f.unclipped.is_some() && named.iter().any(|m| m.hints.limits_reading) {
@@ -48,6 +49,38 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
         v.push(recalibrated(d, &named, f).into());
     }
     v
+}
+
+/// Where in a system of FMUs what is named goes, of all that the system handed back does not hold, or the input that it lacks.
+fn at_bonds(c: &Campaign, d: &Decision) -> Vec<String> {
+    let (Some(system), Some(machine)) = (&c.system, &d.base.structure.base().machine) else { return Vec::new() };
+    let of = |t: &estimate::structure::Term| {
+        let bond = system.bonds.get(t.bond)?;
+        let (name, at, m) = (plain(t.name()), &bond.name.text, t.mechanism);
+        let force = &bond.force.as_ref()?.text;
+        let fmu = force.split_once('.').map_or(force.as_str(), |f| f.0);
+        match (m.origin, m.acts) {
+            (Origin::Motion, Acts::Force | Acts::Reading) => Some(format!(
+                "At bond {at} feed {force} with the force of {name} besides what it has, {}, on the body and positive into the stop, \
+                 from {} and {}.",
+                m.equation, bond.penetration.text, bond.velocity.text
+            )),
+            (Origin::Motion, Acts::Push) => Some(format!(
+                "No force into {force} holds {name}: FMU {fmu} needs an input for the position of the stop at bond {at} (m) to take \
+                 it up from outside, or a stop of its own that moves."
+            )),
+            (Origin::Motion, Acts::Rider) => Some(format!(
+                "At bond {at} the force of {name} answers to the acceleration at once, and no input of FMU {fmu} takes it: make it a \
+                 body of its own inside."
+            )),
+            (Origin::Contact, _) if machine.facts().bonds.get(t.bond).is_some_and(|b| b.inside) => Some(format!(
+                "The contact at bond {at} acts inside FMU {fmu}, where nothing takes its place: put {name} into its law there, or feed \
+                 {force} with the difference."
+            )),
+            _ => None,
+        }
+    };
+    d.chosen.structure.terms().iter().filter(|t| t.mechanism.named).filter_map(of).collect()
 }
 
 /// The mechanisms of the vocabulary that are named.

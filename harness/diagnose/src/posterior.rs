@@ -78,6 +78,45 @@ impl Table {
     pub fn calibrated() -> Table {
         serde_json::from_str(include_str!("../calibration.json")).expect("the calibration is a table")
     }
+
+    /// ln weight of the discrepancy's size of this index.
+    fn of_size(&self, i: usize) -> f64 {
+        if i == 0 {
+            self.none
+        } else {
+            self.size * (i - 1) as f64
+        }
+    }
+
+    /// ln evidence of a structure over all discrepancies that are small print, weighted.
+    pub fn mass(&self, w: &Weighed) -> f64 {
+        let of_parameters = self.parameter * w.parameters as f64;
+        let each = w.ln.iter().enumerate().flat_map(|(drifts, of)| {
+            let small = of.iter().enumerate().filter(|(i, ln)| SIZES[*i] < LARGE && ln.is_finite());
+            small.map(move |(i, ln)| ln + self.of_size(i) + drifts as f64 * self.drift + of_parameters)
+        });
+        ln_sum(&each.collect::<Vec<_>>())
+    }
+}
+
+/// How differences of evidence count: fully while they are small, by their logarithm where they are large.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Counted {
+    tail: f64,
+    temperature: f64,
+}
+
+impl Default for Counted {
+    fn default() -> Counted {
+        Counted { tail: 1.0, temperature: 1.0 }
+    }
+}
+
+impl Counted {
+    /// What `nats` less evidence take from the score.
+    fn less(self, nats: f64) -> f64 {
+        self.tail * (nats / (self.tail * self.temperature)).ln_1p()
+    }
 }
 
 /// A set of names with its probability; no names: nothing is missing.
@@ -104,6 +143,7 @@ pub struct Posterior {
     pub causes: Vec<Cause>,
     /// How many of them, from the first on, hold the cause with 95 %.
     pub credible: usize,
+    counted: Counted,
 }
 
 /// ln(sum of exp).
@@ -210,7 +250,6 @@ impl Posterior {
             });
             causes[i].1.add(bare, bare + weight, structure, is_large);
         };
-        let size_weight = |i: usize| if i == 0 { table.none } else { table.size * (i - 1) as f64 };
         let mut left = f64::INFINITY;
         // the most evidence of all, and whether it is without a discrepancy
         let mut most = (f64::NEG_INFINITY, false);
@@ -229,7 +268,7 @@ impl Posterior {
                     if *ln > most.0 {
                         most = (*ln, i == 0);
                     }
-                    let weight = size_weight(i) + drifts as f64 * table.drift + of_parameters;
+                    let weight = table.of_size(i) + drifts as f64 * table.drift + of_parameters;
                     if !w.named {
                         add(vec![UNKNOWN], *ln, weight + table.stand_in, None, false);
                     } else if SIZES[i] >= LARGE {
@@ -264,6 +303,7 @@ impl Posterior {
         let tail = (table.tail + noise_alone * table.noise_tail).exp();
         let temperature =
             (table.temperature + noise_alone * table.noise_temperature).exp() * left.powf(table.overdispersion);
+        let counted = Counted { tail, temperature };
         let prior = |names: &[&str]| match names {
             [] => 0.0,
             [UNKNOWN] => table.unknown,
@@ -287,7 +327,7 @@ impl Posterior {
             .zip(&mass)
             .map(|(c, m)| {
                 let need = table.needed * needed(&causes, &c.0) + table.completed * completed(&causes, &c.0, &c.1);
-                prior(&c.0) + doubt(&c.1) + need - tail * ((top - m) / (tail * temperature)).ln_1p()
+                prior(&c.0) + doubt(&c.1) + need - counted.less(top - m)
             })
             .collect();
         let whole = ln_sum(&score);
@@ -311,7 +351,17 @@ impl Posterior {
                 sum >= table.level
             })
             .map_or(causes.len(), |i| i + 1);
-        Posterior { causes, credible }
+        Posterior { causes, credible, counted }
+    }
+
+    /// Probabilities of alternatives that are as likely beforehand, by their ln evidence, as differences of it count here; all
+    /// zero where none is finite.
+    pub fn shares(&self, ln: &[f64]) -> Vec<f64> {
+        let top = ln.iter().cloned().fold(f64::NEG_INFINITY, f64::max);
+        let of = |m: f64| if m.is_finite() { (-self.counted.less(top - m)).exp() } else { 0.0 };
+        let all: Vec<f64> = ln.iter().map(|m| of(*m)).collect();
+        let sum: f64 = all.iter().sum();
+        all.iter().map(|w| if sum > 0.0 { w / sum } else { 0.0 }).collect()
     }
 
     /// Probability that nothing is missing.
@@ -418,6 +468,20 @@ mod tests {
             completed: 0.0,
             level: 0.95,
         }
+    }
+
+    #[test]
+    fn alternatives_that_are_as_likely_beforehand_share_by_their_evidence() {
+        let structures = vec![weighed(&[], true, 0.0), weighed(&["adhesion"], true, 9.0)];
+        let p = Posterior::new(&Evidences { structures, ..Evidences::default() }, &plain());
+        let shares = p.shares(&[2.0, 0.0, f64::NEG_INFINITY]);
+        assert!((shares[0] / shares[1] / 2f64.exp() - 1.0).abs() < 1e-6, "{shares:?}");
+        assert_eq!(shares[2], 0.0);
+        assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert_eq!(p.shares(&[f64::NAN, f64::NEG_INFINITY]), [0.0, 0.0]);
+        // of a structure every discrepancy counts that is small print
+        let small = SIZES.iter().filter(|s| **s < LARGE).count() as f64;
+        assert!((plain().mass(&weighed(&["adhesion"], true, 1.0)) - 1.0 - small.ln()).abs() < 1e-12);
     }
 
     #[test]

@@ -11,6 +11,8 @@ pub enum Model {
     Gain(f64, f64),
     /// Output 0 = square of input 0, less a constant, at once.
     Square(f64),
+    /// Output 0 = factor * input 0 to a power, at once; 0 below zero.
+    Power(f64, f64),
     /// Output 0 grows at rate input 0; exact under a held or straight input.
     Integrator(f64),
 }
@@ -45,6 +47,7 @@ impl Toy {
         match self.model {
             Model::Gain(a, b) => a * self.input[0] + b,
             Model::Square(c) => self.input[0] * self.input[0] - c,
+            Model::Power(k, p) => k * self.input[0].max(0.0).powf(p),
             Model::Integrator(x) => x,
         }
     }

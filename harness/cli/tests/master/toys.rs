@@ -75,6 +75,16 @@ fn algebraic_loops_are_found_and_solved_or_named() {
 }
 
 #[test]
+fn a_loop_by_declaration_alone_is_answered_however_far_apart_its_sizes_are() {
+    // a body 0.1 mm inside a stop that declares no dependencies: its position does not answer to the force
+    let mut x = Toy::new(Model::Integrator(1e-4)).part("x", 1);
+    x.outputs[0].depends = vec![0];
+    let (n, y) = network(vec![x, Toy::new(Model::Power(1e7, 1.2)).part("force", 0)]);
+    assert_eq!(n.loops(), [["x.y", "force.y"]]);
+    assert_eq!(y, [1e-4, 1e7 * 1e-4f64.powf(1.2)]);
+}
+
+#[test]
 fn errors_fall_with_the_order_each_master_has() {
     let exact = (-1.0f64).exp();
     let error = |method, inputs, shape, n: f64| {

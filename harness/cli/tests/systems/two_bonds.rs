@@ -84,6 +84,11 @@ fn an_effect_at_one_of_two_stops_is_found_there_and_handed_back() {
     assert_eq!(missing[0]["mechanism"], "secondary_stiffening");
     let place = &v["mismatch"]["where"][0];
     assert_eq!((place["bond"].as_str(), place["fmu"].as_str()), (Some("stop b"), Some("bodies")));
+    // every bond with its probability, the likeliest first
+    let bonds = place["bonds"].as_array().unwrap();
+    let probability = |i: usize| bonds[i]["probability"].as_f64().unwrap();
+    assert_eq!((bonds.len(), bonds[0]["bond"].as_str()), (2, Some("stop b")));
+    assert!(probability(0) > 0.9 && (probability(0) + probability(1) - 1.0).abs() < 1e-9, "{bonds:?}");
     let nrmse = |part: &str| v["fit"][part]["heldout_nrmse"].as_f64().unwrap();
     assert!(nrmse("after") < 0.6 * nrmse("before"), "{} {}", nrmse("after"), nrmse("before"));
     // what was handed back, run: nearer to what was never recorded

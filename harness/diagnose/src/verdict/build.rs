@@ -336,16 +336,16 @@ fn places(c: &Campaign, d: &Decision, f: &Findings, terms: &[(usize, [f64; 4])])
         let (m, bond) = (all[*i].mechanism, all[*i].bond);
         let bond = (m.origin != Origin::Chain).then_some(bond);
         let cause = Located { origin: m.origin.name(), what: if m.named { m.name } else { missing }, bond };
-        place(c, d, &f.map, &cause, shares)
+        place(c, d, f, &cause, shares)
     };
     let mut v: Vec<Place> = terms.iter().map(of_term).collect();
     if d.unexplained && terms.iter().all(|(i, _)| all[*i].mechanism.named) {
         if d.excess_scatter.is_some() {
             let cause = Located { origin: Origin::Contact.name(), what: "what differs between recordings", bond: None };
-            v.push(place(c, d, &f.map, &cause, &of_force(&d.chosen)));
+            v.push(place(c, d, f, &cause, &of_force(&d.chosen)));
         } else if let Some(l) = &f.latent {
             let cause = Located { origin: l.place.origin(), what: missing, bond: None };
-            v.push(place(c, d, &f.map, &cause, &l.shares));
+            v.push(place(c, d, f, &cause, &l.shares));
         }
     }
     v
@@ -360,11 +360,11 @@ struct Located<'a> {
 }
 
 /// Where a cause sits, by the `shares` of its action.
-fn place(c: &Campaign, d: &Decision, map: &[map::Cell], cause: &Located<'_>, shares: &[f64; 4]) -> Place {
+fn place(c: &Campaign, d: &Decision, f: &Findings, cause: &Located<'_>, shares: &[f64; 4]) -> Place {
     let strongest = strongest(shares);
     let mut by_channel = [0.0; 3];
     let mut by_level = vec![0.0; c.levels.len()];
-    for m in map {
+    for m in &f.map {
         by_channel[m.channel.index()] += m.gain.max(0.0);
         by_level[m.level] += m.gain.max(0.0);
     }
@@ -374,16 +374,23 @@ fn place(c: &Campaign, d: &Decision, map: &[map::Cell], cause: &Located<'_>, sha
     let levels = c.levels.iter().zip(&by_level).filter(|(l, g)| l.0.is_finite() && **g >= 0.3 * most);
     let span = span(d, strongest, &by_level);
     let phase = PHASES[strongest];
-    let bonds = c.system.as_ref().map(|s| &s.bonds);
-    let bond = bonds.zip(cause.bond).and_then(|(b, i)| b.get(i));
-    let fmu = bond.and_then(|b| b.penetration.text.split_once('.')).map(|(fmu, _)| fmu.to_string());
-    let at = bond.map_or(String::new(), |b| {
-        format!(" sits at bond {} of FMU {},", b.name.text, fmu.as_deref().unwrap_or_default())
+    let bond = cause.bond.and_then(|i| named_bond(c, i));
+    let bonds = f.bonds.iter().filter(|_| bond.is_some()).filter_map(|l| {
+        let (bond, fmu) = named_bond(c, l.bond)?;
+        Some(LikelyBond { bond, fmu, probability: l.probability })
     });
+    let bonds: Vec<LikelyBond> = bonds.collect();
+    let at = bond.as_ref().map_or(String::new(), |(name, fmu)| {
+        let here = bonds.iter().find(|l| l.bond == *name);
+        let sure = here.map_or(String::new(), |l| format!(" (probability {:.2})", l.probability));
+        format!(" sits at bond {name} of FMU {fmu}{sure},")
+    });
+    let (bond, fmu) = bond.unzip();
     Place {
         origin: cause.origin,
-        bond: bond.map(|b| b.name.text.clone()),
+        bond,
         fmu,
+        bonds,
         phase,
         channel,
         share: shares[strongest],
@@ -393,6 +400,13 @@ fn place(c: &Campaign, d: &Decision, map: &[map::Cell], cause: &Located<'_>, sha
         t_end: span.as_ref().map(|s| s.2),
         text: format!("{}{at} acts most in the {phase} phase and shows most clearly in {channel}", cause.what),
     }
+}
+
+/// Name of bond `i` of a system of FMUs, and of the FMU that moves there.
+fn named_bond(c: &Campaign, i: usize) -> Option<(String, String)> {
+    let b = c.system.as_ref()?.bonds.get(i)?;
+    let fmu = b.penetration.text.split_once('.').map_or("", |(fmu, _)| fmu);
+    Some((b.name.text.clone(), fmu.to_string()))
 }
 
 /// (recording, first and last sample time) of a phase's first stretch in the first recording of the level that shows most.

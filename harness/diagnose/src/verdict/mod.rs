@@ -180,6 +180,9 @@ pub struct Place {
     pub bond: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fmu: Option<String>,
+    /// Probability of every bond where it may sit, the most probable first; absent where there is one alone.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bonds: Vec<LikelyBond>,
     pub phase: &'static str,
     pub channel: &'static str,
     /// Share of the effect's action in that phase, 0 to 1.
@@ -191,6 +194,14 @@ pub struct Place {
     pub t_start: Option<f64>,
     pub t_end: Option<f64>,
     pub text: String,
+}
+
+/// A bond of a system of FMUs, and the probability that an effect sits there.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LikelyBond {
+    pub bond: String,
+    pub fmu: String,
+    pub probability: f64,
 }
 
 /// A mechanism named.
