@@ -144,8 +144,7 @@ impl Fleet {
             let of = |e: std::io::Error| anyhow::anyhow!("{}: {e}", out.join(register::FOLDER).display());
             let mut lost = register::lost(out).map_err(of)?;
             let members = register::members(out).map_err(of)?;
-            let names: BTreeSet<String> =
-                members.into_iter().map(|m| m.campaign).chain(lost.keys().cloned()).collect();
+            let names: BTreeSet<String> = members.into_iter().map(|m| m.campaign).chain(lost.keys().cloned()).collect();
             for campaign in names {
                 let why = lost.remove(&campaign);
                 let known = why.is_some();
@@ -226,7 +225,8 @@ fn hold_false_discoveries(answers: &mut [Answer]) {
 
 /// Whether the folder holds an answer that is whole, by its list of files: their contents are not read once more.
 fn is_answer(folder: &Path) -> bool {
-    folder.join("verdict.json").is_file() && Manifest::read(folder).is_some_and(|m| m.files.contains_key("verdict.json"))
+    folder.join("verdict.json").is_file()
+        && Manifest::read(folder).is_some_and(|m| m.files.contains_key("verdict.json"))
 }
 
 /// What a fleet reads of verdict.json.
@@ -365,12 +365,16 @@ pub(crate) mod tests {
             })
             .collect();
         let causes = match missing {
-            Some((m, _)) => serde_json::json!([{"mechanisms": [m], "probability": 0.9}, {"mechanisms": [], "probability": 0.1}]),
+            Some((m, _)) => {
+                serde_json::json!([{"mechanisms": [m], "probability": 0.9}, {"mechanisms": [], "probability": 0.1}])
+            }
             None => serde_json::json!([{"mechanisms": [], "probability": 0.97}]),
         };
         let material: BTreeMap<_, _> = missing
             .iter()
-            .map(|(m, s)| (m, serde_json::json!({"peak_force": -s, "restitution": null, "contact_time": s / 2.0, "depth": 0.0})))
+            .map(|(m, s)| {
+                (m, serde_json::json!({"peak_force": -s, "restitution": null, "contact_time": s / 2.0, "depth": 0.0}))
+            })
             .collect();
         serde_json::json!({"columns": columns, "mismatch": {"detected": missing.is_some(), "false_alarm_probability": p},
             "missing": names, "unexplained": {"detected": false, "text": ""}, "posterior": causes, "material": material,
@@ -420,7 +424,10 @@ pub(crate) mod tests {
         register::lose(&b, "two", "its time was up").unwrap();
         write(&b, "one", &verdict(None, 0.5, 0.01, serde_json::json!({})));
         let f = Fleet::read(&[a, b]).unwrap();
-        assert_eq!(f.lost().map(|(x, why)| (x.campaign.as_str(), why)).collect::<Vec<_>>(), [("two", "its time was up")]);
+        assert_eq!(
+            f.lost().map(|(x, why)| (x.campaign.as_str(), why)).collect::<Vec<_>>(),
+            [("two", "its time was up")]
+        );
         assert_eq!(f.judged().count(), 1);
     }
 

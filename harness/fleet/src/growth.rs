@@ -176,14 +176,27 @@ fn compared(c: Comparison, seed: u64) -> Option<Growth> {
             }
             let group: Vec<usize> = texts.iter().map(|t| names.binary_search(t).unwrap_or(0)).collect();
             let of = |g: usize| mean(group.iter().zip(&figures).filter(|(k, _)| **k == g).map(|(_, v)| *v));
-            let mut ends: Vec<End> = names.iter().enumerate().map(|(g, n)| End { of: n.clone(), mean: of(g) }).collect();
+            let mut ends: Vec<End> =
+                names.iter().enumerate().map(|(g, n)| End { of: n.clone(), mean: of(g) }).collect();
             ends.sort_by(|a, b| a.mean.total_cmp(&b.mean));
             let (to, from) = (ends.pop()?, ends.into_iter().next()?);
             (None, None, from, to, differs(&group, &figures, seed))
         }
     };
     let Comparison { column, mechanism, figure, unit, points } = c;
-    Some(Growth { column, mechanism, figure, unit, campaigns: points.len(), correlation, slope: of_slope, from, to, p, q: 1.0 })
+    Some(Growth {
+        column,
+        mechanism,
+        figure,
+        unit,
+        campaigns: points.len(),
+        correlation,
+        slope: of_slope,
+        from,
+        to,
+        p,
+        q: 1.0,
+    })
 }
 
 /// A value of a column in words.
