@@ -2,7 +2,7 @@
 
 use ::fleet::growth::{points, text, Figure, Growth, Growths};
 use ::fleet::{Answer, Fleet, Judged, State};
-use chart::{is_ours, Cell, Cells, Chart, Page, Shares, Style};
+use chart::{is_ours, quantity, Cell, Cells, Chart, Page, Shares, Style};
 use record::Label;
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -189,12 +189,14 @@ fn value(g: &Growth, v: f64) -> String {
     match &g.figure {
         Figure::Probability => format!("{v:.2}"),
         Figure::Size => format!("{:.2} %", 100.0 * v),
-        Figure::Parameter(_) => format!("{v:.4e} {}", g.unit),
+        Figure::Parameter(_) => quantity(v, &g.unit),
     }
 }
 
 fn small(p: f64) -> String {
-    if p < 0.001 {
+    if p < 1e-6 {
+        "below 1e-6".into()
+    } else if p < 0.001 {
         format!("{p:.0e}")
     } else {
         format!("{p:.3}")
@@ -212,18 +214,8 @@ fn grown(page: Page, fleet: &Fleet, growths: &Growths) -> Page {
         };
         return page.paragraph(why);
     }
-    let head = [
-        "mechanism",
-        "figure",
-        "column",
-        "where it is",
-        "it is",
-        "and where it is",
-        "it is",
-        "correlation",
-        "campaigns",
-        "q",
-    ];
+    let head =
+        ["mechanism", "figure", "column", "from", "mean there", "to", "mean there", "correlation", "campaigns", "q"];
     let row = |g: &Growth| {
         vec![
             plain(&g.mechanism),
@@ -240,7 +232,7 @@ fn grown(page: Page, fleet: &Fleet, growths: &Growths) -> Page {
     };
     let (found, rest): (Vec<&Growth>, Vec<&Growth>) = growths.all.iter().partition(|g| g.q <= growths.level);
     page = page.paragraph(&format!(
-        "{} comparisons of a mechanism with a column; {} hold at a false discovery rate of {:.0} % (Benjamini and Hochberg \
+        "{} comparisons of a mechanism with a column, of which {} hold at a false discovery rate of {:.0} % (Benjamini and Hochberg \
          1995). Each p-value is the share of the orders of the campaigns, drawn at random, that look as strong.",
         growths.all.len(),
         found.len(),
