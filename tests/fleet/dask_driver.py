@@ -114,8 +114,8 @@ def diagnose(
         raise TouchdownError("replicates shares the campaigns of bootstrap: give both as 1 or more")
     out = Path(out).absolute()
     folders = _folders(campaigns)
-    options = [] if seconds is None else ["--seconds", repr(float(seconds))]
-    options += ["--in-process"] if fmus.in_process else ["--fmu-seconds", repr(float(fmus.fmu_seconds))]
+    options = [] if seconds is None else [f"--seconds={float(seconds)!r}"]
+    options += ["--in-process"] if fmus.in_process else [f"--fmu-seconds={float(fmus.fmu_seconds)!r}"]
     if fmus.fmu_memory is not None and not fmus.in_process:
         options += ["--fmu-memory", str(int(fmus.fmu_memory))]
     if bootstrap:
