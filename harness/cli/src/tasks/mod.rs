@@ -4,11 +4,14 @@
 pub mod batch;
 pub mod diagnose;
 pub mod fit;
+mod fmus;
 pub mod impact;
 pub mod import;
 pub mod pack;
 pub mod run;
 mod system;
+
+pub use fmus::isolation;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
