@@ -81,7 +81,8 @@ class Fleet:
         """The table, a row a campaign, what matters first."""
         import pyarrow.parquet
 
-        return pyarrow.parquet.read_table(self.out / "fleet.parquet").to_pandas()
+        frame: pandas.DataFrame = pyarrow.parquet.read_table(self.out / "fleet.parquet").to_pandas()
+        return frame
 
 
 def diagnose(
