@@ -119,7 +119,7 @@ impl Fleet {
     /// The fleet whose answers are in the folders `outs`. A campaign answered in several is taken from the first.
     ///
     /// # Errors
-    /// As the file system gives them; an answer that is whole and no verdict of ours.
+    /// As the file system gives them.
     pub fn read(outs: &[PathBuf]) -> Result<Fleet> {
         let mut all: BTreeMap<String, Answer> = BTreeMap::new();
         for out in outs {
@@ -136,7 +136,9 @@ impl Fleet {
                 if all.contains_key(&name) || !is_answer(&folder) {
                     continue;
                 }
-                let (columns, state) = read(&folder)?;
+                // one answer that was damaged loses no other
+                let (columns, state) =
+                    read(&folder).unwrap_or_else(|e| (BTreeMap::new(), State::Lost(format!("{e:#}"))));
                 all.insert(name.clone(), Answer { campaign: name, folder, columns, state });
             }
         }
@@ -432,10 +434,13 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_verdict_that_is_none_is_told_with_its_file() {
+    fn a_verdict_that_is_none_is_a_loss_told_with_its_file() {
         let t = tempfile::tempdir().unwrap();
         write(t.path(), "x", &serde_json::json!({"format": "verdict/1"}));
-        let e = format!("{:#}", Fleet::read(&[t.path().to_path_buf()]).unwrap_err());
-        assert!(e.contains("x/verdict.json: cannot be read") && e.contains("mismatch"), "{e}");
+        write(t.path(), "y", &verdict(None, 0.5, 0.01, serde_json::json!({})));
+        let f = Fleet::read(&[t.path().to_path_buf()]).unwrap();
+        let lost: Vec<_> = f.lost().map(|(_, why)| why.to_string()).collect();
+        assert!(lost[0].contains("x/verdict.json: cannot be read") && lost[0].contains("mismatch"), "{lost:?}");
+        assert_eq!((lost.len(), f.judged().count()), (1, 1));
     }
 }
