@@ -5,6 +5,7 @@ import hashlib
 import json
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -38,6 +39,7 @@ def built(given):
 
 def diagnose(binary, campaign, out, running):
     """Diagnoses one campaign on one thread: exit code, seconds on the wall and of processor, peak memory [MB], what it printed."""
+    shutil.rmtree(out / campaign.name, ignore_errors=True)      # an answer of another binary is no answer
     log = out / "log"
     log.mkdir(parents=True, exist_ok=True)
     with open(log / f"{campaign.name}.txt", "wb") as f:
@@ -51,35 +53,85 @@ def diagnose(binary, campaign, out, running):
                 printed=(log / f"{campaign.name}.txt").read_text(errors="replace").strip())
 
 
-def diagnose_all(binary, cases, out, jobs, what):
-    """Diagnoses every case, `jobs` at once, keeping what this very binary has answered before (out/runs.json); nothing is lost by Ctrl-C."""
-    kept = out / "runs.json"
+class Threads:
+    """Diagnoses on this machine, some at once."""
+
+    def __init__(self, jobs):
+        self.jobs = jobs
+
+    def __call__(self, binary, todo, out):
+        """(case's name, its run) of every case, as they end."""
+        running = set()
+        with ThreadPoolExecutor(self.jobs) as pool:
+            asked = {pool.submit(diagnose, binary, c, out, running): c for c in todo}
+            try:
+                for done in as_completed(asked):
+                    yield asked[done].name, done.result()
+            except BaseException:
+                pool.shutdown(wait=False, cancel_futures=True)
+                for p in list(running):
+                    p.terminate()
+                raise
+
+
+class Workers:
+    """Diagnoses on the workers of a Dask cluster, which see the same folders: that of an address, or local:N with N processes here."""
+
+    def __init__(self, address):
+        from distributed import Client, LocalCluster
+        here, _, n = address.partition(":")
+        self.cluster = LocalCluster(n_workers=int(n), threads_per_worker=1, processes=True, dashboard_address=None) if here == "local" else None
+        self.client = Client(self.cluster or address)
+
+    def __call__(self, binary, todo, out):
+        from distributed import as_completed as as_done
+        out = out.absolute()
+        asked = {self.client.submit(diagnose, Path(binary).absolute(), c.absolute(), out, set(), key=f"prove-{c.name}-{os.urandom(4).hex()}", pure=False): c for c in todo}
+        try:
+            for done in as_done(asked):
+                yield asked[done].name, done.result()
+        except BaseException:
+            self.client.cancel(list(asked))
+            raise
+
+
+class Shard:
+    """Diagnoses a share of the cases on this machine; others are diagnosed by other calls, into the same folder."""
+
+    def __init__(self, text, jobs):
+        i, _, n = text.partition("/")
+        self.i, self.n, self.here = int(i), int(n), Threads(jobs)
+
+    def __call__(self, binary, todo, out):
+        return self.here(binary, [c for c in todo if self.holds(c)], out)
+
+    def holds(self, case):
+        # by its name, so that what other shares have done moves nothing
+        return int(hashlib.sha256(case.name.encode()).hexdigest(), 16) % self.n == self.i - 1
+
+
+def diagnose_all(binary, cases, out, engine, what):
+    """Diagnoses every case by an engine (or by so many threads), keeping what this very binary has answered before (out/runs.json, and
+    those of shares beside it); nothing is lost by Ctrl-C."""
+    engine = Threads(engine) if isinstance(engine, int) else engine
+    mine = f"runs-{engine.i}-of-{engine.n}.json" if isinstance(engine, Shard) else "runs.json"
+    kept = out / mine
     version = hashlib.sha256(Path(binary).read_bytes()).hexdigest()[:12]
     out.mkdir(parents=True, exist_ok=True)
-    runs = json.loads(kept.read_text()) if kept.exists() else {}
+    runs = {}
+    for file in sorted(out.glob("runs*.json")):
+        runs.update(json.loads(file.read_text()))
     runs = {k: r for k, r in runs.items() if r["binary"] == version and (r["code"] != 0 or (out / k / "verdict.json").exists())}
     todo = [c for c in cases if c.name not in runs]
-    t0, running = time.monotonic(), set()
-
-    def answer(case):
-        shutil.rmtree(out / case.name, ignore_errors=True)      # an answer of another binary is no answer
-        return case.name, dict(diagnose(binary, case, out, running), binary=version)
-
-    with ThreadPoolExecutor(jobs) as pool:
-        asked = [pool.submit(answer, c) for c in todo]
-        try:
-            for i, done in enumerate(as_completed(asked)):
-                name, run = done.result()
-                runs[name] = run
-                temp = kept.with_suffix(".part")
-                temp.write_text(json.dumps(runs))
-                temp.replace(kept)
-                progress(i + 1, len(todo), t0, what)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for p in list(running):
-                p.terminate()
-            raise
+    t0, done = time.monotonic(), 0
+    total = sum(1 for c in todo if not isinstance(engine, Shard) or engine.holds(c))
+    for name, run in engine(binary, todo, out):
+        runs[name] = dict(run, binary=version)
+        temp = kept.with_suffix(".part")
+        temp.write_text(json.dumps(runs))
+        temp.replace(kept)
+        done += 1
+        progress(done, total, t0, what)
     return runs, version
 
 
@@ -90,7 +142,7 @@ def progress(i, n, t0, what):
         print(f"\r{what} {i}/{n}, {left:.0f} s to go   ", end=end, file=sys.stderr, flush=True)
 
 
-def one_level(binary, out, rows, count, jobs):
+def one_level(binary, out, rows, count, engine):
     """The first `count` single effects named right, once more with the highest level's recordings only."""
     pool = [r for r in rows if r["right"] and r["group"] in ("plain", "concealed", "deep")][:count]
     folder = out / "one-level" / "open"
@@ -107,7 +159,7 @@ def one_level(binary, out, rows, count, jobs):
         for p in keep:
             name = next(line.split('"')[1] for line in p.splitlines() if line.startswith("file"))
             (dst / name).write_bytes((src / name).read_bytes())
-    runs, _ = diagnose_all(binary, [folder / r["case"] for r in pool], out / "one-level" / "verdicts", jobs, "one level only")
+    runs, _ = diagnose_all(binary, [folder / r["case"] for r in pool], out / "one-level" / "verdicts", engine, "one level only")
     res = []
     for r in pool:
         truth = json.loads((out / "truth" / f"{r['case']}.json").read_text())
@@ -145,11 +197,13 @@ def options():
     a.add_argument("--real", type=Path, metavar="FOLDER", help="folder of real campaigns: one section each; with or without SEED/N")
     a.add_argument("--readme", action="store_true", help="write tables and pictures into docs/src/proof.md and docs/src/images, and their sentence into README.md")
     a.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    a.add_argument("--dask", metavar="ADDRESS", help="diagnose on a Dask cluster that sees the same folders: its scheduler's address, or local:N for N worker processes here")
+    a.add_argument("--shard", metavar="I/N", help="diagnose the I-th of N shares of the cases and end; --again without it judges what all shares have left in --out")
     a.add_argument("--touchdown", type=Path, help="another touchdown binary than the one the launcher builds")
     a.add_argument("--commit", default="", metavar="ID", help="the commit --touchdown was built from, for the page")
     a.add_argument("--again", action="store_true", help="keep the cases --out holds already (same sets) and what this binary answered; judge anew")
     o = a.parse_args()
-    if o.system and (o.groups or o.real or o.beside or o.readme or o.first or not o.sets or any(len(s) == 3 for s in o.sets)):
+    if o.system and (o.dask or o.shard or o.groups or o.real or o.beside or o.readme or o.first or not o.sets or any(len(s) == 3 for s in o.sets)):
         a.error("--system goes with SEED/N, --out, --jobs, --again and --touchdown alone")
     o.more = [s for s in o.sets if len(s) == 3]
     o.sets = [s for s in o.sets if len(s) == 2]
@@ -164,6 +218,12 @@ def options():
         a.error("give SEED/N, how many cases to draw from which seed (or --real FOLDER)")
     if len({s for s, _ in o.sets}) < len(o.sets):
         a.error("a seed is given twice: it would draw the same cases again")
+    if o.dask and o.shard:
+        a.error("--dask and --shard are two ways to share the work: give one")
+    if o.shard and not (re.fullmatch(r"[1-9]\d*/[1-9]\d*", o.shard) and int(o.shard.split("/")[0]) <= int(o.shard.split("/")[1])):
+        a.error(f"--shard {o.shard}: is no share; write I/N, I from 1 to N")
+    if o.dask and o.dask.startswith("local:") and not re.fullmatch(r"local:[1-9]\d*", o.dask):
+        a.error(f"--dask {o.dask}: write local:N with N processes")
     if o.first is not None and not 1 <= o.first <= sum(n for _, n in o.sets):
         a.error("--first must be from 1 to the number of cases drawn")
     if o.one_level < 0 or o.jobs < 1 or (o.beside_cases is not None and o.beside_cases < 1):
@@ -223,6 +283,7 @@ def main():
     o = options()
     out = o.out
     binary = built(o.touchdown)
+    engine = Workers(o.dask) if o.dask else Shard(o.shard, o.jobs) if o.shard else Threads(o.jobs)
     commit = o.commit if o.touchdown else subprocess.run(["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
     total = sum(n for _, n in o.sets)
     head = dict(sets=o.sets, groups=o.more, cases=total, date=datetime.date.today().isoformat(), commit=commit, jobs=o.jobs)
@@ -239,12 +300,16 @@ def main():
         cases = [out / "open" / f"s{s}-{i + 1:03d}" for s, n in o.sets for i in range(n)][:o.first or total]
         of_groups = [out / "open" / case_name(s, g, i) for s, n, g in o.more for i in range(n)]
         head["cases"] = len(cases)
-        runs, head["binary"] = diagnose_all(binary, cases + of_groups, out / "verdicts", o.jobs, "diagnosing")
+        runs, head["binary"] = diagnose_all(binary, cases + of_groups, out / "verdicts", engine, "diagnosing")
+        if o.shard:
+            left = sum(1 for c in cases + of_groups if c.name not in runs)
+            print(f"share {o.shard} is diagnosed; {left} of {len(cases + of_groups)} cases are left to the others")
+            return
         if label_hash(out / "truth") != sealed:
             sys.exit("the labels changed while they were sealed: nothing is proved")
         rows, more = opened(cases, out, runs), opened(of_groups, out, runs)
         if o.one_level and rows:
-            single_level = one_level(binary, out, rows, o.one_level, o.jobs)
+            single_level = one_level(binary, out, rows, o.one_level, engine)
         (out / "scores.json").write_text(json.dumps(jsonable(dict(head=head, summary=summary(rows), figures=scores.figures(rows + more), one_level=single_level, cases=rows + more)), indent=1))
         if o.beside and rows:
             from .beside import compare
@@ -256,7 +321,7 @@ def main():
     if o.real:
         from .real import sections
         campaigns = sorted(p.parent for p in o.real.glob("*/campaign.toml"))
-        told, head["binary"] = diagnose_all(binary, campaigns, out / "real", o.jobs, "real recordings")
+        told, head["binary"] = diagnose_all(binary, campaigns, out / "real", engine, "real recordings")
         found, real = sections(campaigns, out / "real", told)
         (out / "real.json").write_text(json.dumps(jsonable(found), indent=1))
         real = (found, real)

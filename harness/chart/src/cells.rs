@@ -33,7 +33,10 @@ impl Cells {
             let said = told(&c.said);
             match &c.to {
                 Some(to) => {
-                    format!("<a href=\"{}\" title=\"{said}\" aria-label=\"{said}\" style=\"--u:{u:.0}%\"></a>", escape(to))
+                    format!(
+                        "<a href=\"{}\" title=\"{said}\" aria-label=\"{said}\" style=\"--u:{u:.0}%\"></a>",
+                        escape(to)
+                    )
                 }
                 None => format!("<i title=\"{said}\" style=\"--u:{u:.0}%\"></i>"),
             }
@@ -104,7 +107,9 @@ mod tests {
         let cell = |to: Option<&str>| Cell { said: "a <b>".into(), to: to.map(String::from), strength: 0.5 };
         let html = Cells::default().row("x & y", vec![cell(Some("a\"b.html")), cell(None)]).row("z", vec![]).html();
         assert!(html.contains("x &amp; y<span>2</span>") && html.contains("title=\"a &lt;b&gt;\""), "{html}");
-        assert!(html.contains("href=\"a&quot;b.html\"") && html.matches("--u:50%").count() == 2 && !html.contains("<b>"));
+        assert!(
+            html.contains("href=\"a&quot;b.html\"") && html.matches("--u:50%").count() == 2 && !html.contains("<b>")
+        );
     }
 
     #[test]

@@ -236,7 +236,8 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
             settings.budget.over().is_none()
         };
         let known = settings.replicates.map_or(&[][..], |r| r.known);
-        let here = |i: &usize| settings.replicates.is_none_or(|r| (r.holds)(*i) && known.iter().all(|k| k.number != *i));
+        let here =
+            |i: &usize| settings.replicates.is_none_or(|r| (r.holds)(*i) && known.iter().all(|k| k.number != *i));
         let numbers = (0..n).filter(here);
         let mut nulls = bootstrap(c, &prepared.guess, &decision.base, numbers, decision.strength(), &each);
         in_time()?;

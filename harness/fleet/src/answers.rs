@@ -119,7 +119,7 @@ impl Fleet {
     /// The fleet whose answers are in the folders `outs`. A campaign answered in several is taken from the first.
     ///
     /// # Errors
-    /// As the file system gives them; an answer that is whole and no verdict of ours.
+    /// As the file system gives them.
     pub fn read(outs: &[PathBuf]) -> Result<Fleet> {
         let mut all: BTreeMap<String, Answer> = BTreeMap::new();
         for out in outs {
@@ -136,7 +136,9 @@ impl Fleet {
                 if all.contains_key(&name) || !is_answer(&folder) {
                     continue;
                 }
-                let (columns, state) = read(&folder)?;
+                // one answer that was damaged loses no other
+                let (columns, state) =
+                    read(&folder).unwrap_or_else(|e| (BTreeMap::new(), State::Lost(format!("{e:#}"))));
                 all.insert(name.clone(), Answer { campaign: name, folder, columns, state });
             }
         }
@@ -144,8 +146,7 @@ impl Fleet {
             let of = |e: std::io::Error| anyhow::anyhow!("{}: {e}", out.join(register::FOLDER).display());
             let mut lost = register::lost(out).map_err(of)?;
             let members = register::members(out).map_err(of)?;
-            let names: BTreeSet<String> =
-                members.into_iter().map(|m| m.campaign).chain(lost.keys().cloned()).collect();
+            let names: BTreeSet<String> = members.into_iter().map(|m| m.campaign).chain(lost.keys().cloned()).collect();
             for campaign in names {
                 let why = lost.remove(&campaign);
                 let known = why.is_some();
@@ -226,7 +227,8 @@ fn hold_false_discoveries(answers: &mut [Answer]) {
 
 /// Whether the folder holds an answer that is whole, by its list of files: their contents are not read once more.
 fn is_answer(folder: &Path) -> bool {
-    folder.join("verdict.json").is_file() && Manifest::read(folder).is_some_and(|m| m.files.contains_key("verdict.json"))
+    folder.join("verdict.json").is_file()
+        && Manifest::read(folder).is_some_and(|m| m.files.contains_key("verdict.json"))
 }
 
 /// What a fleet reads of verdict.json.
@@ -365,12 +367,16 @@ pub(crate) mod tests {
             })
             .collect();
         let causes = match missing {
-            Some((m, _)) => serde_json::json!([{"mechanisms": [m], "probability": 0.9}, {"mechanisms": [], "probability": 0.1}]),
+            Some((m, _)) => {
+                serde_json::json!([{"mechanisms": [m], "probability": 0.9}, {"mechanisms": [], "probability": 0.1}])
+            }
             None => serde_json::json!([{"mechanisms": [], "probability": 0.97}]),
         };
         let material: BTreeMap<_, _> = missing
             .iter()
-            .map(|(m, s)| (m, serde_json::json!({"peak_force": -s, "restitution": null, "contact_time": s / 2.0, "depth": 0.0})))
+            .map(|(m, s)| {
+                (m, serde_json::json!({"peak_force": -s, "restitution": null, "contact_time": s / 2.0, "depth": 0.0}))
+            })
             .collect();
         serde_json::json!({"columns": columns, "mismatch": {"detected": missing.is_some(), "false_alarm_probability": p},
             "missing": names, "unexplained": {"detected": false, "text": ""}, "posterior": causes, "material": material,
@@ -420,15 +426,21 @@ pub(crate) mod tests {
         register::lose(&b, "two", "its time was up").unwrap();
         write(&b, "one", &verdict(None, 0.5, 0.01, serde_json::json!({})));
         let f = Fleet::read(&[a, b]).unwrap();
-        assert_eq!(f.lost().map(|(x, why)| (x.campaign.as_str(), why)).collect::<Vec<_>>(), [("two", "its time was up")]);
+        assert_eq!(
+            f.lost().map(|(x, why)| (x.campaign.as_str(), why)).collect::<Vec<_>>(),
+            [("two", "its time was up")]
+        );
         assert_eq!(f.judged().count(), 1);
     }
 
     #[test]
-    fn a_verdict_that_is_none_is_told_with_its_file() {
+    fn a_verdict_that_is_none_is_a_loss_told_with_its_file() {
         let t = tempfile::tempdir().unwrap();
         write(t.path(), "x", &serde_json::json!({"format": "verdict/1"}));
-        let e = format!("{:#}", Fleet::read(&[t.path().to_path_buf()]).unwrap_err());
-        assert!(e.contains("x/verdict.json: cannot be read") && e.contains("mismatch"), "{e}");
+        write(t.path(), "y", &verdict(None, 0.5, 0.01, serde_json::json!({})));
+        let f = Fleet::read(&[t.path().to_path_buf()]).unwrap();
+        let lost: Vec<_> = f.lost().map(|(_, why)| why.to_string()).collect();
+        assert!(lost[0].contains("x/verdict.json: cannot be read") && lost[0].contains("mismatch"), "{lost:?}");
+        assert_eq!((lost.len(), f.judged().count()), (1, 1));
     }
 }

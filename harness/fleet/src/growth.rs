@@ -5,7 +5,7 @@ use crate::statistics::{differs, discoveries, follows, slope, spearman};
 use rayon::prelude::*;
 use record::Label;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Campaigns that a comparison needs at least: with fewer no order of them is rare enough.
 const FEWEST: usize = 6;
@@ -98,17 +98,21 @@ pub fn points(fleet: &Fleet, column: &str, mechanism: &str, figure: &Figure) -> 
     all.into_iter().map(|(_, l, v)| (l, v)).collect()
 }
 
-/// Compares every figure of every mechanism with every column, false discoveries held at [`LEVEL`].
+/// Compares every figure of every mechanism that a campaign names with every column, false discoveries held at [`LEVEL`]. What is
+/// never more likely than not is not compared: the probabilities of a campaign add up to one, so that all others fall where one
+/// grows.
 pub fn growths(fleet: &Fleet) -> Growths {
     let parameters = parameters(fleet);
+    let named = fleet.judged().flat_map(|(_, j)| j.missing.iter().map(|m| m.mechanism.clone()));
+    let named: BTreeSet<String> = named.collect();
     let mut comparisons = Vec::new();
     for column in fleet.columns() {
-        for mechanism in fleet.mechanisms() {
-            let of_parameters = parameters.iter().filter(|p| p.0 .0 == mechanism);
+        for mechanism in &named {
+            let of_parameters = parameters.iter().filter(|p| p.0 .0 == *mechanism);
             let of_parameters = of_parameters.map(|((_, p), unit)| (Figure::Parameter(p.clone()), unit.clone()));
             let figures = [Figure::Probability, Figure::Size].map(|f| (f, "1".to_string()));
             for (figure, unit) in figures.into_iter().chain(of_parameters) {
-                let points = points(fleet, &column, &mechanism, &figure);
+                let points = points(fleet, &column, mechanism, &figure);
                 let (column, mechanism) = (column.clone(), mechanism.clone());
                 comparisons.push(Comparison { column, mechanism, figure, unit, points });
             }
@@ -176,14 +180,27 @@ fn compared(c: Comparison, seed: u64) -> Option<Growth> {
             }
             let group: Vec<usize> = texts.iter().map(|t| names.binary_search(t).unwrap_or(0)).collect();
             let of = |g: usize| mean(group.iter().zip(&figures).filter(|(k, _)| **k == g).map(|(_, v)| *v));
-            let mut ends: Vec<End> = names.iter().enumerate().map(|(g, n)| End { of: n.clone(), mean: of(g) }).collect();
+            let mut ends: Vec<End> =
+                names.iter().enumerate().map(|(g, n)| End { of: n.clone(), mean: of(g) }).collect();
             ends.sort_by(|a, b| a.mean.total_cmp(&b.mean));
             let (to, from) = (ends.pop()?, ends.into_iter().next()?);
             (None, None, from, to, differs(&group, &figures, seed))
         }
     };
     let Comparison { column, mechanism, figure, unit, points } = c;
-    Some(Growth { column, mechanism, figure, unit, campaigns: points.len(), correlation, slope: of_slope, from, to, p, q: 1.0 })
+    Some(Growth {
+        column,
+        mechanism,
+        figure,
+        unit,
+        campaigns: points.len(),
+        correlation,
+        slope: of_slope,
+        from,
+        to,
+        p,
+        q: 1.0,
+    })
 }
 
 /// A value of a column in words.

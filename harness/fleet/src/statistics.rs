@@ -96,8 +96,7 @@ pub fn slope(x: &[f64], y: &[f64]) -> Option<f64> {
     let n = x.len();
     let step = (n * n.saturating_sub(1) / 2).div_ceil(PAIRS).max(1);
     let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))).step_by(step);
-    let mut all: Vec<f64> =
-        pairs.filter(|(i, j)| x[*i] != x[*j]).map(|(i, j)| (y[j] - y[i]) / (x[j] - x[i])).collect();
+    let mut all: Vec<f64> = pairs.filter(|(i, j)| x[*i] != x[*j]).map(|(i, j)| (y[j] - y[i]) / (x[j] - x[i])).collect();
     all.sort_by(f64::total_cmp);
     let middle = all.len() / 2;
     match all.len() {

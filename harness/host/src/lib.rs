@@ -30,7 +30,7 @@ pub use error::{CallError, Discarded, HostError};
 pub use fmu::Fmu;
 pub use fmu_element::{Coupling, FmuElement, Names};
 pub use instance::Instance;
-pub use isolation::{Isolation, Limits, ARGUMENT, TIME};
+pub use isolation::{served_by, Isolation, Limits, ARGUMENT, TIME};
 pub use log::LogLine;
 pub use plant::element::{Direct, Element};
 pub use state::State;

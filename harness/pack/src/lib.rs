@@ -9,7 +9,7 @@ mod label;
 mod library;
 
 pub use label::Label;
-pub use library::{is_ours, library, whole, Binary};
+pub use library::{is_ours, library, lies_at, program, whole, Binary};
 
 use anyhow::{bail, ensure, Context, Result};
 use hysteresis_contact::variables::{self, Role, Settings, LOG_CATEGORIES, MODEL, PARAMETERS, PARAMETER_TABLE};

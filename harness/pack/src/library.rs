@@ -6,6 +6,7 @@ use face::start::{COUNT_OFFSET, GUID_LENGTH, GUID_OFFSET, MARKER, VALUES_OFFSET}
 use object::{Architecture, BinaryFormat, FileKind, Object, ObjectSection, ObjectSegment};
 use std::ffi::{c_char, CStr};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::time::SystemTime;
 
 /// The platforms that FMI 2.0 names.
@@ -18,6 +19,23 @@ pub struct Binary {
     pub platform: String,
     /// The library as it was built.
     pub bytes: Vec<u8>,
+}
+
+/// What [`lies_at`] was given.
+static LIES_AT: OnceLock<PathBuf> = OnceLock::new();
+
+/// From here on libraries are looked for beside this file: for a library of ours that a program of somebody else's has
+/// loaded. What was said first holds.
+pub fn lies_at(file: PathBuf) {
+    LIES_AT.get_or_init(|| file);
+}
+
+/// The file that runs: the program, or what [`lies_at`] was given.
+///
+/// # Errors
+/// As the system gives them.
+pub fn program() -> std::io::Result<PathBuf> {
+    LIES_AT.get().cloned().map_or_else(std::env::current_exe, Ok)
 }
 
 impl Model {
@@ -50,8 +68,7 @@ impl Model {
     /// Where that library is.
     fn built_path(&self) -> Result<PathBuf> {
         ensure!(platform() == Some("linux64"), "FMI 2.0 has no folder for this machine: pass --binary PLATFORM=FILE");
-        let program =
-            std::env::current_exe().context("the program's own path is not known: pass --binary linux64=FILE")?;
+        let program = program().context("the program's own path is not known: pass --binary linux64=FILE")?;
         let mut looked = Vec::new();
         let mut newest: Option<(SystemTime, PathBuf)> = None;
         let file = format!("lib{}.so", self.stem);
@@ -104,7 +121,7 @@ impl Model {
     fn beside_the_program(&self) -> Result<Vec<Binary>> {
         let own = self.built_path().ok();
         let made = own.and_then(|p| std::fs::metadata(p).ok()?.modified().ok());
-        let program = std::env::current_exe().ok();
+        let program = program().ok();
         for folder in program.iter().flat_map(|p| p.ancestors().skip(1).take(2)) {
             // what was built from an older source than this program is left alone
             for (folder, since) in [(folder.join("lib/platforms"), None), (folder.join("platforms"), made)] {
@@ -139,7 +156,7 @@ impl Model {
     /// No checkout; a build that fails, or misses a tool: what it said stands above, with what to install.
     pub fn libraries_everywhere(&self) -> Result<Vec<Binary>> {
         const SCRIPT: &str = "fmu/platforms/build";
-        let (program, here) = (std::env::current_exe().ok(), std::env::current_dir().ok());
+        let (program, here) = (program().ok(), std::env::current_dir().ok());
         let mut folders = program.iter().chain(&here).flat_map(|p| p.ancestors());
         let root = folders.find(|f| f.join(SCRIPT).is_file()).with_context(|| {
             format!("{SCRIPT} is not here: call from a checkout of touchdown, or pass --binary PLATFORM=FILE")

@@ -113,11 +113,8 @@ fn columns_of_the_users_own_are_numbers_or_texts() {
     let given = with("[campaign.columns]\norder = 17\nbatch = \"B7\"\n\"oil temperature\" = -3.5");
     let dir = folder(&given, &[("r1.csv", csv())]);
     let columns = of(dir.path()).unwrap().columns;
-    let expected = [
-        ("batch", Label::Text("B7".into())),
-        ("oil temperature", Label::Number(-3.5)),
-        ("order", Label::Number(17.0)),
-    ];
+    let expected =
+        [("batch", Label::Text("B7".into())), ("oil temperature", Label::Number(-3.5)), ("order", Label::Number(17.0))];
     assert_eq!(columns.into_iter().collect::<Vec<_>>(), expected.map(|(n, v)| (n.to_string(), v)));
     for (wrong, what, cure) in [
         ("columns = 3", "columns is no table", "write [campaign.columns]"),

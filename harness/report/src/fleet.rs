@@ -1,8 +1,8 @@
 //! The page of a fleet: what became of every campaign, what grows with what, a map of campaigns by cause.
 
-use chart::{is_ours, Cell, Cells, Chart, Page, Shares, Style};
 use ::fleet::growth::{points, text, Figure, Growth, Growths};
 use ::fleet::{Answer, Fleet, Judged, State};
+use chart::{is_ours, quantity, Cell, Cells, Chart, Page, Shares, Style};
 use record::Label;
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -189,12 +189,14 @@ fn value(g: &Growth, v: f64) -> String {
     match &g.figure {
         Figure::Probability => format!("{v:.2}"),
         Figure::Size => format!("{:.2} %", 100.0 * v),
-        Figure::Parameter(_) => format!("{v:.4e} {}", g.unit),
+        Figure::Parameter(_) => quantity(v, &g.unit),
     }
 }
 
 fn small(p: f64) -> String {
-    if p < 0.001 {
+    if p < 1e-6 {
+        "below 1e-6".into()
+    } else if p < 0.001 {
         format!("{p:.0e}")
     } else {
         format!("{p:.3}")
@@ -213,7 +215,7 @@ fn grown(page: Page, fleet: &Fleet, growths: &Growths) -> Page {
         return page.paragraph(why);
     }
     let head =
-        ["mechanism", "figure", "column", "where it is", "it is", "and where it is", "it is", "correlation", "campaigns", "q"];
+        ["mechanism", "figure", "column", "from", "mean there", "to", "mean there", "correlation", "campaigns", "q"];
     let row = |g: &Growth| {
         vec![
             plain(&g.mechanism),
@@ -230,7 +232,7 @@ fn grown(page: Page, fleet: &Fleet, growths: &Growths) -> Page {
     };
     let (found, rest): (Vec<&Growth>, Vec<&Growth>) = growths.all.iter().partition(|g| g.q <= growths.level);
     page = page.paragraph(&format!(
-        "{} comparisons of a mechanism with a column; {} hold at a false discovery rate of {:.0} % (Benjamini and Hochberg \
+        "{} comparisons of a mechanism with a column, of which {} hold at a false discovery rate of {:.0} % (Benjamini and Hochberg \
          1995). Each p-value is the share of the orders of the campaigns, drawn at random, that look as strong.",
         growths.all.len(),
         found.len(),
@@ -250,7 +252,8 @@ fn grown(page: Page, fleet: &Fleet, growths: &Growths) -> Page {
         let title = format!("{} by {}", capital(&plain(&g.mechanism)), g.column);
         let unit = if g.unit.is_empty() { "1" } else { &g.unit };
         let chart = Chart::new(&title, &g.column, &format!("{} [{unit}]", figure(g)));
-        page = page.chart(&chart.marks("campaigns", &x, &y, Style::After), &format!("A point a campaign, q {}.", small(g.q)));
+        page = page
+            .chart(&chart.marks("campaigns", &x, &y, Style::After), &format!("A point a campaign, q {}.", small(g.q)));
     }
     if !rest.is_empty() {
         let rows: Vec<_> = rest.iter().take(TABLED).map(|g| row(g)).collect();
@@ -336,7 +339,9 @@ fn all(page: Page, out: &Path, fleet: &Fleet) -> Page {
                     small(j.false_discovery_rate),
                 ]
             }
-            State::Unjudged(why) => [format!("cannot be judged: {why}"), "-".into(), "-".into(), "-".into(), "-".into()],
+            State::Unjudged(why) => {
+                [format!("cannot be judged: {why}"), "-".into(), "-".into(), "-".into(), "-".into()]
+            }
             State::Lost(why) => [format!("lost: {why}"), "-".into(), "-".into(), "-".into(), "-".into()],
         });
         cells.extend(columns.iter().map(|c| a.columns.get(c).map_or("-".into(), text)));
@@ -419,7 +424,9 @@ mod tests {
         assert!(h.contains("24 of 26 campaigns were judged. In 16 something is missing: guide friction in 16."), "{h}");
         assert!(h.contains("1 cannot be judged. 1 is lost: gone &lt;1&gt;."));
         assert!(h.contains("Guide friction grows with order."));
-        assert!(h.contains("ended by SIGABRT") && h.contains("too short") && h.contains("Campaigns by cause and batch"));
+        assert!(
+            h.contains("ended by SIGABRT") && h.contains("too short") && h.contains("Campaigns by cause and batch")
+        );
         assert!(h.contains("href=\"c23/report.html\"") && !h.contains("gone%20%3C1%3E/report.html"));
         assert_eq!(h.matches("<a href=\"short/report.html\"").count(), 2);
         assert!(h.contains("<svg class=\"chart\"") && !h.contains("<1>"));
@@ -432,7 +439,12 @@ mod tests {
         let (here, there) = (t.path().join("page"), t.path().join("node 1/answers"));
         std::fs::create_dir_all(there.join("c")).unwrap();
         std::fs::create_dir_all(&here).unwrap();
-        let a = Answer { campaign: "c".into(), folder: there.join("c"), columns: Default::default(), state: judged(None, 0.1) };
+        let a = Answer {
+            campaign: "c".into(),
+            folder: there.join("c"),
+            columns: Default::default(),
+            state: judged(None, 0.1),
+        };
         assert_eq!(report(&here, &a), "../node%201/answers/c/report.html");
     }
 

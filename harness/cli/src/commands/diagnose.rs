@@ -4,8 +4,8 @@ use super::fmus::Fmus;
 use super::form::Form;
 use super::terminal::Terminal;
 use crate::print;
-use crate::tasks::diagnose::{diagnose, Answer, Options};
 use crate::progress::deadline;
+use crate::tasks::diagnose::{diagnose, Answer, Options};
 use crate::tasks::shard::{self, Share};
 use crate::tasks::Follow;
 use anyhow::{ensure, Result};
@@ -77,10 +77,15 @@ fn end_with_share() {
     #[cfg(target_os = "linux")]
     if let Some(share) = std::env::var(SHARE).ok().and_then(|s| s.parse::<i32>().ok()) {
         use rustix::process::{getppid, set_parent_process_death_signal, Signal};
-        // a kernel that refuses leaves it to run on, which does no harm
-        let _ = set_parent_process_death_signal(Some(Signal::KILL));
-        if getppid().map(|p| p.as_raw_nonzero().get()) != Some(share) {
-            std::process::exit(2);
+        let is_above = || getppid().map(|p| p.as_raw_nonzero().get()) == Some(share);
+        // another program may stand between
+        if is_above() {
+            // a kernel that refuses leaves it to run on, which does no harm
+            let _ = set_parent_process_death_signal(Some(Signal::KILL));
+            if !is_above() {
+                // it was ended before it could be told
+                std::process::exit(2);
+            }
         }
     }
 }

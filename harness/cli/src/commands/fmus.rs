@@ -2,9 +2,9 @@
 
 use crate::print;
 use crate::progress::interruption;
-use anyhow::{ensure, Result};
-use host::{Isolation, Limits};
-use std::time::Duration;
+use crate::tasks::isolation;
+use anyhow::Result;
+use host::Isolation;
 
 #[derive(clap::Args)]
 pub struct Fmus {
@@ -33,18 +33,12 @@ impl Fmus {
     /// Where FMUs run.
     ///
     /// # Errors
-    /// A time that is none.
+    /// A time or a memory of none.
     pub fn isolation(&self) -> Result<Isolation> {
-        if self.in_process {
-            return Ok(Isolation::None);
-        }
-        let time = Duration::try_from_secs_f64(self.fmu_seconds).unwrap_or_default();
-        ensure!(!time.is_zero(), "--fmu-seconds {}: give a time above 0, in s", self.fmu_seconds);
-        let memory = self.fmu_memory.map(|mb| mb.saturating_mul(1 << 20));
-        ensure!(memory != Some(0), "--fmu-memory 0: give MB above 0, or leave it out");
-        if !Isolation::is_possible() {
+        let isolation = isolation(self.in_process, self.fmu_seconds, self.fmu_memory, interruption())?;
+        if !self.in_process && !Isolation::is_possible() {
             print::warning("somebody else's FMUs run inside this process here: only Linux has processes for them");
         }
-        Ok(Isolation::Process(Limits { time, memory, stop: Some(interruption()), ..Limits::new() }))
+        Ok(isolation)
     }
 }

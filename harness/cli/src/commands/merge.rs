@@ -44,7 +44,13 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
                 Some(c) => format!("rank correlation {c:.2} with {}", g.column),
                 None => format!("{} least in {} {}, most in {}", "differs:", g.column, g.from.of, g.to.of),
             };
-            text += &format!("{} of {}: {way} (q {:.1e}, {} campaigns)\n", figure(&g.figure), g.mechanism, g.q, g.campaigns);
+            text += &format!(
+                "{} of {}: {way} (q {:.1e}, {} campaigns)\n",
+                figure(&g.figure),
+                g.mechanism,
+                g.q,
+                g.campaigns
+            );
         }
         text + &format!("page: {}\ntable: {}\n", m.page.display(), m.table.display())
     };

@@ -4,6 +4,7 @@
 pub mod batch;
 pub mod diagnose;
 pub mod fit;
+mod fmus;
 pub mod impact;
 pub mod import;
 pub mod merge;
@@ -11,6 +12,8 @@ pub mod pack;
 pub mod run;
 pub mod shard;
 mod system;
+
+pub use fmus::isolation;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;

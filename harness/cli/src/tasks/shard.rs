@@ -238,7 +238,10 @@ struct Ended {
 fn why(ended: &Ended, seconds: Option<f64>) -> String {
     let errors: Vec<&str> = ended.errors.lines().filter_map(|l| l.strip_prefix("error: ")).collect();
     if ended.late {
-        return format!("its {} s were up, it did not come to an end, and its process was killed", seconds.unwrap_or(0.0));
+        return format!(
+            "its {} s were up, it did not come to an end, and its process was killed",
+            seconds.unwrap_or(0.0)
+        );
     }
     match ended.status.code() {
         Some(2) if !errors.is_empty() => errors.join("; "),

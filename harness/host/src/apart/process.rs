@@ -21,13 +21,13 @@ impl Process {
     /// As the system gives them.
     pub(super) fn start(limits: &Limits, memory: &Shared) -> std::io::Result<Process> {
         let printed = std::io::stderr().as_fd().try_clone_to_owned().map_or_else(|_| Stdio::null(), Stdio::from);
-        // the program may be /proc/self/exe, which tells whoever looks at processes nothing
-        let child = Command::new(&limits.program)
-            .arg0("touchdown")
-            .arg(ARGUMENT)
-            .stdin(memory.file().try_clone()?)
-            .stdout(printed)
-            .spawn()?;
+        let mut command = Command::new(&limits.program);
+        if limits.arguments.is_empty() {
+            // the program may be /proc/self/exe, which tells whoever looks at processes nothing
+            command.arg0("touchdown");
+        }
+        let child =
+            command.args(&limits.arguments).arg(ARGUMENT).stdin(memory.file().try_clone()?).stdout(printed).spawn()?;
         let pid = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
         Ok(Process { child, pid })
     }

@@ -1,4 +1,4 @@
-"""A fleet on a real Dask cluster of several worker processes on this machine."""
+"""A fleet on a real Dask cluster of several worker processes on this machine. Run by tests/fleet/dask, which installs the package."""
 
 import os
 import pathlib
@@ -6,13 +6,12 @@ import signal
 import threading
 import time
 
+import distributed
 import pytest
+import touchdown_impact.dask as driver
 
 from tests.fleet.conftest import PROGRAM, answer, touchdown
 from tests.fleet.small import write, write_with_fmu
-
-distributed = pytest.importorskip("distributed") if not os.environ.get("CI") else __import__("distributed")
-driver = pytest.importorskip("touchdown_impact.dask") if not os.environ.get("CI") else __import__("touchdown_impact.dask", fromlist=["diagnose"])
 
 WORKERS = 3
 CAMPAIGNS = int(os.environ.get("FLEET_DASK", "200"))
@@ -66,20 +65,13 @@ def test_every_campaign_but_the_lost_is_answered_as_on_one_machine(cluster, tmp_
         # the FMU and the input's hash tell by which program they were made; all that was found is the same to the bit
         different = {n for n in a if a[n] != b[n]}
         assert different <= {"manifest.json", "HysteresisContact.fmu"}, (name, different)
-    frame = fleet.to_frame() if _has("pandas") else None
-    if frame is not None:
-        assert len(frame) == CAMPAIGNS + 2
+    frame = fleet.to_frame()
+    assert len(frame) == CAMPAIGNS + 2 and list(frame["state"][:2]) == ["lost", "lost"]
     # once more: what is finished is not done again
     before = {n: (out / n / "manifest.json").stat().st_mtime_ns for n in names}
     again = driver.diagnose([folder / n for n in names[:20]], client, out, seconds=SECONDS, fmus=driver.Fmus(in_process=True), progress=False)
     assert before == {n: (out / n / "manifest.json").stat().st_mtime_ns for n in names}
     assert again.judged == CAMPAIGNS
-
-
-def _has(module):
-    import importlib.util
-
-    return importlib.util.find_spec(module) is not None
 
 
 def test_replicates_on_workers_give_the_bootstrap_of_one_run(cluster, tmp_path):

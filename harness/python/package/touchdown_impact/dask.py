@@ -6,9 +6,9 @@
 >>> fleet.lost
 >>> fleet.to_frame()
 
-The scheduler gives each worker campaigns as it has time; a worker starts a process of its own for each, so that what ends that
-process loses one campaign and no worker. Campaigns and answers lie where client and workers see them under the same path. What is
-finished is not done again.
+The scheduler gives each worker campaigns as it has time; a worker starts a process of its own for each, so that what ends
+that process loses one campaign and no worker. Campaigns and answers lie where client and workers see them under the same
+path. What is finished is not done again.
 """
 
 from __future__ import annotations
@@ -81,7 +81,8 @@ class Fleet:
         """The table, a row a campaign, what matters first."""
         import pyarrow.parquet
 
-        return pyarrow.parquet.read_table(self.out / "fleet.parquet").to_pandas()
+        frame: pandas.DataFrame = pyarrow.parquet.read_table(self.out / "fleet.parquet").to_pandas()
+        return frame
 
 
 def diagnose(
@@ -100,8 +101,8 @@ def diagnose(
 
     campaigns: folders of format recordings/1, or folders of such folders.
     out: folder for the answers; client and workers see it under this path.
-    seconds: what a campaign may take; one that is not judged by then is answered as not judged, and a process that does not come
-        to an end is killed some time later.
+    seconds: what a campaign may take; one that is not judged by then is answered as not judged, and a process that does
+        not come to an end is killed some time later.
     bootstrap: campaigns simulated and judged for each false-alarm probability, shared by `replicates` tasks.
     fmus: where somebody else's FMUs run.
     command: another program than this package, such as ["touchdown"], on every worker.
@@ -114,8 +115,8 @@ def diagnose(
         raise TouchdownError("replicates shares the campaigns of bootstrap: give both as 1 or more")
     out = Path(out).absolute()
     folders = _folders(campaigns)
-    options = [] if seconds is None else ["--seconds", repr(float(seconds))]
-    options += ["--in-process"] if fmus.in_process else ["--fmu-seconds", repr(float(fmus.fmu_seconds))]
+    options = [] if seconds is None else [f"--seconds={float(seconds)!r}"]
+    options += ["--in-process"] if fmus.in_process else [f"--fmu-seconds={float(fmus.fmu_seconds)!r}"]
     if fmus.fmu_memory is not None and not fmus.in_process:
         options += ["--fmu-memory", str(int(fmus.fmu_memory))]
     if bootstrap:
@@ -123,20 +124,18 @@ def diagnose(
     given = list(command) if command is not None else None
     out.mkdir(parents=True, exist_ok=True)
     # beside the answers, where the workers see it, and gone with the call
-    with tempfile.NamedTemporaryFile("w", suffix=".txt", prefix=".touchdown-campaigns-", dir=out, encoding="utf-8") as listed:
+    with tempfile.NamedTemporaryFile("w", dir=out, prefix=".touchdown-", suffix=".txt", encoding="utf-8") as listed:
         listed.write("".join(f"{f}\n" for f in folders))
         listed.flush()
-        tasks = [
-            client.submit(
-                _share,
-                given,
-                ["--list", listed.name, "--out", str(out), "--shard", f"{i + 1}/{len(folders)}", "--jobs", "1", "--quiet", *options, *(["--replicates", f"{r + 1}/{replicates}"] if replicates > 1 else [])],
-                key=f"touchdown-{folder.name}-{r + 1}-{os.urandom(4).hex()}",
-                pure=False,
-            )
-            for i, folder in enumerate(folders)
-            for r in range(replicates)
-        ]
+        always = ["--list", listed.name, "--out", str(out), "--jobs", "1", "--quiet", *options]
+        tasks = []
+        for i, folder in enumerate(folders):
+            for r in range(replicates):
+                words = [*always, "--shard", f"{i + 1}/{len(folders)}"]
+                if replicates > 1:
+                    words += ["--replicates", f"{r + 1}/{replicates}"]
+                key = f"touchdown-{folder.name}-{r + 1}-{os.urandom(4).hex()}"
+                tasks.append(client.submit(_share, given, words, key=key, pure=False))
         try:
             _wait(tasks, progress)
         except BaseException:
@@ -178,7 +177,8 @@ def _command(given: Sequence[str] | None) -> list[str]:
         return list(given)
     path = str(_native.__file__)
     # the words by which it starts itself are those it was started by
-    text = _RUN.replace("{itself}", "sys.orig_argv[4]").format(path=path, serve=["-I", "-S", "-c", _SERVE.format(path=path)])
+    serve = ["-I", "-S", "-c", _SERVE.format(path=path)]
+    text = _RUN.replace("{itself}", "sys.orig_argv[4]").format(path=path, serve=serve)
     return [sys.executable, "-I", "-S", "-c", text]
 
 
@@ -186,7 +186,10 @@ def _share(command: Sequence[str] | None, words: list[str]) -> None:
     """Runs on a worker: one share. What became of its campaign is written beside the answers."""
     # the process ends with this worker
     environment = dict(os.environ, TOUCHDOWN_SHARE=str(os.getpid()))
-    done = subprocess.run([*_command(command), "diagnose", *words], stdin=subprocess.DEVNULL, capture_output=True, text=True, env=environment, check=False)
+    call = [*_command(command), "diagnose", *words]
+    done = subprocess.run(
+        call, stdin=subprocess.DEVNULL, capture_output=True, text=True, env=environment, check=False
+    )
     # codes of a command that was not understood are those of a campaign that is lost: tell them apart by what was said
     if done.returncode not in _ANSWERED or (done.returncode == 2 and not done.stdout):
         raise TouchdownError(_said(done.stderr) or f"the process of a share ended with code {done.returncode}")
@@ -197,8 +200,10 @@ def _said(errors: str) -> str:
 
 
 def _wait(tasks: list[Any], progress: bool) -> None:
-    """Waits for all tasks. A worker's death and what a share could not do is one campaign's loss; where no share could do anything,
-    that is raised."""
+    """Waits for all tasks.
+
+    A worker's death and what a share could not do is one campaign's loss; where no share could do anything, that is raised.
+    """
     troubles: list[BaseException] = []
     with tqdm(total=len(tasks), desc="diagnose", disable=not progress) as bar:
         for task in as_completed(tasks):

@@ -1,0 +1,42 @@
+"""The native half: the tasks of the commands. Use the package."""
+
+from collections.abc import Callable, Mapping, Sequence
+from os import PathLike
+from typing import Any
+
+VERSION: str
+
+class TouchdownError(Exception):
+    """What is wrong, where, and the cure, in the words of the command."""
+
+_Path = str | PathLike[str]
+_Tell = Callable[[str, str, int], None]
+
+def lies_at(module: _Path, interpreter: _Path, arguments: Sequence[str]) -> None: ...
+def serve() -> None: ...
+def command(words: Sequence[str], program: Sequence[str]) -> int: ...
+def diagnose(
+    campaigns: Sequence[_Path],
+    out: _Path,
+    platforms: _Path | None,
+    jobs: int | None,
+    bootstrap: int,
+    seconds: float | None,
+    resume: bool,
+    fmus: Mapping[str, Any],
+    tell: _Tell,
+) -> str: ...
+def fit(campaign: _Path, out: _Path, method: str, seconds: float, tell: _Tell) -> str: ...
+def run(
+    scenario: _Path, out: _Path, fmu: _Path | None, direct: bool, parquet: bool, fmus: Mapping[str, Any], tell: _Tell
+) -> str: ...
+def pack(
+    model: str, out: _Path, starts: Sequence[tuple[str, str]], binaries: Sequence[str], platforms: _Path | None
+) -> str: ...
+def impact(
+    mass: float, speed: float, stiffness: float, exponent: float, damping: float | None, restitution: float | None
+) -> str: ...
+def import_(files: Sequence[_Path], out: _Path, i: Mapping[str, Any], tell: _Tell) -> str: ...
+def campaign(folder: _Path) -> dict[str, Any]: ...
+def lead(page: str) -> str | None: ...
+def left_alone() -> int: ...

@@ -1,0 +1,122 @@
+"""Quantities, tables and where answers lie."""
+
+from __future__ import annotations
+
+import html
+import shutil
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, overload
+
+import pyarrow as pa
+
+from ._native import TouchdownError, lead
+from ._task import Path_
+
+if TYPE_CHECKING:
+    import pandas
+    import polars
+
+#: A library of tables: pandas, polars, or arrow for a `pyarrow.Table`.
+Library = Literal["pandas", "polars", "arrow"]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A value in `unit` with its 95 % interval; `low` and `high` are None where the recordings do not tell it."""
+
+    value: float
+    unit: str
+    low: float | None = None
+    high: float | None = None
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __str__(self) -> str:
+        of = f" (95 %: {self.low:.4g} to {self.high:.4g})" if self.low is not None and self.high is not None else ""
+        return f"{self.value:.4g}{of}" + (f" {self.unit}" if self.unit not in ("", "1") else "")
+
+
+def quantity(value: float, unit: str, interval: Sequence[float] | None) -> Quantity:
+    """A quantity with an interval as the files have it, [low, high] or None."""
+    low, high = interval if interval else (None, None)
+    return Quantity(value, unit, low, high)
+
+
+@overload
+def table(columns: Mapping[str, Any] | pa.Table, library: Literal["pandas"]) -> pandas.DataFrame: ...
+@overload
+def table(columns: Mapping[str, Any] | pa.Table, library: Literal["polars"]) -> polars.DataFrame: ...
+@overload
+def table(columns: Mapping[str, Any] | pa.Table, library: Literal["arrow"]) -> pa.Table: ...
+@overload
+def table(columns: Mapping[str, Any] | pa.Table, library: Library) -> pandas.DataFrame | polars.DataFrame | pa.Table: ...
+def table(columns: Mapping[str, Any] | pa.Table, library: Library) -> pandas.DataFrame | polars.DataFrame | pa.Table:
+    """Columns as a table of `library`, by way of Arrow.
+
+    Raises: ValueError for another library; ModuleNotFoundError where it is not installed.
+    """
+    arrow = columns if isinstance(columns, pa.Table) else pa.table(dict(columns))
+    if library == "arrow":
+        return arrow
+    if library == "polars":
+        import polars
+
+        made = polars.from_arrow(arrow)
+        assert isinstance(made, polars.DataFrame)
+        return made
+    if library == "pandas":
+        return arrow.to_pandas()
+    raise ValueError(f"library {library!r} is not known; give pandas, polars or arrow")
+
+
+def html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table as HTML."""
+
+    def line(cells: Sequence[str], tag: str) -> str:
+        return "<tr>" + "".join(f"<{tag}>{html.escape(c)}</{tag}>" for c in cells) + "</tr>"
+
+    return "<table>" + line(head, "th") + "".join(line(r, "td") for r in rows) + "</table>"
+
+
+class Place:
+    """The folder of an answer: the one given, or a temporary one that goes with the answer."""
+
+    def __init__(self, given: Path_ | None) -> None:
+        self._temporary = tempfile.TemporaryDirectory(prefix="touchdown-") if given is None else None
+        self.path = Path(self._temporary.name if self._temporary is not None else given or "")
+
+
+class Page:
+    """An answer with a page, report.html in its folder."""
+
+    #: Folder of the answer. Without `out` it is a temporary one that goes with this object.
+    folder: Path
+    _words: str | None = None
+
+    def report(self, path: Path_ | None = None) -> Path:
+        """The report: one HTML page that needs no network. Written to `path` where that is given.
+
+        Raises: TouchdownError where there is none; OSError where it cannot be written.
+        """
+        return self._file("report.html", path)
+
+    @property
+    def sentence(self) -> str:
+        """The sentence to take away."""
+        return lead(self.report().read_text(encoding="utf-8")) or ""
+
+    def __str__(self) -> str:
+        return (self._words if self._words is not None else self.sentence).rstrip("\n")
+
+    def _file(self, name: str, path: Path_ | None) -> Path:
+        own = self.folder / name
+        if not own.is_file():
+            raise TouchdownError(f"{own}: is not there")
+        if path is None:
+            return own
+        shutil.copyfile(own, path)
+        return Path(path)

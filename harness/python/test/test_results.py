@@ -1,0 +1,123 @@
+"""Results as objects: values, tables, pictures."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pytest
+import touchdown_impact as td
+
+from conftest import EXAMPLES
+
+
+def test_a_diagnosis_says_what_is_missing(found: td.Diagnosis) -> None:
+    assert found.judged and found.detected and found.reason is None
+    [missing] = found.missing
+    assert missing.mechanism == "plastic_indentation" and missing.probability > 0.9
+    depth = found.parameters["plastic_indentation.yield_penetration"]
+    assert depth.low is not None and depth.high is not None and depth.low < depth.value < depth.high
+    assert depth.unit == "m" and float(depth) == depth.value
+    assert found.posterior[0].mechanisms == ("plastic_indentation",) == found.credible_set[0]
+    assert abs(sum(c.probability for c in found.posterior) - 1.0) < 1e-6
+    assert found.sentence and found.sentence in found.report().read_text(encoding="utf-8")
+
+
+def test_the_same_table_in_every_library(found: td.Diagnosis) -> None:
+    arrow, frame, other = found.to_frame("arrow"), found.to_frame(), found.to_frame("polars")
+    assert isinstance(frame, pd.DataFrame) and list(frame.columns) == arrow.column_names == other.columns
+    assert frame.to_dict("records") == arrow.to_pylist() == other.to_dicts()
+    assert frame["parameter"].tolist() == ["yield_penetration"]
+    with pytest.raises(ValueError, match="give pandas, polars or arrow"):
+        found.to_frame("excel")  # type: ignore[call-overload]
+
+
+def test_predictions_are_there_for_every_recording(found: td.Diagnosis, campaign: Path) -> None:
+    rows = found.predictions()
+    assert set(rows["simulation"]) == {"before", "after"}
+    assert set(rows["file"]) == {p.name for p in campaign.glob("*.csv")}
+    recorded = pd.read_csv(campaign / "r05.csv")
+    after = rows[(rows["file"] == "r05.csv") & (rows["simulation"] == "after")]
+    assert len(after) == len(recorded)
+    peak = recorded["force [N]"].max()
+    assert abs(after["force [N]"].max() - peak) < 0.05 * peak
+
+
+def test_pictures_show_what_was_recorded_and_simulated(found: td.Diagnosis, campaign: Path, tmp_path: Path) -> None:
+    figure = found.plot("r03.csv")
+    lines = {line.get_label(): line for line in figure.axes[0].get_lines()}
+    assert set(lines) == {"recorded", "before", "after"}
+    recorded = pd.read_csv(campaign / "r03.csv")
+    assert np.array_equal(np.asarray(lines["recorded"].get_ydata(), float), recorded["force [N]"].to_numpy())
+    with pytest.raises(ValueError, match=r"r99.csv is no recording; give one of r01.csv"):
+        found.plot("r99.csv")
+    made = {
+        "diagnosis": figure,
+        "campaign": td.Campaign(campaign).plot(),
+        "fit": td.fit(campaign).plot(),
+        "run": td.run(EXAMPLES / "drop_test.toml").plot(),
+    }
+    for name, picture in made.items():
+        picture.savefig(tmp_path / f"{name}.png")
+        assert (tmp_path / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_notebooks_get_html(found: td.Diagnosis, campaign: Path) -> None:
+    html = found._repr_html_()
+    assert "plastic_indentation" in html and "yield_penetration" in html and html.count("<table>") == 2
+    assert "r10.csv" in td.Campaign(campaign)._repr_html_()
+
+
+def test_an_answer_is_opened_again(found: td.Diagnosis, tmp_path: Path) -> None:
+    again = td.Diagnosis(found.folder)
+    assert again.verdict == found.verdict and str(again) == found.sentence
+    assert found.report(tmp_path / "page.html").read_bytes() == (found.folder / "report.html").read_bytes()
+
+
+def test_the_fmu_of_a_diagnosis_runs(found: td.Diagnosis, tmp_path: Path) -> None:
+    fmu = found.fmu(tmp_path / "Found.fmu")
+    scenario = tmp_path / "drop.toml"
+    scenario.write_text(
+        f'kind = "drop_test"\nmass = 0.32622\ndrop_heights = [0.02]\ngravity = true\n\n[contact]\nfmu = "{fmu.name}"\n',
+        encoding="utf-8",
+    )
+    ran = td.run(scenario)
+    recorded = td.Campaign(EXAMPLES / "bench_drop").recordings
+    peak = max(r.force.max() for r in recorded if r.force is not None and r.height == 0.02)
+    assert abs(ran.impacts[0]["peak_force"] / peak - 1.0) < 0.1
+
+
+def test_a_campaign_tells_what_it_holds(campaign: Path) -> None:
+    c = td.Campaign(campaign)
+    assert (c.name, c.kind, c.mass, c.warnings) == ("bench_drop", "drop-test", 0.32622, [])
+    assert c.parameters == {"k": 2.56526e08, "p": 1.42271, "mu_d": 8.00305e07}
+    first = c.recordings[0]
+    assert first.file == "r01.csv" and first.speed == (0.314937, 0.00126) and first.height == 0.005
+    assert first.force is not None and len(first.force) == len(first.time) and (np.diff(first.time) > 0).all()
+
+
+def test_tables_that_cannot_be_taken_are_told() -> None:
+    course = pa.table({"time": [0.0, 1.0], "force": [0.0, 1.0]})
+    with pytest.raises(ValueError, match="impact_speed: 2 values for 1 recordings"):
+        td.Campaign.of(course, speed=[1.0, 2.0])
+    with pytest.raises(TypeError, match=r"r01.csv is a int; give a table"):
+        td.Campaign.of([3])  # type: ignore[list-item]
+    with pytest.raises(td.TouchdownError, match=r"r01.csv"):
+        td.diagnose(course, mass=1.0, speed=1.0)
+    with pytest.raises(TypeError, match="leave them out"):
+        td.diagnose(EXAMPLES / "bench_drop", mass=1.0)
+
+
+def test_what_is_to_be_known_is_a_warning(campaign: Path, tmp_path: Path) -> None:
+    recordings = {r.file: pd.read_csv(campaign / r.file) for r in td.Campaign(campaign).recordings[:2]}
+    recordings["r01.csv"]["temperature [K]"] = 293.0
+    made = td.Campaign.of(recordings, mass=0.32622, speed=0.315)
+    assert any("temperature" in w for w in made.warnings)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        td.fit(made, seconds=60)
+    assert any(issubclass(w.category, td.TouchdownWarning) and "temperature" in str(w.message) for w in said)
+    assert {w.filename for w in said if issubclass(w.category, td.TouchdownWarning)} == {__file__}
