@@ -37,6 +37,13 @@ def test_a_converted_campaign_gets_the_same_names(case, tmp_path):
         assert place["origin"] == "chain" or (place["bond"], place["fmu"]) == ("stop", "bar")
 
 
+def test_fit_says_which_command_takes_systems(tmp_path):
+    convert(OPEN / "open-014", tmp_path / "open-014")
+    done = subprocess.run([PROGRAM, "fit", str(tmp_path / "open-014"), "--out", str(tmp_path / "out")], capture_output=True, text=True)
+    assert done.returncode == 2 and "simulates no systems of FMUs; `touchdown diagnose` does" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
 def test_the_system_handed_back_runs_as_file_and_as_archive(tmp_path):
     case = "open-014"
     convert(OPEN / case, tmp_path / case)
