@@ -49,7 +49,7 @@ def main():
     a.add_argument("--campaigns", type=int, default=24)
     a.add_argument("--write", action="store_true")
     o = a.parse_args()
-    cores = len(os.sched_getaffinity(0))
+    cores, before = len(os.sched_getaffinity(0)), os.getloadavg()[0]
     folder = pathlib.Path(tempfile.mkdtemp())
     try:
         for i in range(o.campaigns):
@@ -64,7 +64,7 @@ def main():
         shutil.rmtree(folder)
     model = next((line.split(":", 1)[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), platform.processor())
     table = "\n".join([
-        f"{o.campaigns} campaigns of six recordings of about 110 samples, as `tests/fleet/draw.py` draws them, on {cores} cores ({model}), {time.strftime('%Y-%m-%d')}:", "",
+        f"{o.campaigns} campaigns of six recordings of about 110 samples, as `tests/fleet/draw.py` draws them, on {cores} cores ({model}), {time.strftime('%Y-%m-%d')}, beside other work of a load of {before:.1f}:", "",
         "| processes at once | campaigns an hour, `--shard` | MB a campaign's process at most | campaigns an hour, Dask | MB a Dask worker beside it |", "|---|---|---|---|---|", *rows])
     print(table)
     if o.write:

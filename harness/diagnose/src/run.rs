@@ -67,8 +67,11 @@ pub struct Replicates<'a> {
     /// Nulls judged here before.
     pub known: &'a [Null],
     /// Hands over those judged here, and takes all that are known; the error in words.
-    pub exchange: &'a (dyn Fn(&[Null]) -> Result<Vec<Null>, String> + Sync),
+    pub exchange: &'a Exchange<'a>,
 }
+
+/// Hands over nulls judged here, and takes all that are known.
+pub type Exchange<'a> = dyn Fn(&[Null]) -> Result<Vec<Null>, String> + Sync + 'a;
 
 impl Default for Settings<'_> {
     fn default() -> Self {

@@ -15,7 +15,7 @@ use touchdown::tasks::Follow;
 /// Time between looks at whether Python was asked to end.
 const LOOK: Duration = Duration::from_millis(50);
 /// Time that a task has to end by itself, once it was asked to or its time is up.
-const GRACE: Duration = Duration::from_millis(700);
+const GRACE: Duration = Duration::from_millis(500);
 /// Least time between two notes.
 const BETWEEN_NOTES: Duration = Duration::from_millis(100);
 
@@ -52,6 +52,11 @@ impl Listener {
 impl Follow for Listener {
     fn stop(&self) -> &'static AtomicBool {
         self.stop
+    }
+
+    // the call that would take them is over by then
+    fn takes_parts(&self) -> bool {
+        false
     }
 
     fn hands_out(&self) {

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 import touchdown_impact as td
@@ -43,10 +46,37 @@ def by_command(command: Command, campaign: Path, tmp_path_factory: pytest.TempPa
     return out
 
 
+@dataclass(frozen=True)
+class Example:
+    """The README's example: its lines, what they made, and the folder they were run in."""
+
+    lines: list[str]
+    found: td.Diagnosis
+    folder: Path
+
+
 @pytest.fixture(scope="session")
-def found(campaign: Path) -> td.Diagnosis:
+def example(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Example]:
+    """The README's example, run in a folder where the repository's files are."""
+    [code] = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    folder, before = tmp_path_factory.mktemp("example"), Path.cwd()
+    (folder / "harness").symlink_to(ROOT / "harness")
+    names: dict[str, Any] = {}
+    os.chdir(folder)
+    try:
+        exec(compile(code, "README.md", "exec"), names)
+    finally:
+        os.chdir(before)
+    # what it named by a path from that folder
+    found: td.Diagnosis = names["found"]
+    found.campaign = td.Campaign(EXAMPLES / "bench_drop")
+    yield Example([line for line in code.splitlines() if line.strip()], found, folder)
+
+
+@pytest.fixture(scope="session")
+def found(example: Example) -> td.Diagnosis:
     """The package's answer on the demo's campaign."""
-    return td.diagnose(campaign)
+    return example.found
 
 
 def files(folder: Path) -> dict[str, bytes]:

@@ -42,7 +42,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         for g in s.growth.discoveries() {
             let way = match g.correlation {
                 Some(c) => format!("rank correlation {c:.2} with {}", g.column),
-                None => format!("{} least in {} {}, most in {}", "differs:", g.column, g.from.of, g.to.of),
+                None => format!("differs by {}, least in {}, most in {}", g.column, g.from.of, g.to.of),
             };
             text += &format!(
                 "{} of {}: {way} (q {:.1e}, {} campaigns)\n",

@@ -3,7 +3,7 @@
 use super::Follow;
 use crate::place;
 use crate::progress::deadline;
-use anyhow::{anyhow, Context, Result};
+use anyhow::{anyhow, ensure, Context, Result};
 use estimate::case::{Case, Method};
 use estimate::condition::condition;
 use estimate::course::estimate;
@@ -69,6 +69,7 @@ pub fn fit(o: &Options, follow: &dyn Follow) -> Result<Fit> {
     say("level by level");
     let (initial, last) = (readings(&case, &e.start), readings(&case, &e.point));
     let levels = levels(&campaign, &case, &e, &last, &watch);
+    ensure!(!follow.is_dropped(), "interrupted: nothing is written");
     let answer = Answer { campaign: &campaign, case: &case, estimate: &e, initial, last, levels };
     let committed = answer.write(&o.out).with_context(|| place::unwritten(&o.out))?;
     place::notes(&o.out, &committed).for_each(|n| follow.warning(&n));

@@ -29,6 +29,16 @@ pub trait Follow: Send + Sync {
     /// From here on there is something to hand out: the task, asked to end, comes to its end by itself and writes that.
     fn hands_out(&self) {}
 
+    /// Whether a task that was asked to end hands out what there is by then; else it writes nothing.
+    fn takes_parts(&self) -> bool {
+        true
+    }
+
+    /// Whether the task has to end with nothing.
+    fn is_dropped(&self) -> bool {
+        self.stopped() && !self.takes_parts()
+    }
+
     /// Where nothing is handed out by `deadline`, the task may be left alone, and is over with `message`: what reads and
     /// prepares looks at no clock.
     fn empty_handed_at(&self, deadline: Option<Instant>, message: String);

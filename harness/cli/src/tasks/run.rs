@@ -2,7 +2,7 @@
 
 use super::Follow;
 use crate::place;
-use anyhow::{Context, Error, Result};
+use anyhow::{ensure, Context, Error, Result};
 use host::{HostError, Isolation};
 use report::run::{page, Done, Summary};
 use scenario::{simulate_as_far, table, Case, Outcome, Scenario, Source, Through};
@@ -112,6 +112,7 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     if let Some(e) = failure.take_if(|_| outcomes.is_empty()) {
         return Err(e);
     }
+    ensure!(!follow.is_dropped(), "interrupted: nothing is written");
     follow.hands_out();
     let cut = follow.stopped() && (outcomes.len() < cases.len() || outcomes.last().is_some_and(|o| o.1.interrupted));
     let title = o.scenario.file_stem().map_or(String::from("run"), |n| n.to_string_lossy().into_owned());

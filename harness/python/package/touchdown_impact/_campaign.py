@@ -17,12 +17,11 @@ import pyarrow.csv
 
 from . import _native
 from ._task import Follow, Listener, Path_
-from ._values import Library, html_table, table
+from ._values import Library, Picture, html_table, table
 
 if TYPE_CHECKING:
     import pandas
     import polars
-    from matplotlib.figure import Figure
 
 #: What was done with the body.
 Kind = Literal["drop-test", "contactor-opening", "indentation"]
@@ -213,19 +212,17 @@ class Campaign:
             parts.append(pa.table(columns))
         return table(pa.concat_tables(parts), library)
 
-    def plot(self, channel: Literal["force", "acceleration", "penetration"] | None = None) -> Figure:
+    def plot(self, channel: Literal["force", "acceleration", "penetration"] | None = None) -> Picture:
         """A channel of every recording over time; force, or else the first there is.
 
         Raises: ValueError for a channel that no recording has.
         """
-        from matplotlib.figure import Figure
-
         recordings = self.recordings
         there = [c for c in _CHANNELS if any(getattr(r, c) is not None for r in recordings)]
         channel = channel or cast(Any, there[0])
         if channel not in there:
             raise ValueError(f"no recording has {channel}; give {' or '.join(there)}")
-        figure = Figure(figsize=(8, 4), layout="constrained")
+        figure = Picture(8, 4)
         axes = figure.subplots()
         for r in recordings:
             if (y := getattr(r, channel)) is not None:

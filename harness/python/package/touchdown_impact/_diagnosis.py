@@ -15,12 +15,11 @@ import pyarrow.csv
 from . import _native
 from ._campaign import Campaign, Each, Frames, import_
 from ._task import Fmus, Follow, Listener, Path_
-from ._values import Library, Page, Place, Quantity, html_table, quantity, table
+from ._values import Library, Page, Picture, Place, Quantity, html_table, quantity, table
 
 if TYPE_CHECKING:
     import pandas
     import polars
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -176,14 +175,12 @@ class Diagnosis(Page):
             raise _native.TouchdownError(f"{self.folder}: there are no predictions: {self.reason or 'none is there'}")
         return table(pa.concat_tables(parts, promote_options="default"), library)
 
-    def plot(self, recording: str | None = None) -> Figure:
+    def plot(self, recording: str | None = None) -> Picture:
         """Recorded, simulated as given, and with what is missing: each channel of a recording over time, predicted by fits
         without its level. The first recording unless its file is named.
 
         Raises: TouchdownError where nothing was judged, or the campaign is not known; ValueError for no such recording.
         """
-        from matplotlib.figure import Figure
-
         files = sorted(p.name for p in (self.folder / "predictions" / "before").glob("*.csv"))
         if not files:
             raise _native.TouchdownError(f"{self.folder}: there is nothing to plot: {self.reason or 'no predictions'}")
@@ -198,7 +195,7 @@ class Diagnosis(Page):
                 courses[simulation] = (path, color)
         tables = {label: pyarrow.csv.read_csv(path) for label, (path, _) in courses.items()}
         clock, *channels = tables["before"].column_names
-        figure = Figure(figsize=(8, 2.2 * len(channels) + 1), layout="constrained")
+        figure = Picture(8, 2.2 * len(channels) + 1)
         all_axes = figure.subplots(len(channels), sharex=True, squeeze=False)[:, 0]
         for axes, channel in zip(all_axes, channels, strict=True):
             for label, rows in tables.items():

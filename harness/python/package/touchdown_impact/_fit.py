@@ -14,12 +14,11 @@ from ._campaign import Campaign, Each, Frames
 from ._diagnosis import as_campaign
 from ._pack import pack
 from ._task import Follow, Listener, Path_
-from ._values import Library, Page, Place, Quantity, html_table, quantity, table
+from ._values import Library, Page, Picture, Place, Quantity, html_table, quantity, table
 
 if TYPE_CHECKING:
     import pandas
     import polars
-    from matplotlib.figure import Figure
 
 _UNITS = {"k": "N/m^p", "p": "1", "mu_d": "N s/m^(p+1)"}
 _VARIABLES = {"k": "stiffness", "p": "exponent", "mu_d": "hysteresis_damping"}
@@ -82,11 +81,9 @@ class Fit(Page):
         }
         return table(columns, library)
 
-    def plot(self) -> Figure:
+    def plot(self) -> Picture:
         """How the objective fell, and the misfit of every channel by recording."""
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=(8, 6), layout="constrained")
+        figure = Picture(8, 6)
         fall, misfit = figure.subplots(2)
         fall.semilogy(self.fit["objective"], marker=".")
         fall.set(xlabel="iteration", ylabel="objective", title=self.certificate["campaign"])

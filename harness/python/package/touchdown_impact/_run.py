@@ -12,12 +12,11 @@ import pyarrow.parquet
 
 from . import _native
 from ._task import Fmus, Follow, Listener, Path_
-from ._values import Library, Page, Place, html_table, table
+from ._values import Library, Page, Picture, Place, html_table, table
 
 if TYPE_CHECKING:
     import pandas
     import polars
-    from matplotlib.figure import Figure
 
 
 class Run(Page):
@@ -61,15 +60,13 @@ class Run(Page):
             return table(pyarrow.csv.read_csv(rows), library)
         return table(pyarrow.parquet.read_table(self.folder / "results.parquet"), library)
 
-    def plot(self) -> Figure:
+    def plot(self) -> Picture:
         """Force over time, or of a system of FMUs every column, each run a line."""
-        from matplotlib.figure import Figure
-
         rows = self.to_frame("arrow")
         names = [n for n in rows.column_names if n == "force [N]"] or [
             n for n in rows.column_names if n not in ("run [1]", "time [s]")
         ]
-        figure = Figure(figsize=(8, 2.2 * len(names) + 1.4), layout="constrained")
+        figure = Picture(8, 2.2 * len(names) + 1.4)
         runs = rows["run [1]"].to_numpy() if "run [1]" in rows.column_names else None
         time = rows["time [s]"].to_numpy()
         for axes, name in zip(figure.subplots(len(names), sharex=True, squeeze=False)[:, 0], names, strict=True):

@@ -81,7 +81,7 @@ class Listener:
         now = self._now
         if kind == "warning":
             # of the caller of the package's function
-            warnings.warn(text, TouchdownWarning, stacklevel=4)
+            warnings.warn(text, TouchdownWarning, stacklevel=3)
         elif kind == "error":
             self.errors.append(text)
         elif kind == "answer":

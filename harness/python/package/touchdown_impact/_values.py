@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import io
 import shutil
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 import pyarrow as pa
+from matplotlib.figure import Figure
 
 from ._native import TouchdownError, lead
 from ._task import Path_
@@ -80,6 +82,19 @@ def html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
         return "<tr>" + "".join(f"<{tag}>{html.escape(c)}</{tag}>" for c in cells) + "</tr>"
 
     return "<table>" + line(head, "th") + "".join(line(r, "td") for r in rows) + "</table>"
+
+
+class Picture(Figure):
+    """A figure of matplotlib that notebooks show; `savefig` writes it."""
+
+    def __init__(self, width: float, height: float) -> None:
+        """width, height: inches."""
+        super().__init__(figsize=(width, height), layout="constrained")
+
+    def _repr_png_(self) -> bytes:
+        png = io.BytesIO()
+        self.savefig(png, format="png")
+        return png.getvalue()
 
 
 class Place:
