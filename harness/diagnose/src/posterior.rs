@@ -4,7 +4,7 @@
 //! hundreds of nats. How small, how large, and how much more a name needs than nothing is what `calibration.json` holds;
 //! `tests/calibrate` writes it from campaigns of the laboratory whose cause is known.
 
-use crate::evidence::{Evidences, Weighed, OWN_SIZES, SIZES};
+use crate::evidence::{Evidences, Weighed, OWN_SIZES, SIZES, VARYING_SIZES};
 use mechanisms::named;
 use serde::Deserialize;
 
@@ -14,6 +14,9 @@ pub const UNKNOWN: &str = "unknown";
 pub const POSSIBLE: f64 = 0.05;
 /// Size of a discrepancy from which on it is no small print, share of force.
 pub const LARGE: f64 = 0.03;
+
+/// How many times as strong a mechanism may be in one recording as in another to be the same, less 1.
+pub const ALIKE: f64 = 0.3;
 
 /// What turns evidence into probabilities.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
@@ -40,6 +43,9 @@ pub struct Table {
     pub large: f64,
     pub large_known: f64,
     pub own_known: f64,
+    /// ln weight of a mechanism that is not alike in all recordings: among the unknown where it differs much, else beside its
+    /// name.
+    pub varying: f64,
     /// Powers of the overdispersion that a structure leaves, on the weight of its large discrepancy among the unknown and
     /// beside what is known: where next to nothing is left, the discrepancy is no reason to doubt the names.
     pub large_left: f64,
@@ -296,6 +302,20 @@ impl Posterior {
                 }
             }
         }
+        for v in &e.varying {
+            let Some(at) = best_of(e, &v.names) else { continue };
+            let weight = table.varying + table.parameter * v.parameters as f64;
+            for (size, ln) in VARYING_SIZES.iter().cycle().zip(&v.ln).filter(|(_, ln)| ln.is_finite()) {
+                if *size < ALIKE {
+                    add(canonical(&v.names), *ln, weight, Some(at), false);
+                } else {
+                    add(vec![UNKNOWN], *ln, weight, None, false);
+                }
+                if *ln > most.0 {
+                    most = (*ln, false);
+                }
+            }
+        }
         let left = if left.is_finite() { left.max(1.0) } else { 1.0 };
         let mass: Vec<f64> = causes.iter().map(|c| ln_sum(&c.1.ln)).collect();
         let top = mass.iter().cloned().fold(f64::NEG_INFINITY, f64::max);
@@ -455,6 +475,7 @@ mod tests {
             large_left: 0.0,
             large_known_left: 0.0,
             own_known: f64::NEG_INFINITY,
+            varying: f64::NEG_INFINITY,
             drift: 0.0,
             size: 0.0,
             none: 0.0,
