@@ -535,7 +535,8 @@ mod tests {
             structure: Some(0),
             large: 0.0,
         };
-        let of = |causes: &[Cause]| Posterior { causes: causes.to_vec(), credible: causes.len() };
+        let of =
+            |causes: &[Cause]| Posterior { causes: causes.to_vec(), credible: causes.len(), ..Posterior::default() };
         let pair = of(&[
             cause(&["adhesion", "gravity"], 0.40),
             cause(&["gravity"], 0.35),
