@@ -198,11 +198,8 @@ pub fn unknown(f: &Fitted) -> Vec<Unknown> {
     let places = Place::all(&f.data);
     let at: Vec<Own> = places.iter().map(|p| Own::At(*p)).collect();
     let Some(evidence) = Evidence::new(f, &at) else { return Vec::new() };
-    let of = |(i, place): (usize, &Place)| Unknown {
-        beside: f.names(),
-        place: *place,
-        ln: own(&evidence, i, &OWN_SIZES),
-    };
+    let of =
+        |(i, place): (usize, &Place)| Unknown { beside: f.names(), place: *place, ln: own(&evidence, i, &OWN_SIZES) };
     places.par_iter().enumerate().map(of).collect()
 }
 

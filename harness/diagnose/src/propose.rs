@@ -2,7 +2,7 @@
 //! noise. What is not worth trying is left out here; what is believed is for the posterior to say.
 
 use super::candidate::{Candidate, DETECT_TOLERANCE, WHITE_ALONE};
-use super::evidence::{unknown, weighed, Evidences, Weighed, varying};
+use super::evidence::{unknown, varying, weighed, Evidences, Weighed};
 use super::expand::{QUICK, SLOW};
 use super::posterior::{Posterior, Table, POSSIBLE};
 use super::search::Search;
