@@ -1,6 +1,8 @@
 """Campaigns an hour against processes, and memory of each: by shares of the command, and by Dask's workers.
 
     python -m tests.fleet.measure [--campaigns N] [--write]     a table; --write puts it into docs/src/how-to/fleets.md
+
+On a machine that does nothing else.
 """
 import argparse
 import json
