@@ -4,13 +4,14 @@ use std::path::Path;
 use std::process::Command;
 
 /// Every command with `--out`, less its value; whether it writes one file.
-const COMMANDS: [(&[&str], bool); 10] = [
+const COMMANDS: [(&[&str], bool); 11] = [
     (&["demo"], false),
     (&["diagnose", "none"], false),
     (&["export-ssp", "none.toml"], true),
     (&["fit", "none"], false),
     (&["import", "none.csv"], false),
     (&["man"], false),
+    (&["merge", "none"], false),
     (&["pack", "--binary", "linux64=none.so"], true),
     (&["paper"], false),
     (&["run", "none.toml"], false),
