@@ -63,7 +63,7 @@ def test_the_finding_comes_first_and_its_card_is_in_order(browser, demo):
 def test_pages_are_linked_both_ways(browser, demo):
     browser.open(demo / "index.html")
     links = browser.js("return [...document.querySelectorAll('main a')].map(a => a.href)")
-    assert sum(u.endswith("report.html") for u in links) == 5
+    assert sum(u.endswith("report.html") for u in links) == 6
     for url in [u for u in links if u.endswith("report.html")]:
         browser.driver.get(url)
         up = browser.js("return document.querySelector('.pages a').href")
