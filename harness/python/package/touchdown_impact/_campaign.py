@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Protocol, cast, overload
+from typing import Any, Literal, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -17,11 +17,7 @@ import pyarrow.csv
 
 from . import _native
 from ._task import Follow, Listener, Path_
-from ._values import Library, Picture, html_table, table
-
-if TYPE_CHECKING:
-    import pandas
-    import polars
+from ._values import Columns, Picture, Tabular, html_table
 
 #: What was done with the body.
 Kind = Literal["drop-test", "contactor-opening", "indentation"]
@@ -69,7 +65,7 @@ class Recording:
     penetration: npt.NDArray[np.float64] | None
 
 
-class Campaign:
+class Campaign(Tabular):
     """Recordings of one body and one stop, in a folder of format recordings/1."""
 
     #: Its folder.
@@ -190,16 +186,10 @@ class Campaign:
             Recording(**{**r, **{name: course(r[name]) for name in courses}}) for r in self._facts["recordings"]
         ]
 
-    @overload
-    def to_frame(self, library: Literal["pandas"] = ...) -> pandas.DataFrame: ...
-    @overload
-    def to_frame(self, library: Literal["polars"]) -> polars.DataFrame: ...
-    @overload
-    def to_frame(self, library: Literal["arrow"]) -> pa.Table: ...
-    def to_frame(self, library: Library = "pandas") -> pandas.DataFrame | polars.DataFrame | pa.Table:
+    def _columns(self) -> Columns:
         """Every sample of every recording: file, order, level and the channels, SI.
 
-        Raises: TouchdownError with everything wrong with the campaign; ModuleNotFoundError where the library is not installed.
+        Raises: TouchdownError with everything wrong with the campaign.
         """
         parts = []
         for r in self.recordings:
@@ -210,7 +200,7 @@ class Campaign:
                 values = getattr(r, name)
                 columns[f"{name} [{_UNITS[name]}]"] = pa.nulls(n, pa.float64()) if values is None else values
             parts.append(pa.table(columns))
-        return table(pa.concat_tables(parts), library)
+        return pa.concat_tables(parts)
 
     def plot(self, channel: Literal["force", "acceleration", "penetration"] | None = None) -> Picture:
         """A channel of every recording over time; force, or else the first there is.

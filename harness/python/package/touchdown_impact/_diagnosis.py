@@ -15,7 +15,7 @@ import pyarrow.csv
 from . import _native
 from ._campaign import Campaign, Each, Frames, import_
 from ._task import Fmus, Follow, Listener, Path_
-from ._values import Library, Page, Picture, Place, Quantity, html_table, quantity, table
+from ._values import Columns, Library, Page, Picture, Place, Quantity, Tabular, html_table, quantity, table
 
 if TYPE_CHECKING:
     import pandas
@@ -49,7 +49,7 @@ class Missing:
     cure: str
 
 
-class Diagnosis(Page):
+class Diagnosis(Page, Tabular):
     """What a simulation leaves out, how sure that is, and an FMU that holds it."""
 
     def __init__(
@@ -129,17 +129,8 @@ class Diagnosis(Page):
             raise _native.TouchdownError(f"{self.folder}: there is no FMU: {told}")
         return self._file(name, path)
 
-    @overload
-    def to_frame(self, library: Literal["pandas"] = ...) -> pandas.DataFrame: ...
-    @overload
-    def to_frame(self, library: Literal["polars"]) -> polars.DataFrame: ...
-    @overload
-    def to_frame(self, library: Literal["arrow"]) -> pa.Table: ...
-    def to_frame(self, library: Library = "pandas") -> pandas.DataFrame | polars.DataFrame | pa.Table:
-        """The parameters of what is missing, a row each.
-
-        Raises: ModuleNotFoundError where the library is not installed.
-        """
+    def _columns(self) -> Columns:
+        """The parameters of what is missing, a row each."""
         rows = [(m, n, q) for m in self.missing for n, q in m.parameters.items()]
         number = pa.float64()
         columns = {
@@ -152,7 +143,7 @@ class Diagnosis(Page):
             "high": pa.array([q.high for _, _, q in rows], number),
             "unit": pa.array([q.unit for _, _, q in rows], pa.string()),
         }
-        return table(columns, library)
+        return columns
 
     @overload
     def predictions(self, library: Literal["pandas"] = ...) -> pandas.DataFrame: ...

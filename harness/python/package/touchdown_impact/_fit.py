@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, cast, overload
+from typing import Any, Literal, cast
 
 import numpy as np
 import pyarrow as pa
@@ -14,17 +14,13 @@ from ._campaign import Campaign, Each, Frames
 from ._diagnosis import as_campaign
 from ._pack import pack
 from ._task import Follow, Listener, Path_
-from ._values import Library, Page, Picture, Place, Quantity, html_table, quantity, table
-
-if TYPE_CHECKING:
-    import pandas
-    import polars
+from ._values import Columns, Page, Picture, Place, Quantity, Tabular, html_table, quantity
 
 _UNITS = {"k": "N/m^p", "p": "1", "mu_d": "N s/m^(p+1)"}
 _VARIABLES = {"k": "stiffness", "p": "exponent", "mu_d": "hysteresis_damping"}
 
 
-class Fit(Page):
+class Fit(Page, Tabular):
     """The law F = k x^p + mu_d x^p v that fits a campaign best, and the terms its simulation holds beside it."""
 
     def __init__(self, folder: Path_, place: Place | None = None, words: str | None = None) -> None:
@@ -59,17 +55,8 @@ class Fit(Page):
         """
         return pack(path, {v: self.fit["parameters"][n] for n, v in _VARIABLES.items()}).path
 
-    @overload
-    def to_frame(self, library: Literal["pandas"] = ...) -> pandas.DataFrame: ...
-    @overload
-    def to_frame(self, library: Literal["polars"]) -> polars.DataFrame: ...
-    @overload
-    def to_frame(self, library: Literal["arrow"]) -> pa.Table: ...
-    def to_frame(self, library: Library = "pandas") -> pandas.DataFrame | polars.DataFrame | pa.Table:
-        """The parameters, a row each.
-
-        Raises: ModuleNotFoundError where the library is not installed.
-        """
+    def _columns(self) -> Columns:
+        """The parameters, a row each."""
         rows = self.parameters
         number = pa.float64()
         columns = {
@@ -79,7 +66,7 @@ class Fit(Page):
             "high": pa.array([q.high for q in rows.values()], number),
             "unit": pa.array([q.unit for q in rows.values()], pa.string()),
         }
-        return table(columns, library)
+        return columns
 
     def plot(self) -> Picture:
         """How the objective fell, and the misfit of every channel by recording."""

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import Any
 
-import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
 from . import _native
 from ._task import Fmus, Follow, Listener, Path_
-from ._values import Library, Page, Picture, Place, html_table, table
-
-if TYPE_CHECKING:
-    import pandas
-    import polars
+from ._values import Columns, Page, Picture, Place, Tabular, html_table
 
 
-class Run(Page):
+class Run(Page, Tabular):
     """What a simulation came to."""
 
     def __init__(self, folder: Path_, place: Place | None = None, words: str | None = None) -> None:
@@ -44,21 +39,12 @@ class Run(Page):
         first: dict[str, Any] = next(iter(self.summary.get("runs", [])), {})
         return {name: first[name] for name in ("stiffness", "exponent", "mass") if name in first}
 
-    @overload
-    def to_frame(self, library: Literal["pandas"] = ...) -> pandas.DataFrame: ...
-    @overload
-    def to_frame(self, library: Literal["polars"]) -> polars.DataFrame: ...
-    @overload
-    def to_frame(self, library: Literal["arrow"]) -> pa.Table: ...
-    def to_frame(self, library: Library = "pandas") -> pandas.DataFrame | polars.DataFrame | pa.Table:
-        """Everything simulated, a row a step; columns with their unit.
-
-        Raises: ModuleNotFoundError where the library is not installed.
-        """
+    def _columns(self) -> Columns:
+        """Everything simulated, a row a step; columns with their unit."""
         rows = self.folder / "results.csv"
         if rows.is_file():
-            return table(pyarrow.csv.read_csv(rows), library)
-        return table(pyarrow.parquet.read_table(self.folder / "results.parquet"), library)
+            return pyarrow.csv.read_csv(rows)
+        return pyarrow.parquet.read_table(self.folder / "results.parquet")
 
     def plot(self) -> Picture:
         """Force over time, or of a system of FMUs every column, each run a line."""

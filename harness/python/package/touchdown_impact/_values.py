@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 #: A library of tables: pandas, polars, or arrow for a `pyarrow.Table`.
 Library = Literal["pandas", "polars", "arrow"]
+#: Columns by name, or a table of them.
+Columns = Mapping[str, Any] | pa.Table
 
 
 @dataclass(frozen=True)
@@ -49,14 +51,14 @@ def quantity(value: float, unit: str, interval: Sequence[float] | None) -> Quant
 
 
 @overload
-def table(columns: Mapping[str, Any] | pa.Table, library: Literal["pandas"]) -> pandas.DataFrame: ...
+def table(columns: Columns, library: Literal["pandas"]) -> pandas.DataFrame: ...
 @overload
-def table(columns: Mapping[str, Any] | pa.Table, library: Literal["polars"]) -> polars.DataFrame: ...
+def table(columns: Columns, library: Literal["polars"]) -> polars.DataFrame: ...
 @overload
-def table(columns: Mapping[str, Any] | pa.Table, library: Literal["arrow"]) -> pa.Table: ...
+def table(columns: Columns, library: Literal["arrow"]) -> pa.Table: ...
 @overload
-def table(columns: Mapping[str, Any] | pa.Table, library: Library) -> pandas.DataFrame | polars.DataFrame | pa.Table: ...
-def table(columns: Mapping[str, Any] | pa.Table, library: Library) -> pandas.DataFrame | polars.DataFrame | pa.Table:
+def table(columns: Columns, library: Library) -> pandas.DataFrame | polars.DataFrame | pa.Table: ...
+def table(columns: Columns, library: Library) -> pandas.DataFrame | polars.DataFrame | pa.Table:
     """Columns as a table of `library`, by way of Arrow.
 
     Raises: ValueError for another library; ModuleNotFoundError where it is not installed.
@@ -73,6 +75,26 @@ def table(columns: Mapping[str, Any] | pa.Table, library: Library) -> pandas.Dat
     if library == "pandas":
         return arrow.to_pandas()
     raise ValueError(f"library {library!r} is not known; give pandas, polars or arrow")
+
+
+class Tabular:
+    """What has a table: its `_columns`."""
+
+    @overload
+    def to_frame(self, library: Literal["pandas"] = ...) -> pandas.DataFrame: ...
+    @overload
+    def to_frame(self, library: Literal["polars"]) -> polars.DataFrame: ...
+    @overload
+    def to_frame(self, library: Literal["arrow"]) -> pa.Table: ...
+    def to_frame(self, library: Library = "pandas") -> pandas.DataFrame | polars.DataFrame | pa.Table:
+        """Its table, of `library`: of a campaign every sample, of a run every step, else the parameters, a row each.
+
+        Raises: ModuleNotFoundError where the library is not installed; TouchdownError with what is wrong with a campaign.
+        """
+        return table(self._columns(), library)
+
+    def _columns(self) -> Columns:
+        raise NotImplementedError
 
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
