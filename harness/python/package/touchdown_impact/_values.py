@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 import pyarrow as pa
 from matplotlib.figure import Figure
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 #: A library of tables: pandas, polars, or arrow for a `pyarrow.Table`.
 Library = Literal["pandas", "polars", "arrow"]
 #: Columns by name, or a table of them.
-Columns = Mapping[str, Any] | pa.Table
+Columns: TypeAlias = Mapping[str, Any] | pa.Table
 
 
 @dataclass(frozen=True)
