@@ -8,7 +8,7 @@ import pathlib
 import pyarrow.parquet
 import pytest
 
-from tests.report.conftest import browser  # noqa: F401  (a fixture)
+from tests.report.conftest import browser, opens_well  # noqa: F401  (browser is a fixture)
 
 FLEET = pathlib.Path(os.environ["FLEET"])
 ANSWERS = FLEET / "answers"
@@ -51,15 +51,7 @@ def test_what_grows_is_what_was_made_to_grow(truth, merged):
 @pytest.mark.parametrize("width", [390, 1400])
 @pytest.mark.parametrize("dark", [False, True])
 def test_the_page_fits_says_nothing_on_the_console_and_asks_for_nothing(browser, width, dark):  # noqa: F811
-    browser.requests(), browser.errors()
-    browser.open(ANSWERS / "index.html", width, dark)
-    browser.shot(f"fleet-{width}-{'dark' if dark else 'light'}")
-    assert browser.errors() == []
-    asked = [json.loads(m)["message"]["params"]["request"]["url"] for m in browser.requests()]
-    assert [u for u in asked if not u.startswith(("file:", "data:"))] == [] and len([u for u in asked if u.startswith("file:")]) == 1, asked
-    assert browser.js("return document.documentElement.scrollWidth") <= width
-    beyond = browser.js("return [...document.querySelectorAll('main *')].filter(e => !e.closest('.scroll, pre, .heard, .plot') && e.getBoundingClientRect().right > innerWidth + 1).map(e => e.outerHTML.slice(0, 80))")
-    assert beyond == []
+    opens_well(browser, ANSWERS / "index.html", "fleet", width, dark)
 
 
 def test_every_campaign_has_a_square_and_a_row_that_lead_to_its_report(browser, truth, merged):  # noqa: F811

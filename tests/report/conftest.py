@@ -1,6 +1,7 @@
 """The demo's pages, made once, and a headless browser to look at them with."""
 
 import base64
+import json
 import os
 import pathlib
 import shutil
@@ -13,7 +14,7 @@ from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PAGES = ["index.html", "drop_test/report.html", "contactor/report.html", "fit/report.html", "diagnosis/index.html", "diagnosis/bench_drop/report.html", "same_drops/report.html"]
+PAGES = ["index.html", "drop_test/report.html", "contactor/report.html", "fit/report.html", "diagnosis/index.html", "diagnosis/bench_drop/report.html", "same_drops/report.html", "fmus/index.html", "fmus/bench_contactor/report.html"]
 # the pages inside the FMU handed back
 INSIDE = ["documentation/index.html", "documentation/cosimulation.html"]
 FINDING = "diagnosis/bench_drop/report.html"
@@ -88,3 +89,17 @@ def browser():
     b = Browser()
     yield b
     b.driver.quit()
+
+
+def opens_well(browser, page, name, width, dark):
+    """Opens a page, keeps a picture of it by its name, and holds it to what every page promises: it fits its width, says nothing on the console and asks for nothing."""
+    browser.requests(), browser.errors()
+    browser.open(page, width, dark)
+    browser.shot(f"{name}-{width}-{'dark' if dark else 'light'}")
+    assert browser.errors() == []
+    asked = [json.loads(m)["message"]["params"]["request"]["url"] for m in browser.requests()]
+    assert [u for u in asked if not u.startswith(("file:", "data:"))] == [] and len([u for u in asked if u.startswith("file:")]) == 1, asked
+    assert browser.js("return document.documentElement.scrollWidth") <= width
+    # nothing but what scrolls by itself, or is cut off at a plot's edge, reaches beyond the page
+    beyond = browser.js("return [...document.querySelectorAll('main *')].filter(e => !e.closest('.scroll, pre, .heard, .plot') && e.getBoundingClientRect().right > innerWidth + 1).map(e => e.outerHTML.slice(0, 80))")
+    assert beyond == []

@@ -7,7 +7,7 @@ import pytest
 from selenium.webdriver import ActionChains, Keys
 from selenium.webdriver.common.by import By
 
-from .conftest import FINDING, INSIDE, PAGES
+from .conftest import FINDING, INSIDE, PAGES, opens_well
 
 LOOKS = [(w, d) for w in (390, 1400) for d in (False, True)]
 
@@ -15,16 +15,7 @@ LOOKS = [(w, d) for w in (390, 1400) for d in (False, True)]
 @pytest.mark.parametrize("page", PAGES + INSIDE)
 @pytest.mark.parametrize("width,dark", LOOKS)
 def test_a_page_fits_its_width_says_nothing_on_the_console_and_asks_for_nothing(browser, demo, inside, page, width, dark):
-    browser.requests(), browser.errors()
-    browser.open((inside if page in INSIDE else demo) / page, width, dark)
-    browser.shot(f"{page.replace('/', '-').removesuffix('.html')}-{width}-{'dark' if dark else 'light'}")
-    assert browser.errors() == []
-    asked = [json.loads(m)["message"]["params"]["request"]["url"] for m in browser.requests()]
-    assert [u for u in asked if not u.startswith(("file:", "data:"))] == [] and len([u for u in asked if u.startswith("file:")]) == 1, asked
-    assert browser.js("return document.documentElement.scrollWidth") <= width
-    # nothing but what scrolls by itself, or is cut off at a plot's edge, reaches beyond the page
-    beyond = browser.js("return [...document.querySelectorAll('main *')].filter(e => !e.closest('.scroll, pre, .heard, .plot') && e.getBoundingClientRect().right > innerWidth + 1).map(e => e.outerHTML.slice(0, 80))")
-    assert beyond == []
+    opens_well(browser, (inside if page in INSIDE else demo) / page, page.replace("/", "-").removesuffix(".html"), width, dark)
     bright = browser.js("return getComputedStyle(document.body).backgroundColor.match(/\\d+/g).slice(0, 3).reduce((a, b) => a + +b, 0) > 380")
     assert bright != dark
 
