@@ -92,6 +92,19 @@ def test_a_small_discrepancy_of_each_recordings_own_beside_a_name_counts_for_it(
     assert gravity(0.0) > 0.2 and gravity(0.0) > 2 * gravity(-60.0), (gravity(0.0), gravity(-60.0))
 
 
+def test_a_mechanism_much_stronger_in_some_recordings_is_unknown_and_a_little_stronger_is_the_same():
+    v, _ = verdict(np.random.default_rng(10))
+    v["evidence"]["varying_sizes"] = [0.1, 0.3, 1.0]
+
+    def odds(at):
+        ln = [60.0 if i == at else None for i in range(3)]
+        v["evidence"]["varying"] = [{"mechanisms": ["gravity"], "mechanism": "gravity", "parameters": 0, "ln_evidence": ln}]
+        p = w.posterior(w.features(v), table(varying=0.0))
+        return p[frozenset({"gravity"})] / p[w.UNKNOWN]
+
+    assert odds(0) > 1.0 > odds(1) and odds(0) > 1.0 > odds(2), (odds(0), odds(1), odds(2))
+
+
 def test_a_flat_top_speaks_for_clipping():
     v, _ = verdict(np.random.default_rng(9))
     other = dict(v["evidence"]["structures"][1], mechanisms=["clipping"])

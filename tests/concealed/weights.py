@@ -34,6 +34,7 @@ PARAMETERS = {
     "large_left": (0.0, 1.0),                  # power of the overdispersion that a structure leaves, on either weight of its large discrepancy
     "large_known_left": (0.0, 1.0),
     "own_known": (-2.0, 2.0),                  # and of a small one of each recording's own
+    "varying": (-6.0, 2.0),                    # ln weight of a mechanism that is not alike in all recordings, among the unknown where it differs much, else beside its name
     "drift": (-2.0, 1.0),                      # ln weight of instruments that drift, hum or walk
     "size": (0.0, 0.5),                        # ln weight of a discrepancy by step of its size
     "none": (0.0, 1.0),                        # ln weight of no discrepancy at all
@@ -52,6 +53,7 @@ START = np.array([v[0] for v in PARAMETERS.values()])
 WIDTH = np.array([v[1] for v in PARAMETERS.values()])
 NEGLIGIBLE = 60.0            # nats below the most evidence of a cause from which on an entry adds nothing to it, whatever the weights
 LARGE = 0.03                 # sizes from here on are no small print
+ALIKE = 0.3                  # a mechanism so many times stronger in one recording than in another is not the same
 
 
 def canonical(names):
@@ -111,6 +113,17 @@ def features(verdict):
             out.setdefault(UNKNOWN, []).append(Entry("own", -1, ln))
             if beside and size < LARGE:         # as with a discrepancy that all share: what is small does not make the cause another one
                 out[names].append(beside._replace(kind="own_known", size=-1, ln=ln, drifts=False))
+    for v in e.get("varying", []):
+        names = canonical(v["mechanisms"])
+        beside = max((x for x in out.get(names, []) if x.kind == ""), key=lambda x: x.ln, default=None)
+        if beside is None:
+            continue
+        has = dict(kind="varying", size=-1, drifts=False, parameters=v["parameters"])
+        for size, ln in zip(cycle(e["varying_sizes"]), v["ln_evidence"]):
+            if ln is not None and size < ALIKE:
+                out[names].append(beside._replace(ln=ln, **has))
+            elif ln is not None:
+                out.setdefault(UNKNOWN, []).append(Entry(ln=ln, **has))
     return max(1.0, min(left, default=1.0)), e.get("levels", 3), out
 
 
@@ -221,7 +234,7 @@ class Stacked:
         return float(-(self.weight * np.log(np.maximum(right / whole, LEAST))).sum() / self.weight.sum() + 0.5 * np.sum(((theta - self.start) / WIDTH) ** 2) / self.n)
 
 
-KINDS = ("", "stand_in", "own", "large", "large_known", "own_known")
+KINDS = ("", "stand_in", "own", "large", "large_known", "own_known", "varying")
 WEIGHTED = ("size", "ln", "drifts", "parameters", "left")      # an entry's numbers that `weighted` takes
 PRIORS = ("", "single", "pair", "unknown")
 

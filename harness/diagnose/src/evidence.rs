@@ -2,7 +2,7 @@
 
 use crate::posterior::ln_sum;
 use estimate::discrepancy::{Disturbance, Disturbed};
-use estimate::evidence::{Evidence, Reduced};
+use estimate::evidence::{Evidence, Own, Reduced};
 use estimate::fitted::Fitted;
 use estimate::problem::Data;
 use estimate::response::Place;
@@ -12,7 +12,10 @@ use rayon::prelude::*;
 pub const SIZES: [f64; 6] = [0.0, 0.001, 0.003, 0.01, 0.03, 0.1];
 /// Sizes of what each recording has of its own, where the cause is in no vocabulary.
 pub const OWN_SIZES: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
-/// Sizes of the shared discrepancy beside it.
+/// Sizes by which a mechanism may be stronger in one recording than in another, 1. What is lubricated, worn or clamped anew
+/// differs by a tenth and is still the same.
+pub const VARYING_SIZES: [f64; 3] = [0.1, 0.3, 1.0];
+/// Sizes of the shared discrepancy beside either.
 const SHARED_BESIDE: [f64; 2] = [0.0, 0.01];
 
 /// A structure, weighed.
@@ -64,12 +67,25 @@ pub struct Unknown {
     pub ln: Vec<f64>,
 }
 
+/// A structure with one of its mechanisms not alike in all recordings, weighed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Varying {
+    pub names: Vec<&'static str>,
+    /// Which of them.
+    pub mechanism: &'static str,
+    /// Parameters of the mechanisms added.
+    pub parameters: usize,
+    /// ln evidence by [`VARYING_SIZES`], for each size of the shared discrepancy beside it.
+    pub ln: Vec<f64>,
+}
+
 /// What a decision is weighed by.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evidences {
     /// The simulation as given first.
     pub structures: Vec<Weighed>,
     pub unknown: Vec<Unknown>,
+    pub varying: Vec<Varying>,
     /// Levels of the campaign.
     pub levels: usize,
     /// Whether recordings of different levels end in one and the same reading, several samples long.
@@ -168,16 +184,36 @@ pub fn weighed(f: &Fitted) -> Option<Weighed> {
     Some(Weighed { left: finite(left), ln, ..Weighed::without_evidence(f) })
 }
 
+/// ln evidence of what each recording has of its own, by its index and `sizes`, for each size of the shared discrepancy beside
+/// it.
+fn own(evidence: &Evidence<'_>, index: usize, sizes: &[f64]) -> Vec<f64> {
+    let reduced: Vec<Option<Reduced<'_>>> =
+        sizes.iter().map(|size| evidence.beside(Some((index, *size)), &[])).collect();
+    let of = |size: f64| reduced.iter().map(move |r| finite(r.as_ref().and_then(|r| r.ln(size))));
+    SHARED_BESIDE.into_iter().flat_map(of).collect()
+}
+
 /// The evidence of a cause in no vocabulary beside `f`, by the place at which it enters.
 pub fn unknown(f: &Fitted) -> Vec<Unknown> {
     let places = Place::all(&f.data);
-    let Some(evidence) = Evidence::new(f, &places) else { return Vec::new() };
-    let at = |(i, place): (usize, &Place)| {
-        let reduced = OWN_SIZES.map(|own| evidence.beside(Some((i, own)), &[]));
-        let of = |size: f64| reduced.iter().map(move |r| finite(r.as_ref().and_then(|r| r.ln(size))));
-        Unknown { beside: f.names(), place: *place, ln: SHARED_BESIDE.into_iter().flat_map(of).collect() }
+    let at: Vec<Own> = places.iter().map(|p| Own::At(*p)).collect();
+    let Some(evidence) = Evidence::new(f, &at) else { return Vec::new() };
+    let of =
+        |(i, place): (usize, &Place)| Unknown { beside: f.names(), place: *place, ln: own(&evidence, i, &OWN_SIZES) };
+    places.par_iter().enumerate().map(of).collect()
+}
+
+/// The evidence of `f` with each of its mechanisms not alike in all recordings.
+pub fn varying(f: &Fitted) -> Vec<Varying> {
+    let terms: Vec<Own> = (0..f.structure.terms().len()).map(Own::Stronger).collect();
+    let Some(evidence) = Evidence::new(f, &terms) else { return Vec::new() };
+    let of = |i: usize| Varying {
+        names: f.names(),
+        mechanism: f.structure.terms()[i].mechanism.name,
+        parameters: f.parameters() as usize,
+        ln: own(&evidence, i, &VARYING_SIZES),
     };
-    places.par_iter().enumerate().map(at).collect()
+    (0..terms.len()).into_par_iter().map(of).collect()
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! hundreds of nats. How small, how large, and how much more a name needs than nothing is what `calibration.json` holds;
 //! `tests/calibrate` writes it from campaigns of the laboratory whose cause is known.
 
-use crate::evidence::{Evidences, Weighed, OWN_SIZES, SIZES};
+use crate::evidence::{Evidences, Weighed, OWN_SIZES, SIZES, VARYING_SIZES};
 use mechanisms::named;
 use serde::Deserialize;
 
@@ -14,6 +14,9 @@ pub const UNKNOWN: &str = "unknown";
 pub const POSSIBLE: f64 = 0.05;
 /// Size of a discrepancy from which on it is no small print, share of force.
 pub const LARGE: f64 = 0.03;
+
+/// How many times as strong a mechanism may be in one recording as in another to be the same, less 1.
+pub const ALIKE: f64 = 0.3;
 
 /// What turns evidence into probabilities.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
@@ -40,6 +43,9 @@ pub struct Table {
     pub large: f64,
     pub large_known: f64,
     pub own_known: f64,
+    /// ln weight of a mechanism that is not alike in all recordings: among the unknown where it differs much, else beside its
+    /// name.
+    pub varying: f64,
     /// Powers of the overdispersion that a structure leaves, on the weight of its large discrepancy among the unknown and
     /// beside what is known: where next to nothing is left, the discrepancy is no reason to doubt the names.
     pub large_left: f64,
@@ -296,6 +302,20 @@ impl Posterior {
                 }
             }
         }
+        for v in &e.varying {
+            let Some(at) = best_of(e, &v.names) else { continue };
+            let weight = table.varying + table.parameter * v.parameters as f64;
+            for (size, ln) in VARYING_SIZES.iter().cycle().zip(&v.ln).filter(|(_, ln)| ln.is_finite()) {
+                if *size < ALIKE {
+                    add(canonical(&v.names), *ln, weight, Some(at), false);
+                } else {
+                    add(vec![UNKNOWN], *ln, weight, None, false);
+                }
+                if *ln > most.0 {
+                    most = (*ln, false);
+                }
+            }
+        }
         let left = if left.is_finite() { left.max(1.0) } else { 1.0 };
         let mass: Vec<f64> = causes.iter().map(|c| ln_sum(&c.1.ln)).collect();
         let top = mass.iter().cloned().fold(f64::NEG_INFINITY, f64::max);
@@ -421,7 +441,7 @@ impl Posterior {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evidence::{Unknown, Weighed};
+    use crate::evidence::{Unknown, Varying, Weighed};
 
     fn weighed(names: &[&'static str], named: bool, ln: f64) -> Weighed {
         Weighed {
@@ -455,6 +475,7 @@ mod tests {
             large_left: 0.0,
             large_known_left: 0.0,
             own_known: f64::NEG_INFINITY,
+            varying: f64::NEG_INFINITY,
             drift: 0.0,
             size: 0.0,
             none: 0.0,
@@ -487,7 +508,7 @@ mod tests {
     #[test]
     fn with_a_long_tail_and_a_temperature_of_one_it_is_bayes_rule() {
         let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 3.0)];
-        let p = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &plain());
+        let p = Posterior::new(&Evidences { structures, levels: 3, ..Evidences::default() }, &plain());
         let want = 3f64.exp() / (1.0 + 3f64.exp());
         assert!((p.of("gravity") - want).abs() < 1e-6, "{p:?}");
         assert!((p.nothing() + p.of("gravity") - 1.0).abs() < 1e-12);
@@ -501,7 +522,7 @@ mod tests {
             let mut best = weighed(&["gravity"], true, 30.0);
             best.ln[0][1] += discrepancy;
             let structures = vec![weighed(&[], true, 0.0), best];
-            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &table).nothing()
+            Posterior::new(&Evidences { structures, levels: 3, ..Evidences::default() }, &table).nothing()
         };
         assert!(of(-1.0) < 0.1 * of(1.0), "{} {}", of(-1.0), of(1.0));
     }
@@ -537,7 +558,7 @@ mod tests {
             let name = Weighed { parameters, ..weighed(&["gravity"], true, 5.0) };
             let structures = vec![weighed(&[], true, 0.0), name];
             let table = Table { parameter: -2.0, ..plain() };
-            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &table).of("gravity")
+            Posterior::new(&Evidences { structures, levels: 3, ..Evidences::default() }, &table).of("gravity")
         };
         assert!(of(3) < of(1), "{} {}", of(3), of(1));
     }
@@ -554,7 +575,7 @@ mod tests {
         };
         let of = |needed: f64| {
             let table = Table { tail: 0.0, needed, ..plain() };
-            Posterior::new(&Evidences { structures: structures(), unknown: Vec::new(), levels: 3, flat: false }, &table)
+            Posterior::new(&Evidences { structures: structures(), levels: 3, ..Evidences::default() }, &table)
         };
         let odds = |p: &Posterior| {
             let single = |n: &str| p.causes.iter().find(|c| c.names == [n]).unwrap().probability;
@@ -574,7 +595,7 @@ mod tests {
                 weighed(&["adhesion"], true, 10.0),
                 weighed(&["gravity", "viscous_damping"], true, 29.0),
             ];
-            let e = Evidences { structures, unknown: Vec::new(), levels: 3, flat: false };
+            let e = Evidences { structures, levels: 3, ..Evidences::default() };
             Posterior::new(&e, &Table { tail: 0.0, completed, ..plain() })
         };
         let odds = |p: &Posterior| {
@@ -591,7 +612,7 @@ mod tests {
             let mut large = Weighed { overdispersion, ..weighed(&["gravity"], true, 0.0) };
             large.ln[0] = SIZES.map(|size| if size < LARGE { f64::NEG_INFINITY } else { 30.0 }).to_vec();
             let structures = vec![weighed(&[], true, 0.0), large];
-            let e = Evidences { structures, unknown: Vec::new(), levels: 3, flat: false };
+            let e = Evidences { structures, levels: 3, ..Evidences::default() };
             let table = Table { large: 0.0, large_known: 0.0, large_left: 1.0, large_known_left: -0.5, ..plain() };
             let p = Posterior::new(&e, &table);
             p.unknown() / p.of("gravity")
@@ -603,7 +624,7 @@ mod tests {
     fn a_short_tail_lets_no_difference_settle_everything() {
         let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 3000.0)];
         let p = Posterior::new(
-            &Evidences { structures, unknown: Vec::new(), levels: 3, flat: false },
+            &Evidences { structures, levels: 3, ..Evidences::default() },
             &Table { tail: 0.0, ..plain() },
         );
         assert!((p.nothing() - 1.0 / 3002.0).abs() < 1e-6, "{p:?}");
@@ -616,10 +637,24 @@ mod tests {
             weighed(&["channel_skew"], true, 1.0),
             weighed(&["latent_force"], false, 1.0),
         ];
-        let p = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &plain());
+        let p = Posterior::new(&Evidences { structures, levels: 3, ..Evidences::default() }, &plain());
         assert_eq!(p.causes.len(), 2, "{p:?}");
         assert_eq!(p.best_named().unwrap().names, ["lowpass_lag"]);
         assert!(p.unknown() > 0.0 && p.causes.iter().any(Cause::is_unknown));
+    }
+
+    #[test]
+    fn a_mechanism_much_stronger_in_some_recordings_is_another_cause_and_a_little_stronger_is_the_same() {
+        let of = |ln: [f64; 3]| {
+            let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 20.0)];
+            let varying = Varying { names: vec!["gravity"], mechanism: "gravity", parameters: 0, ln: ln.to_vec() };
+            let e = Evidences { structures, varying: vec![varying], levels: 3, ..Evidences::default() };
+            Posterior::new(&e, &Table { varying: 0.0, ..plain() })
+        };
+        let none = f64::NEG_INFINITY;
+        assert!(of([30.0, none, none]).of("gravity") > 0.999);
+        assert!(of([none, 30.0, none]).unknown() > 0.999);
+        assert!(of([none, none, 30.0]).unknown() > 0.999);
     }
 
     #[test]
@@ -629,7 +664,10 @@ mod tests {
             let place = estimate::response::Place::Contact;
             let ln = [0.01, 0.03].map(|_| 30.0).to_vec();
             let unknown = vec![Unknown { beside: vec!["gravity"], place, ln }];
-            Posterior::new(&Evidences { structures, unknown, levels: 3, flat: false }, &Table { own_known, ..plain() })
+            Posterior::new(
+                &Evidences { structures, unknown, levels: 3, ..Evidences::default() },
+                &Table { own_known, ..plain() },
+            )
         };
         assert!(of(f64::NEG_INFINITY).of("gravity") < 1e-3);
         // of the two sizes the smaller one counts for it

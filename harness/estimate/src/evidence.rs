@@ -23,6 +23,15 @@ struct Part {
     columns: Vec<Vec<f64>>,
 }
 
+/// What each recording may have of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Own {
+    /// Something that enters at a place, as a share of the campaign's peak.
+    At(Place),
+    /// A term of the structure, by index, so many times stronger than in the others.
+    Stronger(usize),
+}
+
 /// A fit with its normal equations, discrepancy included.
 pub struct Evidence<'a> {
     fitted: &'a Fitted,
@@ -30,7 +39,7 @@ pub struct Evidence<'a> {
     globals: usize,
     shared: usize,
     locals: usize,
-    /// Columns of each recording alone, at each place asked for.
+    /// Columns of each recording alone, for each thing of its own asked for.
     own: Vec<usize>,
     /// Columns of each disturbance of a channel.
     disturbances: Vec<(Disturbed, usize)>,
@@ -61,13 +70,17 @@ struct Solved {
 }
 
 impl<'a> Evidence<'a> {
-    /// Of a fit, each recording with something of its own at each of `places`. None where the simulation fails.
-    pub fn new(fitted: &'a Fitted, places: &[Place]) -> Option<Evidence<'a>> {
+    /// Of a fit, each recording with each of these of its `own`. None where the simulation fails.
+    pub fn new(fitted: &'a Fitted, own: &[Own]) -> Option<Evidence<'a>> {
         let paths = Paths::new(fitted)?;
         let shared = paths.shared();
         let disturbances: Vec<(Disturbed, Columns)> =
             Disturbed::all(&fitted.data).into_iter().map(|d| (d, paths.disturbed(d))).collect();
-        let own: Vec<Columns> = places.iter().map(|p| paths.own(*p)).collect();
+        let columns = |own: &Own| match own {
+            Own::At(place) => Some(paths.own(*place)),
+            Own::Stronger(term) => paths.of_term(*term),
+        };
+        let own: Vec<Columns> = own.iter().map(columns).collect::<Option<_>>()?;
         let problem = fitted.problem();
         let point = fitted.point();
         let globals = problem.model.parameters.len();
@@ -94,8 +107,8 @@ impl<'a> Evidence<'a> {
         })
     }
 
-    /// The equations with the nuisances eliminated; with them what each recording has of its own, `own`: the index of its
-    /// place and its size as a share of the campaign's peak; and the channels that are `disturbed`.
+    /// The equations with the nuisances eliminated; with them what each recording has of its own, `own`: its
+    /// index and its size; and the channels that are `disturbed`.
     ///
     /// None where the normal matrix is singular.
     pub fn beside(&self, own: Option<(usize, f64)>, disturbed: &[Disturbed]) -> Option<Reduced<'_>> {
@@ -103,9 +116,9 @@ impl<'a> Evidence<'a> {
         let mut eliminated: Vec<usize> = (g + m..g + m + l).collect();
         // with the precision of each
         let mut precision = vec![0.0; l];
-        let first = |place: usize| g + m + l + self.own[..place].iter().sum::<usize>();
-        if let Some((place, size)) = own {
-            eliminated.extend(first(place)..first(place + 1));
+        let first = |own: usize| g + m + l + self.own[..own].iter().sum::<usize>();
+        if let Some((own, size)) = own {
+            eliminated.extend(first(own)..first(own + 1));
             precision.resize(eliminated.len(), size.powi(-2));
         }
         let mut from = first(self.own.len());
@@ -313,7 +326,7 @@ mod tests {
     #[test]
     fn what_is_eliminated_recording_by_recording_is_what_one_large_matrix_gives() {
         let f = fitted();
-        let e = Evidence::new(&f, &[Place::Contact]).unwrap();
+        let e = Evidence::new(&f, &[Own::At(Place::Contact)]).unwrap();
         assert!(e.held.iter().all(|h| !h));
         let (size, own) = (0.01, 0.03);
         let solved = e.beside(Some((0, own)), &Disturbed::all(&f.data)).unwrap().solve(size).unwrap();
