@@ -150,13 +150,7 @@ fn push_against_speed(data: &Data, rec: &Record) -> Result<(), Invalid> {
 /// Force against what the simulation as given makes of the penetration.
 fn against_given(c: &Campaign, data: &Data) -> Result<(), Invalid> {
     let (Some(k), Some(p)) = (c.simulation.k, c.simulation.p) else { return Ok(()) };
-    let ratio = |rec: &Record| -> Option<f64> {
-        let (f, x) = (rec.y[0].as_ref()?, rec.y[2].as_ref()?);
-        let deep = x.iter().cloned().fold(f64::MIN, f64::max);
-        let ratios = f.iter().zip(x).filter(|(_, x)| **x > 0.7 * deep).map(|(f, x)| f / (k * x.powf(p)));
-        let ratios: Vec<f64> = ratios.filter(|r| r.is_finite()).collect();
-        (ratios.len() >= 5).then(|| median(ratios))
-    };
+    let ratio = |rec: &Record| of_given(rec.y[0].as_ref()?, rec.y[2].as_ref()?, |x| k * x.powf(p));
     let ratios: Vec<(&Record, f64)> = data.records.iter().filter_map(|r| Some((r, ratio(r)?))).collect();
     let Some(i) = wrong_unit(&ratios.iter().map(|(r, q)| (r.level, *q)).collect::<Vec<_>>()) else { return Ok(()) };
     let (rec, ratio) = ratios[i];
@@ -166,6 +160,23 @@ fn against_given(c: &Campaign, data: &Data) -> Result<(), Invalid> {
         "correct the unit of force or penetration in its header, or k (N/m^p) and p in campaign.toml; without k and p the \
          simulation counts as not calibrated yet",
     ))
+}
+
+/// Factor by which that ratio may change from half the depth to the whole of it: what a law is off by more is no unit.
+const BENT: f64 = 3.0;
+
+/// Force over what is given for the penetration, where that is near enough the same at every depth, as a wrong unit leaves
+/// it. None where it is not (a second stop, a law of another shape), and where too few samples are deep.
+fn of_given(force: &[f64], penetration: &[f64], given: impl Fn(f64) -> f64) -> Option<f64> {
+    let deepest = penetration.iter().cloned().fold(f64::MIN, f64::max);
+    let between = |from: f64, to: f64| {
+        let at = force.iter().zip(penetration).filter(|(_, x)| (from..to).contains(&(*x / deepest)));
+        let ratios: Vec<f64> = at.map(|(f, x)| f / given(*x)).filter(|r| r.is_finite()).collect();
+        (ratios.len() >= 5).then(|| median(ratios))
+    };
+    let whole = between(0.7, 1.1)?;
+    let is_same = |half: f64| (1.0 / BENT..=BENT).contains(&(half / whole));
+    between(0.35, 0.7).is_none_or(is_same).then_some(whole)
 }
 
 /// The first of (level, force over the given simulation's) that a wrong unit must have made: far off where the campaign
@@ -283,6 +294,17 @@ mod tests {
         assert_eq!(wrong_unit(&[(0, 1.2), (0, 1.1e3), (1, 0.9)]), Some(1));
         assert_eq!(wrong_unit(&[(0, 130.0), (0, 140.0), (1, 12.0), (1, 11.0), (2, 1.5), (2, 1.6)]), None);
         assert_eq!(wrong_unit(&[]), None);
+    }
+
+    #[test]
+    fn a_wrong_unit_is_as_far_off_at_every_depth_and_another_law_is_not() {
+        let depth: Vec<f64> = (0..100).map(|i| 1e-5 * i as f64).collect();
+        let of = |force: &dyn Fn(f64) -> f64| {
+            of_given(&depth.iter().map(|x| force(*x)).collect::<Vec<_>>(), &depth, |x| 1e6 * x)
+        };
+        assert!((of(&|x| 1e9 * x).unwrap() - 1e3).abs() < 1.0);
+        assert_eq!(of(&|x| 1e6 * x + 5e8 * (x - 6e-4).max(0.0)), None);
+        assert_eq!(of(&|x| 1e12 * x * x * x), None);
     }
 
     #[test]
