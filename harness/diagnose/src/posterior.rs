@@ -4,7 +4,7 @@
 //! hundreds of nats. How small, how large, and how much more a name needs than nothing is what `calibration.json` holds;
 //! `tests/calibrate` writes it from campaigns of the laboratory whose cause is known.
 
-use crate::evidence::{Evidences, Weighed, OWN_SIZES, SIZES, VARYING_SIZES};
+use crate::evidence::{Evidences, Varying, Weighed, OWN_SIZES, SIZES};
 use mechanisms::named;
 use serde::Deserialize;
 
@@ -15,7 +15,7 @@ pub const POSSIBLE: f64 = 0.05;
 /// Size of a discrepancy from which on it is no small print, share of force.
 pub const LARGE: f64 = 0.03;
 
-/// How many times as strong a mechanism may be in one recording as in another to be the same, less 1.
+/// How many times as strong a mechanism may be in one recording as in another of its level to be the same, less 1.
 pub const ALIKE: f64 = 0.3;
 
 /// What turns evidence into probabilities.
@@ -32,6 +32,8 @@ pub struct Table {
     /// are right to the noise.
     pub noise_temperature: f64,
     pub noise_tail: f64,
+    /// What is added to the ln priors of names there: nothing but a mechanism can be behind what is left.
+    pub noise_named: f64,
     /// ln prior of one mechanism, of several, and of an unknown cause, over that of nothing.
     pub single: f64,
     pub pair: f64,
@@ -43,9 +45,11 @@ pub struct Table {
     pub large: f64,
     pub large_known: f64,
     pub own_known: f64,
-    /// ln weight of a mechanism that is not alike in all recordings: among the unknown where it differs much, else beside its
-    /// name.
+    /// ln weight, among the unknown, of a mechanism that is not alike in the recordings of one level; and of one that differs
+    /// from level to level, among the unknown and beside its name: its form may not be quite right.
     pub varying: f64,
+    pub by_level: f64,
+    pub by_level_known: f64,
     /// Powers of the overdispersion that a structure leaves, on the weight of its large discrepancy among the unknown and
     /// beside what is known: where next to nothing is left, the discrepancy is no reason to doubt the names.
     pub large_left: f64,
@@ -304,12 +308,13 @@ impl Posterior {
         }
         for v in &e.varying {
             let Some(at) = best_of(e, &v.names) else { continue };
-            let weight = table.varying + table.parameter * v.parameters as f64;
-            for (size, ln) in VARYING_SIZES.iter().cycle().zip(&v.ln).filter(|(_, ln)| ln.is_finite()) {
-                if *size < ALIKE {
-                    add(canonical(&v.names), *ln, weight, Some(at), false);
+            let of_parameters = table.parameter * v.parameters as f64;
+            for ((_, own), ln) in Varying::sizes().cycle().zip(&v.ln).filter(|(_, ln)| ln.is_finite()) {
+                if own < ALIKE {
+                    add(vec![UNKNOWN], *ln, table.by_level + of_parameters, None, false);
+                    add(canonical(&v.names), *ln, table.by_level_known + of_parameters, Some(at), false);
                 } else {
-                    add(vec![UNKNOWN], *ln, weight, None, false);
+                    add(vec![UNKNOWN], *ln, table.varying + of_parameters, None, false);
                 }
                 if *ln > most.0 {
                     most = (*ln, false);
@@ -327,8 +332,8 @@ impl Posterior {
         let prior = |names: &[&str]| match names {
             [] => 0.0,
             [UNKNOWN] => table.unknown,
-            [_] => table.single,
-            _ => table.pair,
+            [_] => table.single + noise_alone * table.noise_named,
+            _ => table.pair + noise_alone * table.noise_named,
         };
         let doubt = |gathered: &Gathered| {
             gathered.best.map_or(0.0, |(_, i)| {
@@ -465,6 +470,7 @@ mod tests {
             tail: 20.0,
             noise_temperature: 0.0,
             noise_tail: 0.0,
+            noise_named: 0.0,
             single: 0.0,
             pair: 0.0,
             unknown: 0.0,
@@ -476,6 +482,8 @@ mod tests {
             large_known_left: 0.0,
             own_known: f64::NEG_INFINITY,
             varying: f64::NEG_INFINITY,
+            by_level: f64::NEG_INFINITY,
+            by_level_known: f64::NEG_INFINITY,
             drift: 0.0,
             size: 0.0,
             none: 0.0,
@@ -644,17 +652,18 @@ mod tests {
     }
 
     #[test]
-    fn a_mechanism_much_stronger_in_some_recordings_is_another_cause_and_a_little_stronger_is_the_same() {
-        let of = |ln: [f64; 3]| {
+    fn a_mechanism_much_stronger_in_some_recordings_is_another_cause_and_one_that_differs_by_level_may_be_the_same() {
+        let of = |by_level: f64, own: f64| {
             let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 20.0)];
-            let varying = Varying { names: vec!["gravity"], mechanism: "gravity", parameters: 0, ln: ln.to_vec() };
+            let ln = Varying::sizes().map(|size| if size == (by_level, own) { 30.0 } else { f64::NEG_INFINITY }).collect();
+            let varying = Varying { names: vec!["gravity"], mechanism: "gravity", parameters: 0, ln };
             let e = Evidences { structures, varying: vec![varying], levels: 3, ..Evidences::default() };
-            Posterior::new(&e, &Table { varying: 0.0, ..plain() })
+            Posterior::new(&e, &Table { varying: 0.0, by_level: -1.0, by_level_known: 0.0, ..plain() })
         };
-        let none = f64::NEG_INFINITY;
-        assert!(of([30.0, none, none]).of("gravity") > 0.999);
-        assert!(of([none, 30.0, none]).unknown() > 0.999);
-        assert!(of([none, none, 30.0]).unknown() > 0.999);
+        assert!(of(0.0, 0.3).unknown() > 0.999 && of(0.3, 1.0).unknown() > 0.999);
+        for alike in [of(0.0, 0.1), of(0.3, 0.0), of(1.0, 0.1)] {
+            assert!((alike.of("gravity") / alike.unknown() - 1f64.exp()).abs() < 1e-2, "{alike:?}");
+        }
     }
 
     #[test]

@@ -177,7 +177,9 @@ impl Search {
         }
         // of several mechanisms, each may do without one
         for f in [2, 3].into_iter().flat_map(|count| pool.likeliest(count).into_iter().take(1)).collect::<Vec<_>>() {
-            pool.take((0..f.structure.terms().len()).filter_map(|i| f.without(i, &SLOW)).collect());
+            let each = 0..f.structure.terms().len();
+            let from = |i: usize| [f.without(i, &SLOW), f.without_from(&base, i, &SLOW)];
+            pool.take(each.into_par_iter().flat_map_iter(from).flatten().collect());
         }
         pool
     }

@@ -286,8 +286,10 @@ pub enum Disturbance {
 impl Disturbance {
     /// All of them.
     pub const ALL: [Disturbance; 4] = [Disturbance::Drift, Disturbance::Hum50, Disturbance::Hum60, Disturbance::Walk];
-    /// Sets of them that a channel may have, none included: a rig has one mains.
-    pub const SETS: usize = 12;
+    /// Sets of them that so many channels may have, none included: a rig has one mains, which may hum in each.
+    pub fn sets(channels: u32) -> usize {
+        4usize.pow(channels) * (2usize.pow(channels + 1) - 1)
+    }
 }
 
 /// A disturbance of the readings of one channel.
@@ -365,5 +367,22 @@ impl Path<'_> {
             self.whitened(&y)
         };
         shapes.iter().map(readings).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sets_of_disturbances_are_those_with_one_mains() {
+        let channels = [Channel::Force, Channel::Acceleration];
+        let all: Vec<Disturbed> =
+            channels.iter().flat_map(|c| Disturbance::ALL.map(|by| Disturbed { channel: *c, by })).collect();
+        let possible = (0..1usize << all.len()).filter(|set| {
+            let of: Vec<Disturbed> = (0..all.len()).filter(|i| set >> i & 1 == 1).map(|i| all[i]).collect();
+            of.iter().all(|a| of.iter().all(|b| a.goes_with(*b)))
+        });
+        assert_eq!(possible.count(), Disturbance::sets(2));
     }
 }

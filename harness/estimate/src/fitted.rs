@@ -139,6 +139,16 @@ impl Fitted {
         Some(Fitted { data: self.data.clone(), structure, fit })
     }
 
+    /// Without its term `i`, fitted from the law and the nuisances of `base`, to which nothing is added, and the values of
+    /// the other terms: the term may have stood in the place of the law. None where the simulation fails.
+    pub fn without_from(&self, base: &Fitted, i: usize, options: &Options) -> Option<Fitted> {
+        let structure = self.structure.without(i);
+        let mut theta = self.structure.theta_without(&self.fit.point.theta, i);
+        theta.splice(..structure.first_term(), base.fit.point.theta.iter().copied());
+        let start = Problem::new(&self.data, structure.model()).evaluate(theta, base.fit.point.locals.clone());
+        start.chi2.is_finite().then(|| Fitted::from(&self.data, structure, start, options))
+    }
+
     /// The same fit with its term `i` as the last one.
     pub fn turned_to(&self, i: usize) -> Fitted {
         let mut turned = self.clone();

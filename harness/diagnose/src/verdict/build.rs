@@ -447,7 +447,7 @@ fn evidence(e: &Evidences) -> Evidence {
     Evidence {
         sizes: evidence::SIZES.to_vec(),
         own_sizes: evidence::OWN_SIZES.to_vec(),
-        varying_sizes: evidence::VARYING_SIZES.to_vec(),
+        varying_sizes: evidence::Varying::sizes().map(|(by_level, own)| [by_level, own]).collect(),
         levels: e.levels,
         flat: e.flat,
         structures: e.structures.iter().map(structure).collect(),

@@ -90,8 +90,9 @@ pub struct Evidence {
     /// Sizes of the discrepancy that all recordings share, and of what each may have of its own, share of force.
     pub sizes: Vec<f64>,
     pub own_sizes: Vec<f64>,
-    /// Sizes by which a mechanism may be stronger in one recording than in another.
-    pub varying_sizes: Vec<f64>,
+    /// Sizes by which a mechanism may be stronger at one level than at another, and in one recording of a level than in
+    /// another.
+    pub varying_sizes: Vec<[f64; 2]>,
     /// Levels of the campaign.
     pub levels: usize,
     /// Whether recordings of different levels end in one and the same reading, several samples long.
