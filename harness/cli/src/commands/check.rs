@@ -161,7 +161,9 @@ fn words(u: &Understood) -> String {
         _ => "not calibrated yet".to_string(),
     };
     let terms = if u.simulation.terms.is_empty() { "none".to_string() } else { u.simulation.terms.join(", ") };
-    let mass = u.moving_mass.map_or(String::new(), |m| format!(", moving mass {m} kg"));
+    // as it was given; what FMUs tell of it, to six digits
+    let six = |m: f64| format!("{m:.5e}").parse().unwrap_or(m);
+    let mass = u.moving_mass.map_or(String::new(), |m| format!(", moving mass {} kg", six(m)));
     let mut s = format!(
         "{}: {} of {}{mass}; {} recordings at {} levels; simulation: {simulation}, terms: {terms}\n",
         u.folder.display(),
