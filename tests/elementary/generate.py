@@ -199,6 +199,9 @@ def fixture():
         add("asinh", x, 0.0, mpmath.asinh(mpf(x)))
         x = rng.choice((-1, 1)) * 2.0 ** rng.uniform(-4, 4)
         add("asinh", x, 0.0, mpmath.asinh(mpf(x)))
+    for _ in range(200):
+        x = rng.choice((-1, 1)) * 2.0 ** rng.uniform(-60, 4.6)
+        add("tanh", x, 0.0, mpmath.tanh(mpf(x)))
     out = io.StringIO()
     write = csv.writer(out, lineterminator="\n")
     write.writerow(["function", "x", "y", "value", "rest"])

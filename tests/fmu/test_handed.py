@@ -77,7 +77,7 @@ def test_a_choice_stands_in_files_by_name_or_number(touchdown, fmu, tmp_path, ki
     assert o.returncode == 2 and 'adhesion_form "nek" is not known; did you mean "neck"?' in o.stderr, o.stderr
 
 
-@pytest.mark.parametrize("model", ["contact", "moving-bar"])
+@pytest.mark.parametrize("model", ["contact", "moving-bar", "body-force"])
 def test_every_real_has_a_nominal_value_and_parameters_are_listed_by_group(touchdown, tmp_path, model):
     path = tmp_path / "x.fmu"
     assert pack(touchdown, path, "--model", model).returncode == 0

@@ -247,7 +247,7 @@ def test_two_checkouts_at_different_paths_give_one_sum(release, touchdown, tmp_p
 def test_the_release_carries_its_sums_and_a_valid_bill_of_materials(release):
     sums = dict(reversed(line.split("  ")) for line in (release / "SHA256SUMS").read_text().splitlines())
     libraries = {str(f.relative_to(release)) for f in release.glob("lib/platforms/*/*")}
-    assert {f"lib/platforms/{p}/{m}.{e}" for p, e in [("linux64", "so"), ("win64", "dll")] for m in ["HysteresisContact", "MovingBar"]} <= libraries
+    assert {f"lib/platforms/{p}/{m}.{e}" for p, e in [("linux64", "so"), ("win64", "dll")] for m in ["HysteresisContact", "MovingBar", "BodyForce"]} <= libraries
     assert set(sums) == {"HysteresisContact.fmu", "HysteresisContact.cdx.json"} | libraries
     for name, sum_ in sums.items():
         assert hashlib.sha256((release / name).read_bytes()).hexdigest() == sum_

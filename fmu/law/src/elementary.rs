@@ -2,7 +2,7 @@
 //!
 //! Only +, -, *, /, square roots and integer operations on the bits, which IEEE 754 fixes to the last bit; never the
 //! platform's libm, never a fused multiply-add. Errors are counted in units in the last place (ulp) of the result;
-//! what the tests see at most: pow, exp, ln 0.52, exp_m1 and ln_1p 0.9, sinh, cosh and asinh 2.5.
+//! what the tests see at most: pow, exp, ln 0.52, exp_m1 and ln_1p 0.9, sinh, cosh, tanh and asinh 2.5.
 //!
 //! Method (table lookup after Tang 1989 and 1990, ACM TOMS 15(2) and 16(4)): x = 2^k z; r = z/c - 1 is exact in a
 //! double because 1/c has few bits; ln x = k ln 2 + ln c + r - r^2/2 + ... carried in two doubles;
@@ -315,6 +315,25 @@ pub fn cosh(x: f64) -> f64 {
     }
     let half = exp(0.5 * a);
     0.5 * half * half
+}
+
+/// tanh x.
+pub fn tanh(x: f64) -> f64 {
+    let a = x.abs();
+    let y = if a < 20.0 {
+        let e = exp_m1(2.0 * a);
+        e / (e + 2.0)
+    } else {
+        1.0
+    };
+    if x.is_nan() {
+        return x;
+    }
+    if x < 0.0 {
+        -y
+    } else {
+        y
+    }
 }
 
 /// asinh x.

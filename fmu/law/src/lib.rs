@@ -8,6 +8,7 @@
 //! where the body leaves the nominal surface (x <= 0). Dampers and springs are those of the [`parts`], each a file that
 //! declares (see [`part`]) all that the FMU, scenarios and the diagnosis have to know of it.
 
+pub mod body;
 pub mod elementary;
 mod energy;
 pub mod impact;

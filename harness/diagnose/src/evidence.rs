@@ -212,7 +212,11 @@ pub fn varying(f: &Fitted) -> Vec<Varying> {
     let Some(evidence) = Evidence::new(f, &terms, &[]) else { return Vec::new() };
     let of = |i: usize| {
         let size = |size: f64| (size > 0.0).then_some((i, size));
-        let all = Varying::sizes().map(|(by_level, own)| Beside { own: size(own), by_level: size(by_level), ..Beside::default() });
+        let all = Varying::sizes().map(|(by_level, own)| Beside {
+            own: size(own),
+            by_level: size(by_level),
+            ..Beside::default()
+        });
         Varying {
             names: f.names(),
             mechanism: f.structure.terms()[i].mechanism.name,

@@ -2,6 +2,7 @@
 
 use crate::alarm::{alarm, Alarm};
 use crate::bias::{biases, Bias};
+use crate::body::OnBody;
 use crate::bonds::{likely, Likely};
 use crate::bootstrap::Bootstrap;
 use crate::decide::Decision;
@@ -48,6 +49,8 @@ pub struct Findings {
     pub bootstrap: Option<Bootstrap>,
     /// This campaign's sensor against others that read the same impacts.
     pub sensors: Vec<Against>,
+    /// What BodyForce.fmu holds; None where it is not written.
+    pub on_body: Option<OnBody>,
     /// Why what is named is not handed out in an FMU; these stand among the caveats, too.
     pub gates: Vec<String>,
     /// What a reader has to know before believing the rest.

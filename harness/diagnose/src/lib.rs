@@ -2,6 +2,7 @@
 
 pub mod alarm;
 pub mod bias;
+pub mod body;
 pub mod bonds;
 pub mod bootstrap;
 pub mod candidate;

@@ -33,7 +33,8 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
             [one] => v.push(one.cure.into()),
             all => v.extend(all.iter().map(|m| format!("{}: {}", plain(m.name), m.cure))),
         }
-        v.extend(at_bonds(c, d));
+        v.extend(at_bonds(c, d, f));
+        v.extend(on_body(c, f));
     }
     v.extend(calibration(f).filter(|_| fmu && f.gates.is_empty() && !d.unexplained));
     if f.unclipped.is_some() && named.iter().any(|m| m.hints.limits_reading) {
@@ -51,8 +52,8 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
     v
 }
 
-/// Where in a system of FMUs what is named goes, of all that the system handed back does not hold, or the input that it lacks.
-fn at_bonds(c: &Campaign, d: &Decision) -> Vec<String> {
+/// Where in a system of FMUs what is named goes: into the system handed back, or by hand, or the input that it lacks.
+fn at_bonds(c: &Campaign, d: &Decision, f: &Findings) -> Vec<String> {
     let (Some(system), Some(machine)) = (&c.system, &d.base.structure.base().machine) else { return Vec::new() };
     let of = |t: &estimate::structure::Term| {
         let bond = system.bonds.get(t.bond)?;
@@ -60,6 +61,10 @@ fn at_bonds(c: &Campaign, d: &Decision) -> Vec<String> {
         let force = &bond.force.as_ref()?.text;
         let fmu = force.split_once('.').map_or(force.as_str(), |f| f.0);
         match (m.origin, m.acts) {
+            (Origin::Motion, Acts::Force) if f.on_body.as_ref().is_some_and(|b| b.names.contains(&t.name())) => Some(format!(
+                "system/ holds {name} at bond {at}: BodyForce.fmu feeds {force} with {}, besides what it had.",
+                m.equation
+            )),
             (Origin::Motion, Acts::Force | Acts::Reading) => Some(format!(
                 "At bond {at} feed {force} with the force of {name} besides what it has, {}, on the body and positive into the stop, \
                  from {} and {}.",
@@ -81,6 +86,16 @@ fn at_bonds(c: &Campaign, d: &Decision) -> Vec<String> {
         }
     };
     d.chosen.structure.terms().iter().filter(|t| t.mechanism.named).filter_map(of).collect()
+}
+
+/// What to do with the forces on the body that were found, where no system of FMUs is handed back.
+fn on_body(c: &Campaign, f: &Findings) -> Option<String> {
+    let held = f.on_body.as_ref().filter(|_| c.system.is_none())?;
+    Some(format!(
+        "BodyForce.fmu holds {}: feed its other_force with the contact's force, penetration and velocity with the body's, and \
+         the body with its force.",
+        words(&held.names)
+    ))
 }
 
 /// The mechanisms of the vocabulary that are named.

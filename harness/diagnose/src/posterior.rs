@@ -655,7 +655,8 @@ mod tests {
     fn a_mechanism_much_stronger_in_some_recordings_is_another_cause_and_one_that_differs_by_level_may_be_the_same() {
         let of = |by_level: f64, own: f64| {
             let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 20.0)];
-            let ln = Varying::sizes().map(|size| if size == (by_level, own) { 30.0 } else { f64::NEG_INFINITY }).collect();
+            let ln =
+                Varying::sizes().map(|size| if size == (by_level, own) { 30.0 } else { f64::NEG_INFINITY }).collect();
             let varying = Varying { names: vec!["gravity"], mechanism: "gravity", parameters: 0, ln };
             let e = Evidences { structures, varying: vec![varying], levels: 3, ..Evidences::default() };
             Posterior::new(&e, &Table { varying: 0.0, by_level: -1.0, by_level_known: 0.0, ..plain() })

@@ -1,5 +1,6 @@
 //! One campaign from recordings to verdict.
 
+use super::body::{packed_body, PackedBody};
 use super::bootstrap::{bootstrap, Bootstrap, Null};
 use super::candidate::Candidate;
 use super::courses::{Courses, Traces};
@@ -17,6 +18,8 @@ use estimate::fitted::Fitted;
 use estimate::prepare::Prepared;
 use estimate::problem::{Data, Options};
 use estimate::{Budget, Ended};
+use host::Ours;
+use mechanisms::mechanism::Origin;
 use plant::machine::Machine;
 use record::{Campaign, FmuSystem, Kind};
 use std::cell::RefCell;
@@ -36,7 +39,9 @@ pub struct Outcome {
     pub findings: Findings,
     /// The element with that law; or why it could not be packed or run.
     pub element: Result<Packed, String>,
-    /// The user's system of FMUs with that element in the place of its contact, file by file; None where there is none.
+    /// The forces on the body that were found; None where none was.
+    pub body: Option<PackedBody>,
+    /// The user's system of FMUs with ours at a bond, file by file; None where there is none.
     pub system: Option<Vec<(String, Vec<u8>)>>,
 }
 
@@ -276,6 +281,12 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     } else {
         Err(NOT_PACKED.into())
     };
+    let on_body = if settings.element && holds { packed_body(&decision.chosen, settings.platforms) } else { Ok(None) };
+    let on_body = on_body.unwrap_or_else(|e| {
+        findings.caveats.push(format!("BodyForce.fmu is not written: {e:#}."));
+        None
+    });
+    findings.on_body = on_body.as_ref().map(|b| b.holds.clone());
     let traces = Traces::new(&decision.base, &decision.before);
     let traces_after = decision.after.as_ref().map(|a| Traces::new(&decision.chosen, a));
     // what is predicted with the mechanisms is what the FMU does
@@ -301,26 +312,41 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     if let Some(e) = element.as_ref().err().filter(|_| c.kind != Kind::System) {
         findings.caveats.push(format!("HysteresisContact.fmu is not written: {e}."));
     }
-    let system = match (&c.system, &element) {
-        (Some(of), Ok(e)) if settings.element => Some(handed_back(of, e, calibrated)),
+    // a contact that nothing is missing in stays as it is where forces on the body are what was found
+    let in_contact = calibrated.structure.terms().iter().any(|t| t.mechanism.origin == Origin::Contact);
+    let ours = element.as_ref().ok().filter(|_| on_body.is_none() || in_contact);
+    let system = match &c.system {
+        Some(of) if ours.is_some() || on_body.is_some() => Some(handed_back(of, ours, on_body.as_ref(), calibrated)),
         _ => None,
     };
     let system =
         system.and_then(|s| s.map_err(|e| findings.caveats.push(format!("system/ is not written: {e:#}."))).ok());
     let verdict = Verdict::new(c, &decision, &findings, element.as_ref().ok());
     let Decision { before, after, .. } = decision;
-    Ok(Outcome { verdict, before, after, courses, law, findings, element, system, data: prepared.data })
+    Ok(Outcome { verdict, before, after, courses, law, findings, element, body: on_body, system, data: prepared.data })
 }
 
-/// The user's system with the element `e` in the place of the contact at the bond of `f`, and the free variables as `f` has
-/// them: files by their names.
-fn handed_back(of: &FmuSystem, e: &Packed, f: &Fitted) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
-    let base = f.structure.base();
-    let free = base.machine.as_ref().map_or(Vec::new(), |m| {
+/// The user's system with the element `e` in the place of the contact at the bond of `f`, the forces `on_body` beside it, and
+/// the free variables as `f` has them: files by their names.
+fn handed_back(
+    of: &FmuSystem,
+    e: Option<&Packed>,
+    on_body: Option<&PackedBody>,
+    f: &Fitted,
+) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
+    let machine = f.structure.base().machine.as_ref();
+    let free = machine.map_or(Vec::new(), |m| {
         let theta = &f.point().theta;
         m.facts().free.iter().enumerate().map(|(i, v)| (v.name.clone(), v.value(theta[i]))).collect()
     });
-    host::handed_back(of, f.structure.bond(), &free, &e.plain()?)
+    let bond = f.structure.bond();
+    let element = e.map(Packed::plain).transpose()?;
+    let ours = Ours {
+        element: element.as_deref(),
+        body: on_body.map(|b| &b.fmu[..]),
+        turned: machine.is_some_and(|m| m.facts().bonds.get(bond).is_some_and(|b| b.turned)),
+    };
+    host::handed_back(of, bond, &free, &ours)
 }
 
 /// The outcome where nothing can be judged.
@@ -335,6 +361,7 @@ fn unjudged(c: &Campaign, data: Arc<Data>, reason: String, before: Option<HeldOu
         law: Default::default(),
         findings: Findings { caveats: c.warnings.clone(), ..Findings::default() },
         element: Err("nothing was judged".into()),
+        body: None,
         system: None,
     }
 }

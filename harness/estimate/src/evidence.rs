@@ -96,8 +96,7 @@ impl<'a> Evidence<'a> {
     pub fn new(fitted: &'a Fitted, own: &[Own], disturbed: &[Disturbed]) -> Option<Evidence<'a>> {
         let paths = Paths::new(fitted)?;
         let shared = paths.shared();
-        let disturbances: Vec<(Disturbed, Columns)> =
-            disturbed.iter().map(|d| (*d, paths.disturbed(*d))).collect();
+        let disturbances: Vec<(Disturbed, Columns)> = disturbed.iter().map(|d| (*d, paths.disturbed(*d))).collect();
         let columns = |own: &Own| match own {
             Own::At(place) => Some(paths.own(*place)),
             Own::Stronger(term) => paths.of_term(*term),

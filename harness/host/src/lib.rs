@@ -24,7 +24,7 @@ mod value;
 mod xml;
 
 pub use apart::serve;
-pub use coupled::{handed_back, propose, replaceable, Fmus, Proposal, ProposedBond};
+pub use coupled::{handed_back, propose, replaceable, Fmus, Ours, Proposal, ProposedBond};
 pub use description::{Capabilities, Causality, Description, Kind, Start, Unit, Variability, Variable};
 pub use error::{CallError, Discarded, HostError};
 pub use fmu::Fmu;

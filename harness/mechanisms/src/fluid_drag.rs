@@ -19,36 +19,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     hints: Hints::PLAIN,
 };
 
-/// Drag of the surrounding fluid.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FluidDrag {
-    /// Drag c at 1 m/s, N.
-    pub coefficient: f64,
-    /// Power n of the speed.
-    pub power: f64,
-    /// Drag on the way back over that on the way in: the body flies through its own wake.
-    pub back: f64,
-    /// Speed about which the boundary layer turns turbulent, m/s; None: it does not.
-    pub crisis_speed: Option<f64>,
-    /// Share of the drag left beyond that speed.
-    pub beyond: f64,
-}
-
-impl Default for FluidDrag {
-    fn default() -> Self {
-        FluidDrag { coefficient: 0.0, power: 2.0, back: 1.0, crisis_speed: None, beyond: 1.0 }
-    }
-}
-
-impl FluidDrag {
-    /// The share of the drag left at the speed `v`, m/s: from 1 far below the crisis to `beyond` far above it, half of
-    /// the way at it.
-    fn past_crisis(&self, crisis_speed: f64, v: f64) -> f64 {
-        let u = (v / crisis_speed).powi(2);
-        let u = u * u;
-        self.beyond + (1.0 - self.beyond) / (1.0 + u * u)
-    }
-}
+pub use law::body::FluidDrag;
 
 impl Part for FluidDrag {
     const KEYS: &'static [Key<Self>] = &[
@@ -66,13 +37,7 @@ impl Part for FluidDrag {
 
     #[inline]
     fn on_body(&self, at: &Motion, f: f64) -> f64 {
-        if self.coefficient == 0.0 {
-            return f;
-        }
-        let v = at.v;
-        let way = if v < 0.0 { self.back } else { 1.0 };
-        let way = self.crisis_speed.map_or(way, |s| way * self.past_crisis(s, v));
-        f - way * self.coefficient * v * if self.power == 2.0 { v.abs() } else { v.abs().powf(self.power - 1.0) }
+        self.on(at.v, f)
     }
 }
 

@@ -1,6 +1,5 @@
 //! guide_friction: the guide rubs on the moving body
 
-use crate::constants::SLIP_SPEED;
 use crate::mechanism::*;
 use crate::part::{Allowed, Key, Motion, Part};
 use record::Kind;
@@ -19,24 +18,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     hints: Hints::PLAIN,
 };
 
-/// Friction of the guide against the motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GuideFriction {
-    /// Coulomb's level F_c, N.
-    pub coulomb: f64,
-    /// Static excess s over that level, as a ratio of it.
-    pub stribeck_excess: f64,
-    /// Speed v_s over which the excess fades, m/s.
-    pub stribeck_speed: f64,
-    /// Viscous friction c, N s/m.
-    pub viscous: f64,
-}
-
-impl Default for GuideFriction {
-    fn default() -> Self {
-        GuideFriction { coulomb: 0.0, stribeck_excess: 0.0, stribeck_speed: 0.05, viscous: 0.0 }
-    }
-}
+pub use law::body::GuideFriction;
 
 impl Part for GuideFriction {
     const KEYS: &'static [Key<Self>] = &[
@@ -47,17 +29,8 @@ impl Part for GuideFriction {
     ];
 
     #[inline]
-    fn on_body(&self, at: &Motion, mut f: f64) -> f64 {
-        if self.coulomb != 0.0 {
-            let level = if self.stribeck_excess != 0.0 {
-                let u = at.v / self.stribeck_speed;
-                self.coulomb * (1.0 + self.stribeck_excess * (-u * u).exp())
-            } else {
-                self.coulomb
-            };
-            f -= level * (at.v / SLIP_SPEED).tanh();
-        }
-        f - self.viscous * at.v
+    fn on_body(&self, at: &Motion, f: f64) -> f64 {
+        self.on(at.v, f)
     }
 }
 

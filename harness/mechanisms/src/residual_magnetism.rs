@@ -18,22 +18,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     hints: Hints::PLAIN,
 };
 
-/// A pull towards the place of rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ResidualMagnetism {
-    /// Force F_m at closed gap and release, N.
-    pub force: f64,
-    /// Gap z_0 over which it fades, m; infinite: it does not fade with the gap.
-    pub gap: f64,
-    /// Time tau in which it fades, s; infinite: it does not fade with time.
-    pub time: f64,
-}
-
-impl Default for ResidualMagnetism {
-    fn default() -> Self {
-        ResidualMagnetism { force: 0.0, gap: f64::INFINITY, time: f64::INFINITY }
-    }
-}
+pub use law::body::ResidualMagnetism;
 
 impl Part for ResidualMagnetism {
     const KEYS: &'static [Key<Self>] = &[
@@ -44,11 +29,7 @@ impl Part for ResidualMagnetism {
 
     #[inline]
     fn on_body(&self, at: &Motion, f: f64) -> f64 {
-        if self.force == 0.0 {
-            return f;
-        }
-        let z = (at.x + at.travel).max(0.0) / self.gap;
-        f - self.force * (-at.time / self.time).exp() / ((1.0 + z) * (1.0 + z))
+        self.on(at.time, at.x + at.travel, f)
     }
 }
 

@@ -23,16 +23,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     },
 };
 
-/// A spring on the body beyond the one the rig declares, against +x.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ReturnSpring {
-    /// Preload P at the nominal surface, N; negative where the spring drives into the stop.
-    pub preload: f64,
-    /// Rate r, N/m.
-    pub rate: f64,
-    /// Growth g of the rate, N/m^3.
-    pub growth: f64,
-}
+pub use law::body::ReturnSpring;
 
 impl Part for ReturnSpring {
     const KEYS: &'static [Key<Self>] = &[
@@ -43,7 +34,7 @@ impl Part for ReturnSpring {
 
     #[inline]
     fn on_body(&self, at: &Motion, f: f64) -> f64 {
-        f - self.preload - (self.rate + self.growth * at.x * at.x) * at.x
+        self.on(at.x, f)
     }
 }
 

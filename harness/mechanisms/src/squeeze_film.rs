@@ -18,36 +18,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     hints: Hints::PLAIN,
 };
 
-/// Film of fluid between body and stop.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SqueezeFilm {
-    /// Coefficient c at no gap, N s/m.
-    pub coefficient: f64,
-    /// Gap g at which it has halved (at n = 1), m.
-    pub gap: f64,
-    /// Power n.
-    pub power: f64,
-    /// Whether the film pushes on the transducer as well: it does where the transducer carries the stop.
-    pub reads: bool,
-}
-
-impl Default for SqueezeFilm {
-    fn default() -> Self {
-        SqueezeFilm { coefficient: 0.0, gap: 1.0, power: 1.0, reads: true }
-    }
-}
-
-impl SqueezeFilm {
-    /// Force against the motion into the stop, N.
-    #[inline]
-    fn force(&self, at: &Motion) -> f64 {
-        if self.coefficient == 0.0 {
-            return 0.0;
-        }
-        let w = self.gap / ((-at.x).max(0.0) + self.gap);
-        self.coefficient * at.v * if self.power == 1.0 { w } else { w.powf(self.power) }
-    }
-}
+pub use law::body::SqueezeFilm;
 
 impl Part for SqueezeFilm {
     const KEYS: &'static [Key<Self>] = &[
@@ -58,7 +29,7 @@ impl Part for SqueezeFilm {
 
     #[inline]
     fn on_body(&self, at: &Motion, f: f64) -> f64 {
-        f - self.force(at)
+        self.on(at.x, at.v, f)
     }
     #[inline]
     fn needs_integration(&self) -> bool {
@@ -66,7 +37,7 @@ impl Part for SqueezeFilm {
     }
     #[inline]
     fn on_transducer(&self, at: &Motion, f: f64) -> f64 {
-        f + if self.reads { self.force(at) } else { 0.0 }
+        f + if self.reads { self.force(at.x, at.v) } else { 0.0 }
     }
 }
 

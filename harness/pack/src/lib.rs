@@ -126,16 +126,50 @@ impl Model {
         }
     }
 
-    /// The model of a name given on the command line: contact or moving-bar.
+    /// Forces on a body, put between a contact and the body.
+    pub fn body_force() -> Model {
+        use body_force_variables as body;
+        let signals = (0..body::SIGNALS.len()).map(|i| (i as u32, None));
+        let parameters = (0..body::PARAMETERS).map(|i| (body::FIRST_PARAMETER + i as u32, Some((i, false))));
+        let entry = |(reference, parameter)| {
+            let v = body::by_reference(reference)?;
+            let kind = format!("{:?}", v.kind);
+            Some(Entry { name: v.name, reference, kind, items: &[], unit: v.unit, parameter })
+        };
+        Model {
+            name: body::MODEL,
+            stem: "body_force",
+            description: include_str!("../../../fmu/body_force/modelDescription.xml"),
+            documentation: |_, _| {
+                documentation::plain(include_str!("../../../fmu/body_force/documentation/index.html"))
+            },
+            table: signals.chain(parameters).filter_map(entry).collect(),
+            categories: &body::LOG_CATEGORIES,
+            defaults: body::PARAMETER_TABLE.iter().map(|p| p.start).collect(),
+            validate: |values| {
+                let mut s = body::Settings::default();
+                for (i, v) in values.iter().enumerate() {
+                    s.set(i, *v);
+                }
+                s.validate()
+            },
+        }
+    }
+
+    /// All of them, by their names on the command line.
+    pub fn all() -> [(&'static str, Model); 3] {
+        [("contact", Model::contact()), ("moving-bar", Model::moving_bar()), ("body-force", Model::body_force())]
+    }
+
+    /// The model of a name given on the command line: contact, moving-bar or body-force.
     ///
     /// # Errors
     /// Another name.
     pub fn named(name: &str) -> Result<Model> {
-        match name {
-            "contact" => Ok(Model::contact()),
-            "moving-bar" => Ok(Model::moving_bar()),
-            _ => bail!("{name} is no model; {}", record::words::instead(name, &["contact", "moving-bar"])),
-        }
+        let all = Model::all();
+        let names = all.iter().map(|m| m.0).collect::<Vec<_>>();
+        let why = || format!("{name} is no model; {}", record::words::instead(name, &names));
+        all.into_iter().find(|m| m.0 == name).map(|m| m.1).with_context(why)
     }
 
     fn place(&self, parameter: &str) -> Option<usize> {

@@ -296,7 +296,7 @@ fn check(path: &Path) -> Result<()> {
 
 /// Whether a library is the one of a model as it lies ready or was built here, whatever its GUID and start values.
 pub fn is_ours(library: &[u8]) -> bool {
-    [Model::contact(), Model::moving_bar()].iter().any(|m| {
+    Model::all().iter().any(|(_, m)| {
         let count = m.defaults.len();
         let Some(plain) = plain(library, count) else { return false };
         let ready =

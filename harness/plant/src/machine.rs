@@ -53,6 +53,8 @@ pub struct BondFacts {
     pub is_contact: bool,
     /// Whether the model takes a force here.
     pub takes_force: bool,
+    /// Whether the input takes forces into the stop; else those out of it.
+    pub turned: bool,
     /// Whether the contact acts inside the FMU; else the force it is given is all there is.
     pub inside: bool,
     /// Whether the force of that contact is told.

@@ -49,6 +49,7 @@ fn values_are_mpmaths() {
             "ln_1p" => ln_1p(x),
             "sinh" => sinh(x),
             "cosh" => cosh(x),
+            "tanh" => tanh(x),
             "asinh" => asinh(x),
             name => panic!("{name}"),
         };
@@ -64,7 +65,7 @@ fn values_are_mpmaths() {
             None => worst.push((f[0], e, 1)),
         }
     }
-    assert_eq!(worst.len(), 8);
+    assert_eq!(worst.len(), 9);
     for (name, e, n) in worst {
         println!("{name}: at most {e:.4} ulp in {n} values");
     }
@@ -93,8 +94,9 @@ fn the_same_bits_on_every_platform() {
         add(sinh(random.between(-5.0, 5.0)));
         add(cosh(random.between(-5.0, 5.0)));
         add(asinh(random.between(-50.0, 50.0)));
+        add(tanh(random.between(-25.0, 25.0)));
     }
-    assert_eq!(hash, 0xfec2_d8ea_3d3e_4cca, "{hash:#018x}");
+    assert_eq!(hash, 0x572e_b833_e6bc_aa97, "{hash:#018x}");
 }
 
 #[test]
@@ -125,6 +127,7 @@ fn far_out_and_not_numbers() {
     assert!(exp(f64::NAN).is_nan() && ln(-1.0).is_nan() && ln(f64::NAN).is_nan() && ln_1p(-1.5).is_nan());
     assert_eq!((sinh(0.0), cosh(0.0), asinh(0.0)), (0.0, 1.0, 0.0));
     assert_eq!((sinh(-800.0), cosh(800.0), asinh(-inf)), (-inf, inf, -inf));
+    assert_eq!((tanh(0.0), tanh(-inf), tanh(30.0), tanh(f64::NAN).is_nan()), (0.0, -1.0, 1.0, true));
 }
 
 #[test]

@@ -15,7 +15,8 @@ const EXAMPLES: &str = "Examples:
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// What to pack: contact (the element) or moving-bar (a bar with spring and magnet, the element's partner)
+    /// What to pack: contact (the element), moving-bar (a bar with spring and magnet, the element's partner) or body-force
+    /// (friction, drag, spring, magnet and film on a body)
     #[arg(long, default_value = "contact")]
     model: String,
     /// The FMU to write

@@ -226,13 +226,15 @@ fn within<T: Send>(pool: Option<&ThreadPool>, work: impl FnOnce() -> T + Send) -
     }
 }
 
-/// What every answer of this run depends on besides its campaign: hashes of the program and of the element's libraries that
-/// it hands out, and the options. None where one of these files cannot be read.
+/// What every answer of this run depends on besides its campaign: hashes of the program and of the libraries that it hands
+/// out, and the options. None where one of these files cannot be read.
 fn tool(o: &Options) -> Option<String> {
     let program = Entry::of(&pack::program().ok()?, "").ok()?.sha256;
-    let libraries = pack::Model::contact().libraries(o.platforms.as_deref()).unwrap_or_default();
+    let platforms = o.platforms.as_deref();
+    let libraries = [pack::Model::contact().libraries(platforms), diagnose::body::libraries(platforms)];
+    let libraries = libraries.into_iter().flat_map(Result::unwrap_or_default);
     let library = |b: &pack::Binary| format!("{} {}", b.platform, hexadecimal(&Sha256::digest(&b.bytes)));
-    let libraries: Vec<String> = libraries.iter().map(library).collect();
+    let libraries: Vec<String> = libraries.map(|b| library(&b)).collect();
     Some(format!("{program} {} {} {:?}", libraries.join(" "), o.bootstrap, o.seconds))
 }
 

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// What to pack.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// contact or moving-bar.
+    /// contact, moving-bar or body-force.
     pub model: String,
     /// The FMU to write.
     pub out: PathBuf,

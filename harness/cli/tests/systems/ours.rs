@@ -1,6 +1,6 @@
 //! The machine of FMUs against the rig that they are, and the commands on them.
 
-use super::touchdown;
+use super::{diagnosed, touchdown};
 use mechanisms::physics::Physics;
 use plant::machine::{Machine, Seat};
 use plant::simulate::{simulate, Local, Setup, Trace};
@@ -86,10 +86,16 @@ const RELEASED: Local = Local { start: 0.0, speed: 0.0, stiffness: 0.0, offset: 
 
 /// A campaign of the rig's own readings, in noise that no seed is needed for.
 fn campaign() -> tempfile::TempDir {
+    campaign_of(|_| {})
+}
+
+/// The same of a rig with something that the FMUs do not hold.
+fn campaign_of(change: fn(&mut Physics)) -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     let mut text = CAMPAIGN.to_string();
     for (r, preload) in PRELOADS.into_iter().enumerate() {
-        let (p, setup) = rig(preload);
+        let (mut p, setup) = rig(preload);
+        change(&mut p);
         let t = simulate(&p, &setup, &RELEASED);
         let noise = |i: usize| ((i * 7919 + r * 31) % 101) as f64 / 50.0 - 1.0;
         let mut csv = String::from("time [s],force [N],acceleration [m/s^2],penetration [m]\n");
@@ -231,4 +237,73 @@ fn a_variable_that_is_none_is_told_with_the_nearest_and_its_line() {
         assert!(code == Some(2) && err.contains(said), "{to}: {err}");
         assert!(err.contains(&format!("campaign.toml:{line}:")), "{to}: {err}");
     }
+}
+
+/// The system that was handed back, run at the first preload: the bar's penetration at the times of the rig's.
+fn run(file: &Path, dir: &Path, times: &[f64]) -> Vec<f64> {
+    let (code, _, said) = touchdown(&["run", file.to_str().unwrap(), "--out", "after", "--in-process"], dir);
+    assert_eq!(code, Some(0), "{said}");
+    let text = std::fs::read_to_string(dir.join("after/results.csv")).unwrap();
+    let mut lines = text.lines();
+    let at = lines.next().unwrap().split(',').position(|h| h.starts_with("bar.penetration")).unwrap();
+    let x: Vec<f64> = lines.map(|l| l.split(',').nth(at).unwrap().parse().unwrap()).collect();
+    // rows of 10 us
+    times.iter().map(|t| x[(t / 1e-5).round() as usize]).collect()
+}
+
+#[test]
+fn a_system_handed_back_with_forces_on_the_body_moves_as_the_rig_with_them() {
+    let dir = campaign();
+    let c = record::load(dir.path(), &mechanisms::terms()).unwrap();
+    let of = c.system.as_ref().unwrap();
+    let friction = [("friction".to_string(), 8.0), ("friction_viscous".to_string(), 4.0)];
+    let binaries = pack::Model::body_force().libraries(None).unwrap();
+    let body = pack::Model::body_force().archive(&friction, &binaries).unwrap();
+    let element = {
+        let starts = [("stiffness".into(), LAW[0]), ("exponent".into(), LAW[1]), ("hysteresis_damping".into(), LAW[2])];
+        pack::Model::contact().archive(&starts, &pack::Model::contact().libraries(None).unwrap()).unwrap()
+    };
+    let (mut p, setup) = rig(PRELOADS[0]);
+    let without = simulate(&p, &setup, &RELEASED);
+    (p.guide_friction.coulomb, p.guide_friction.viscous) = (8.0, 4.0);
+    let with = simulate(&p, &setup, &RELEASED);
+    for element in [None, Some(&element[..])] {
+        let ours = host::Ours { element, body: Some(&body), turned: false };
+        let there = tempfile::tempdir().unwrap();
+        for (name, bytes) in host::handed_back(of, 0, &[], &ours).unwrap() {
+            std::fs::write(there.path().join(name), bytes).unwrap();
+        }
+        for name in ["system.toml", "system.ssp"] {
+            let x = run(&there.path().join(name), there.path(), &setup.time);
+            let off = |t: &Trace| x.iter().zip(&t.position).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            // steps of 10 us with inputs held
+            assert!(off(&with) < 0.05 * off(&without), "{name}: {:e} {:e}", off(&with), off(&without));
+            std::fs::remove_dir_all(there.path().join("after")).unwrap();
+        }
+    }
+}
+
+#[test]
+fn friction_that_is_found_comes_back_in_a_system_that_holds_it() {
+    let dir = campaign_of(|p| (p.guide_friction.coulomb, p.guide_friction.viscous) = (6.0, 0.0));
+    let (v, _) = diagnosed(dir.path(), &["--in-process"]);
+    let missing: Vec<&str> =
+        v["missing"].as_array().unwrap().iter().map(|m| m["mechanism"].as_str().unwrap()).collect();
+    assert_eq!(missing, ["guide_friction"]);
+    assert_eq!(v["body_force"]["mechanisms"][0], "guide_friction");
+    let friction = v["body_force"]["starts"]["friction"]["value"].as_f64().unwrap();
+    assert!((friction / 6.0 - 1.0).abs() < 0.2, "{friction}");
+    let next =
+        v["next"].as_array().unwrap().iter().any(|n| n.as_str().unwrap().contains("BodyForce.fmu feeds bar.force"));
+    assert!(next, "{}", v["next"]);
+    let answer = std::fs::read_dir(dir.path().join("out")).unwrap().flatten();
+    let handed = answer.map(|f| f.path().join("system")).find(|p| p.exists()).unwrap();
+    assert!(handed.join("BodyForce.fmu").exists() && !handed.join("HysteresisContact.fmu").exists());
+    let (mut p, setup) = rig(PRELOADS[0]);
+    let without = simulate(&p, &setup, &RELEASED);
+    p.guide_friction.coulomb = 6.0;
+    let with = simulate(&p, &setup, &RELEASED);
+    let x = run(&handed.join("system.toml"), dir.path(), &setup.time);
+    let off = |t: &Trace| x.iter().zip(&t.position).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off(&with) < 0.2 * off(&without), "{:e} {:e}", off(&with), off(&without));
 }

@@ -1,6 +1,7 @@
 //! How a verdict is built from the decision and the findings.
 
 use super::*;
+use crate::body::OnBody;
 use crate::decide::Decision;
 use crate::element::Packed;
 use crate::evidence::{self, Evidences};
@@ -59,6 +60,7 @@ impl Verdict {
                 places: l.scores.iter().map(|(p, g)| LatentPlace { what: p.words(), chi2_gain: *g }).collect(),
             }),
             element: Some(element(d, f, packed)),
+            body_force: f.on_body.as_ref().map(body_force),
             posterior: d
                 .posterior
                 .causes
@@ -106,6 +108,7 @@ impl Verdict {
             other_sensors: Vec::new(),
             latent_force: None,
             element: None,
+            body_force: None,
             posterior: Vec::new(),
             credible_set: Vec::new(),
             material: None,
@@ -252,6 +255,11 @@ fn element(d: &Decision, f: &Findings, packed: Option<&Packed>) -> Element {
         predictions_run_through_it: packed.map(|_| through.is_some()),
         largest_difference_over_range: through.map(|t| t.difference),
     }
+}
+
+fn body_force(b: &OnBody) -> BodyForce {
+    let start = |(name, value, unit): &(&'static str, f64, &'static str)| (*name, StartValue { value: *value, unit });
+    BodyForce { fmu: "BodyForce.fmu", mechanisms: b.names.clone(), starts: b.starts.iter().map(start).collect() }
 }
 
 /// Probability that term `term`'s mechanism is missing; evenly shared with names that no recordings part from it.

@@ -54,6 +54,9 @@ pub struct Verdict {
     /// What became of the contact element.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub element: Option<Element>,
+    /// The forces on the body that were found, as an FMU.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body_force: Option<BodyForce>,
     /// Probability of every cause weighed, the most probable first: of names, of none, or of "unknown".
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub posterior: Vec<Cause>,
@@ -432,7 +435,15 @@ pub struct Element {
     pub largest_difference_over_range: Option<f64>,
 }
 
-/// A start value of the FMU.
+/// The FMU that holds the forces on the body which were found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BodyForce {
+    pub fmu: &'static str,
+    pub mechanisms: Vec<&'static str>,
+    pub starts: BTreeMap<&'static str, StartValue>,
+}
+
+/// A start value of an FMU.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct StartValue {
     pub value: f64,

@@ -1,4 +1,4 @@
-//! The user's system handed back, with an FMU of ours in the place of the contact at a bond.
+//! The user's system handed back, with FMUs of ours at a bond that hold what was found.
 
 use super::layout::system_of;
 use crate::master::{export_ssp, System};
@@ -10,9 +10,19 @@ use std::fmt::Write;
 use std::path::Path;
 use toml::Spanned;
 
-/// Name of the element in the system, and of its file.
-const FOUND: &str = "found";
-const FILE: &str = "HysteresisContact.fmu";
+/// Names of ours in the system, and their files: the element, and the forces on the body.
+const CONTACT: (&str, &str) = ("found", "HysteresisContact.fmu");
+const BODY: (&str, &str) = ("found_on_body", "BodyForce.fmu");
+
+/// FMUs of ours for a bond, and whether its input takes forces into the stop.
+#[derive(Clone, Copy, Default)]
+pub struct Ours<'a> {
+    /// The element, in the place of what feeds the bond.
+    pub element: Option<&'a [u8]>,
+    /// Forces on the body, beside what feeds the bond.
+    pub body: Option<&'a [u8]>,
+    pub turned: bool,
+}
 
 /// Whether another FMU feeds the force of bond `b`, so that ours can take its place.
 pub fn replaceable(of: &FmuSystem, b: usize) -> bool {
@@ -21,12 +31,17 @@ pub fn replaceable(of: &FmuSystem, b: usize) -> bool {
     force.is_some_and(|f| s.connect.iter().any(|c| c.to.get_ref() == &f.text))
 }
 
-/// Files of the system that simulates a campaign, by name: system.toml, system.ssp and the FMUs, with `element` in the place of
-/// what feeds bond `b`, and the variables of `free` at these values.
+/// Files of the system that simulates a campaign, by name: system.toml, system.ssp and the FMUs, with `ours` at bond `b`, and
+/// the variables of `free` at these values.
 ///
 /// # Errors
 /// The system cannot be read or written; says which file.
-pub fn handed_back(of: &FmuSystem, b: usize, free: &[(String, f64)], element: &[u8]) -> Result<Vec<(String, Vec<u8>)>> {
+pub fn handed_back(
+    of: &FmuSystem,
+    b: usize,
+    free: &[(String, f64)],
+    ours: &Ours<'_>,
+) -> Result<Vec<(String, Vec<u8>)>> {
     let mut s = system_of(&of.path(), &Isolation::None)?;
     let bond = of.bonds.get(b).context("there is no such bond")?;
     let force = bond.force.as_ref().context("the bond takes no force")?;
@@ -36,12 +51,10 @@ pub fn handed_back(of: &FmuSystem, b: usize, free: &[(String, f64)], element: &[
             c.set.insert(variable.to_string(), Spanned::new(0..0, Value::Real(*value)));
         }
     }
-    let mut name = FOUND.to_string();
-    while s.fmu.iter().any(|c| c.name.get_ref() == &name) {
-        name.push('_');
-    }
     let folder = output::Scratch::new("handed")?;
-    let mut files: Vec<(String, Vec<u8>)> = vec![(FILE.into(), element.to_vec())];
+    let added = [(CONTACT, ours.element), (BODY, ours.body)];
+    let added = added.into_iter().filter_map(|((_, file), fmu)| Some((file.to_string(), fmu?.to_vec())));
+    let mut files: Vec<(String, Vec<u8>)> = added.collect();
     for c in s.fmu.iter_mut().filter(|c| c.own().is_none()) {
         let path = s.folder.join(c.file.get_ref());
         let bytes = input::bytes(&path, input::LIBRARY).with_context(|| path.display().to_string())?;
@@ -56,7 +69,7 @@ pub fn handed_back(of: &FmuSystem, b: usize, free: &[(String, f64)], element: &[
             files.push((own, bytes));
         }
     }
-    let text = written(&s, bond, &force.text, &name);
+    let text = written(&s, bond, &force.text, ours);
     files.push(("system.toml".into(), text.into_bytes()));
     for (name, bytes) in &files {
         output::write(&folder.path().join(name), bytes)?;
@@ -71,13 +84,23 @@ fn quoted(s: &str) -> String {
     Value::Text(s.to_string()).to_string()
 }
 
-/// The system file, with the FMU `name` feeding `force` of `bond`.
-fn written(s: &System, bond: &record::Bond, force: &str, name: &str) -> String {
-    let mut o = format!(
-        "# {} with what was found, in the place of what fed {force}\nname = {}\n",
-        s.title(),
-        quoted(&s.title())
-    );
+/// A name that no FMU of the system has yet.
+fn free_name(s: &System, name: &str) -> String {
+    let mut name = name.to_string();
+    while s.fmu.iter().any(|c| c.name.get_ref() == &name) {
+        name.push('_');
+    }
+    name
+}
+
+/// The system file, with `ours` feeding `force` of `bond`.
+fn written(s: &System, bond: &record::Bond, force: &str, ours: &Ours<'_>) -> String {
+    let how = match (ours.element, ours.body) {
+        (Some(_), None) => format!("in the place of what fed {force}"),
+        (None, _) => format!("beside what fed {force}"),
+        _ => format!("in the place of what fed {force}, and beside it"),
+    };
+    let mut o = format!("# {} with what was found, {how}\nname = {}\n", s.title(), quoted(&s.title()));
     // writing to a String cannot fail
     for c in &s.fmu {
         let _ = write!(o, "\n[[fmu]]\nname = {}\nfile = {}\n", quoted(c.name.get_ref()), quoted(c.file.get_ref()));
@@ -91,7 +114,11 @@ fn written(s: &System, bond: &record::Bond, force: &str, name: &str) -> String {
             let _ = writeln!(o, "{} = {}", quoted(variable), value.get_ref());
         }
     }
-    let _ = write!(o, "\n[[fmu]]\nname = {}\nfile = {}\n", quoted(name), quoted(FILE));
+    let contact = ours.element.map(|_| free_name(s, CONTACT.0));
+    let body = ours.body.map(|_| free_name(s, BODY.0));
+    for (name, file) in contact.iter().map(|n| (n, CONTACT.1)).chain(body.iter().map(|n| (n, BODY.1))) {
+        let _ = write!(o, "\n[[fmu]]\nname = {}\nfile = {}\n", quoted(name), quoted(file));
+    }
     let mut connect = |from: &str, to: &str, factor: f64, offset: f64| {
         let _ = write!(o, "\n[[connect]]\nfrom = {}\nto = {}\n", quoted(from), quoted(to));
         if factor != 1.0 {
@@ -101,15 +128,30 @@ fn written(s: &System, bond: &record::Bond, force: &str, name: &str) -> String {
             let _ = writeln!(o, "offset = {offset:?}");
         }
     };
+    // ours give forces out of the stop
+    let out = if ours.turned { -1.0 } else { 1.0 };
+    let onward = body.as_ref().map(|b| format!("{b}.other_force"));
     for c in &s.connect {
-        if c.to.get_ref() == force {
-            connect(&format!("{name}.force"), force, if c.factor < 0.0 { -1.0 } else { 1.0 }, 0.0);
-        } else {
-            connect(c.from.get_ref(), c.to.get_ref(), c.factor, c.offset);
+        match (c.to.get_ref() == force, &contact, &onward) {
+            (true, Some(_), _) => {}
+            (true, None, Some(onward)) => connect(c.from.get_ref(), onward, out * c.factor, out * c.offset),
+            _ => connect(c.from.get_ref(), c.to.get_ref(), c.factor, c.offset),
         }
     }
-    connect(&bond.penetration.text, &format!("{name}.penetration"), 1.0, 0.0);
-    connect(&bond.velocity.text, &format!("{name}.velocity"), 1.0, 0.0);
+    if let Some(contact) = &contact {
+        let from = format!("{contact}.force");
+        match &onward {
+            Some(onward) => connect(&from, onward, 1.0, 0.0),
+            None => connect(&from, force, out, 0.0),
+        }
+    }
+    if let Some(body) = &body {
+        connect(&format!("{body}.force"), force, out, 0.0);
+    }
+    for name in contact.iter().chain(&body) {
+        connect(&bond.penetration.text, &format!("{name}.penetration"), 1.0, 0.0);
+        connect(&bond.velocity.text, &format!("{name}.velocity"), 1.0, 0.0);
+    }
     let m = &s.master;
     let _ =
         write!(o, "\n[master]\nmethod = {}\nstart = {:?}\nstop = {:?}\n", quoted(m.method.get_ref()), m.start, m.stop);

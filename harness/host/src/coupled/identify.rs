@@ -319,6 +319,7 @@ pub(super) fn identify(fmus: &Fmus, of: &FmuSystem, c: &Campaign) -> Result<Fact
             name: bond.name.text.clone(),
             is_contact: bond.kind == BondKind::Contact,
             takes_force: mass.is_some(),
+            turned: at.port.is_some_and(|p| p.from_si < 0.0),
             inside,
             told: told && found.is_some(),
             fed: at.source.is_some() && found.is_none(),

@@ -9,7 +9,7 @@ mod running;
 
 use crate::Isolation;
 use anyhow::Result;
-pub use hand::{handed_back, replaceable};
+pub use hand::{handed_back, replaceable, Ours};
 use layout::Layout;
 use plant::machine::{Facts, Machine, Running};
 pub use propose::{propose, Proposal, ProposedBond};

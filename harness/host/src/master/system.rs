@@ -16,7 +16,7 @@ pub struct Component {
     /// Its name in the system.
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// The file, relative to the system's; or `touchdown:contact`, `touchdown:moving-bar`, packed on the fly.
+    /// The file, relative to the system's; or `touchdown:contact`, `touchdown:moving-bar`, `touchdown:body-force`, packed on the fly.
     #[schemars(with = "String")]
     pub file: Spanned<String>,
     /// Parameters, inputs and start values by name, in the FMU's units.

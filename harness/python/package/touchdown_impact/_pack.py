@@ -29,13 +29,13 @@ def pack(
     path: Path_,
     starts: Mapping[str, float | str] | None = None,
     *,
-    model: Literal["contact", "moving-bar"] = "contact",
+    model: Literal["contact", "moving-bar", "body-force"] = "contact",
     binaries: Sequence[str] = (),
     platforms: Path_ | None = None,
 ) -> Packed:
     """Writes the contact element as an FMU (FMI 2.0 for co-simulation).
 
-    starts: start values of parameters, a number in SI or the name of a choice. model: contact, or moving-bar, its partner.
+    starts: start values of parameters, a number in SI or the name of a choice. model: contact, or moving-bar, its partner, or body-force.
     binaries: libraries to pack, PLATFORM=FILE, instead of those that lie ready. platforms: folder of libraries that lie
     ready for other platforms.
 

@@ -104,6 +104,9 @@ pub fn write(c: &Campaign, o: &Outcome, dir: &Path, input: Option<String>) -> st
         let fmu = e.fmu(handed::label(c, o, e)).map_err(|e| std::io::Error::other(format!("{e:#}")))?;
         answer.write("HysteresisContact.fmu", &fmu)?;
     }
+    if let Some(b) = &o.body {
+        answer.write("BodyForce.fmu", &b.fmu)?;
+    }
     for (name, bytes) in o.system.iter().flatten() {
         answer.write(&format!("system/{name}"), bytes)?;
     }

@@ -2,7 +2,7 @@
 
 use super::card::{capital, card};
 use super::handed;
-use super::words::{bias, cause, ends, plain, probability, sensors, share, sigmas, through};
+use super::words::{bias, cause, ends, on_body, plain, probability, sensors, share, sigmas, through};
 use super::{pictures, rating};
 use chart::{interval, quantity, Chart, Heat, Page, Style};
 use diagnose::phases::PHASES;
@@ -30,6 +30,7 @@ pub fn html(c: &Campaign, o: &Outcome) -> String {
         page = latent(page, o);
         page = bias_table(page, c, o);
         page = element(page, o);
+        page = body_force(page, o);
         page = candidates(page, o);
         page = facts(page, c, o);
     }
@@ -296,6 +297,14 @@ fn element(page: Page, o: &Outcome) -> Page {
         .section("Back in the simulator: HysteresisContact.fmu")
         .paragraph(&format!("{}.", capital(&through(o, p))));
     handed::starts(page, o, p)
+}
+
+fn body_force(page: Page, o: &Outcome) -> Page {
+    let Some(b) = &o.findings.on_body else { return page };
+    let row = |(name, value, unit): &(&'static str, f64, &'static str)| vec![name.to_string(), quantity(*value, unit)];
+    page.section("Back in the simulator: BodyForce.fmu")
+        .paragraph(&format!("{}.", capital(&on_body(b))))
+        .table(&["parameter", "start value"], &b.starts.iter().map(row).collect::<Vec<_>>())
 }
 
 fn candidates(page: Page, o: &Outcome) -> Page {

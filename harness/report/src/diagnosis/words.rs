@@ -2,6 +2,7 @@
 
 use chart::dashed;
 use diagnose::bias::Bias;
+use diagnose::body::OnBody;
 use diagnose::element::Packed;
 use diagnose::figure::figure;
 use diagnose::material::Effect;
@@ -194,6 +195,11 @@ pub fn through(o: &Outcome, p: &Packed) -> String {
     format!("{what}{run}; {}", platforms(&p.platforms()))
 }
 
+/// What the packed forces on the body hold, and where they go.
+pub fn on_body(b: &OnBody) -> String {
+    format!("it holds {} as found; put it between the force of the contact and the body", plain(&b.names.join(" and ")))
+}
+
 /// Where the FMU runs, and how it comes to run elsewhere.
 fn platforms(all: &[&str]) -> String {
     match all {
@@ -280,6 +286,9 @@ pub fn summary(o: &Outcome) -> String {
     }
     if let Ok(p) = &o.element {
         s += &format!("  HysteresisContact.fmu: {}\n", through(o, p));
+    }
+    if let Some(b) = &o.findings.on_body {
+        s += &format!("  BodyForce.fmu: {}\n", on_body(b));
     }
     if let Some(b) = &o.findings.bootstrap {
         s += &format!(

@@ -1,0 +1,259 @@
+//! The variable table: what the modelDescription must say too; and the forces that the parameters set.
+
+use face::text;
+pub use face::Kind;
+use law::body::{FluidDrag, GuideFriction, ResidualMagnetism, ReturnSpring, SqueezeFilm};
+
+/// Name of the model, and of its shared library.
+pub const MODEL: &str = "BodyForce";
+/// Categories that are logged; the modelDescription lists the same.
+pub const LOG_CATEGORIES: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logTurn"];
+/// Number of parameters.
+pub const PARAMETERS: usize = 20;
+/// Number of inputs; their value references are the first ones.
+pub const INPUTS: usize = 3;
+
+/// One variable; parameters have value references from [`FIRST_PARAMETER`] on, signals their place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Variable {
+    /// Name: a contract.
+    pub name: &'static str,
+    /// Type.
+    pub kind: Kind,
+    /// Unit; empty for none.
+    pub unit: &'static str,
+}
+
+/// What values a parameter may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Range {
+    /// Any finite number.
+    Any,
+    /// 0 or more.
+    FromZero,
+    /// More than 0.
+    AboveZero,
+}
+
+/// A parameter, all of them Real and fixed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name; that of the quantity in a verdict and in a scenario.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Start value.
+    pub start: f64,
+    /// What it may be.
+    pub range: Range,
+}
+
+const fn parameter(name: &'static str, unit: &'static str, start: f64, range: Range) -> Parameter {
+    Parameter { name, unit, start, range }
+}
+
+use Range::{AboveZero, Any, FromZero};
+
+/// The parameters, in the order of their value references.
+pub static PARAMETER_TABLE: [Parameter; PARAMETERS] = [
+    parameter("friction", "N", 0.0, FromZero),
+    parameter("friction_viscous", "N.s/m", 0.0, FromZero),
+    parameter("stribeck_excess", "", 0.0, FromZero),
+    parameter("stribeck_speed", "m/s", 0.05, AboveZero),
+    parameter("drag", "N", 0.0, FromZero),
+    parameter("drag_power", "", 2.0, AboveZero),
+    parameter("drag_back", "", 1.0, FromZero),
+    parameter("drag_beyond", "", 1.0, FromZero),
+    parameter("drag_crisis_speed", "m/s", 0.0, FromZero),
+    parameter("spring_preload", "N", 0.0, Any),
+    parameter("spring_rate", "N/m", 0.0, FromZero),
+    parameter("spring_growth", "N/m3", 0.0, FromZero),
+    parameter("magnet_force", "N", 0.0, FromZero),
+    parameter("magnet_gap", "m", 0.0, FromZero),
+    parameter("magnet_time", "s", 0.0, FromZero),
+    parameter("travel", "m", 0.0, FromZero),
+    parameter("squeeze_film", "N.s/m", 0.0, FromZero),
+    parameter("squeeze_gap", "m", 1.0, AboveZero),
+    parameter("squeeze_power", "", 1.0, AboveZero),
+    parameter("weight", "N", 0.0, Any),
+];
+
+/// Value reference of the first parameter.
+pub const FIRST_PARAMETER: u32 = 100;
+
+const fn signal(name: &'static str, unit: &'static str) -> Variable {
+    Variable { name, kind: Kind::Real, unit }
+}
+
+/// Inputs and outputs; the value reference is the place.
+pub static SIGNALS: [Variable; 5] = [
+    signal("penetration", "m"),
+    signal("velocity", "m/s"),
+    signal("other_force", "N"),
+    signal("force", "N"),
+    signal("added_force", "N"),
+];
+
+/// The variable of a value reference.
+pub fn by_reference(reference: u32) -> Option<Variable> {
+    if let Some(v) = SIGNALS.get(reference as usize) {
+        return Some(*v);
+    }
+    let p = PARAMETER_TABLE.get(reference.checked_sub(FIRST_PARAMETER)? as usize)?;
+    Some(signal(p.name, p.unit))
+}
+
+/// What the parameters set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings([f64; PARAMETERS]);
+
+impl Default for Settings {
+    fn default() -> Self {
+        let mut s = Settings([0.0; PARAMETERS]);
+        for (value, p) in s.0.iter_mut().zip(&PARAMETER_TABLE) {
+            *value = p.start;
+        }
+        s
+    }
+}
+
+/// Forces on a body: each part, the way from the place of rest to the stop (m) and the weight along +x (N).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Forces {
+    /// Friction of the guide.
+    pub friction: GuideFriction,
+    /// Drag of the fluid around.
+    pub drag: FluidDrag,
+    /// Spring against +x.
+    pub spring: ReturnSpring,
+    /// Pull towards the place of rest.
+    pub magnet: ResidualMagnetism,
+    /// From the place of rest to the stop, m.
+    pub travel: f64,
+    /// Film between body and stop.
+    pub film: SqueezeFilm,
+    /// Weight along +x, N.
+    pub weight: f64,
+}
+
+impl Forces {
+    /// All of them along +x, N, at `time` s, `x` m and `v` m/s.
+    pub fn at(&self, time: f64, x: f64, v: f64) -> f64 {
+        let f = self.spring.on(x, self.drag.on(v, self.friction.on(v, self.weight)));
+        self.film.on(x, v, self.magnet.on(time, x + self.travel, f))
+    }
+
+    /// Growth of that with x, N/m, and with v, N s/m.
+    pub fn slopes(&self, time: f64, x: f64, v: f64) -> (f64, f64) {
+        let (by_place, by_speed) = self.film.slope(x, v);
+        let by_place = by_place + self.spring.slope(x) + self.magnet.slope(time, x + self.travel);
+        (by_place, by_speed + self.friction.slope(v) + self.drag.slope(v))
+    }
+
+    /// The parameters that set them, by their places.
+    pub fn settings(&self) -> Settings {
+        // what is infinite, or not there, has 0 for its parameter
+        let or_zero = |v: f64| if v.is_finite() { v } else { 0.0 };
+        let (f, d, s, m, q) = (&self.friction, &self.drag, &self.spring, &self.magnet, &self.film);
+        Settings([
+            f.coulomb,
+            f.viscous,
+            f.stribeck_excess,
+            f.stribeck_speed,
+            d.coefficient,
+            d.power,
+            d.back,
+            d.beyond,
+            d.crisis_speed.unwrap_or(0.0),
+            s.preload,
+            s.rate,
+            s.growth,
+            m.force,
+            or_zero(m.gap),
+            or_zero(m.time),
+            self.travel,
+            q.coefficient,
+            q.gap,
+            q.power,
+            self.weight,
+        ])
+    }
+}
+
+impl Settings {
+    /// Value of a parameter by its place in the table; 0 beyond it.
+    pub fn get(&self, i: usize) -> f64 {
+        self.0.get(i).copied().unwrap_or(0.0)
+    }
+
+    /// Sets a parameter by its place in the table.
+    pub fn set(&mut self, i: usize, value: f64) {
+        if let Some(v) = self.0.get_mut(i) {
+            *v = value;
+        }
+    }
+
+    /// The forces they set.
+    pub fn forces(&self) -> Forces {
+        let [coulomb, viscous, stribeck_excess, stribeck_speed, drag, power, back, beyond, crisis, preload, rate, growth, magnet, gap, time, travel, film, film_gap, film_power, weight] =
+            self.0;
+        let or_infinite = |v: f64| if v > 0.0 { v } else { f64::INFINITY };
+        Forces {
+            friction: GuideFriction { coulomb, stribeck_excess, stribeck_speed, viscous },
+            drag: FluidDrag {
+                coefficient: drag,
+                power,
+                back,
+                crisis_speed: if crisis > 0.0 { Some(crisis) } else { None },
+                beyond,
+            },
+            spring: ReturnSpring { preload, rate, growth },
+            magnet: ResidualMagnetism { force: magnet, gap: or_infinite(gap), time: or_infinite(time) },
+            travel,
+            film: SqueezeFilm { coefficient: film, gap: film_gap, power: film_power, ..SqueezeFilm::default() },
+            weight,
+        }
+    }
+
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// Names the parameter, its value and what it may be.
+    pub fn validate(&self) -> Result<(), String> {
+        for (value, p) in self.0.iter().zip(&PARAMETER_TABLE) {
+            let (is_good, wanted) = match p.range {
+                Any => (true, "a finite number"),
+                FromZero => (*value >= 0.0, "a finite number not below 0"),
+                AboveZero => (*value > 0.0, "a finite number above 0"),
+            };
+            if !value.is_finite() || !is_good {
+                return Err(text!("{} is {}: give {}", p.name, value, wanted));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forces_and_parameters_are_each_others_and_the_default_is_no_force() {
+        let s = Settings::default();
+        assert_eq!(s.forces().at(0.1, 0.2, 0.3), 0.0);
+        assert_eq!(s.forces().settings(), s);
+        let mut all = Settings::default();
+        for i in 0..PARAMETERS {
+            all.set(i, 40.0 + i as f64);
+        }
+        assert_eq!(all.forces().settings(), all);
+        let names = [(0, "friction"), (8, "drag_crisis_speed"), (15, "travel"), (19, "weight")];
+        for (i, name) in names.iter().copied() {
+            assert_eq!(by_reference(FIRST_PARAMETER + i).unwrap().name, name);
+        }
+        assert_eq!((by_reference(120), by_reference(5)), (None, None));
+        all.set(3, 0.0);
+        assert!(all.validate().unwrap_err().contains("stribeck_speed is 0: give a finite number above 0"));
+    }
+}
