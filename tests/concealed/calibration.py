@@ -17,9 +17,9 @@ from .scores import BINS
 ROOT = Path(__file__).resolve().parents[2]
 TABLE = ROOT / "harness" / "diagnose" / "calibration.json"
 PICTURE = ROOT / "docs" / "src" / "images" / "reliability.png"
-# campaigns of a seed: of today's mix, of pairs and of each group, as the proof has them; the sealed half never calibrates while
-# it is sealed. Folders drawn before hold other numbers of each: every group counts as much as it has here
-SHARES = {"mix": 70, "pairs": 10, "print": 16, "dirt": 14, "little": 10, "strangers": 20, "rough": 8}
+# campaigns of a seed: of today's mix, of pairs and of each group; the sealed half never calibrates while it is sealed.
+# Folders drawn before hold other numbers of each: every group counts as much as it has here
+SHARES = {"mix": 40, "pairs": 12, "print": 20, "dirt": 12, "little": 12, "strangers": 20, "rough": 12}
 FOLDS = 5
 
 

@@ -92,30 +92,6 @@ def test_a_small_discrepancy_of_each_recordings_own_beside_a_name_counts_for_it(
     assert gravity(0.0) > 0.2 and gravity(0.0) > 2 * gravity(-60.0), (gravity(0.0), gravity(-60.0))
 
 
-def test_a_mechanism_much_stronger_in_some_recordings_is_unknown_and_one_that_differs_by_level_may_be_the_same():
-    v, _ = verdict(np.random.default_rng(10))
-    v["evidence"]["varying_sizes"] = [[0.0, 0.1], [0.0, 0.3], [0.3, 0.0], [1.0, 1.0]]
-
-    def odds(at):
-        ln = [60.0 if i == at else None for i in range(4)]
-        v["evidence"]["varying"] = [{"mechanisms": ["gravity"], "mechanism": "gravity", "parameters": 0, "ln_evidence": ln}]
-        p = w.posterior(w.features(v), table(varying=0.0, by_level=-1.0, by_level_known=0.0))
-        return p[frozenset({"gravity"})] / p[w.UNKNOWN]
-
-    assert min(odds(0), odds(2)) > 1.0 > max(odds(1), odds(3)), [odds(i) for i in range(4)]
-
-
-def test_names_have_more_beforehand_where_noise_alone_is_left():
-    v, _ = verdict(np.random.default_rng(10))
-    gravity = lambda more: w.posterior(w.features(v), table(noise_named=more))[frozenset({"gravity"})]
-    alone = w.noise_alone(w.features(v)[2])
-    assert (gravity(1.0) > gravity(0.0)) == bool(alone)
-    for s in v["evidence"]["structures"]:
-        s["ln_evidence"] = [ln - 50.0 * (i > 0) for i, ln in enumerate(s["ln_evidence"])]
-    v["evidence"]["unknown"] = []
-    assert w.noise_alone(w.features(v)[2]) and gravity(1.0) > gravity(0.0)
-
-
 def test_a_flat_top_speaks_for_clipping():
     v, _ = verdict(np.random.default_rng(9))
     other = dict(v["evidence"]["structures"][1], mechanisms=["clipping"])

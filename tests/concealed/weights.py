@@ -24,7 +24,6 @@ PARAMETERS = {
     "tail": (np.log(4.0), 1.0),                # ln; from where on evidence counts by its logarithm
     "noise_temperature": (0.0, 1.0),           # added to both where noise alone, without a discrepancy, has the most evidence
     "noise_tail": (0.0, 1.0),
-    "noise_named": (0.0, 1.0),                 # added to the ln priors of names there
     "single": (-2.0, 1.0),                     # ln prior of one mechanism, of two, of a cause that nobody has named, over that of none
     "pair": (-4.0, 1.0),
     "unknown": (-2.0, 1.0),
@@ -35,9 +34,6 @@ PARAMETERS = {
     "large_left": (0.0, 1.0),                  # power of the overdispersion that a structure leaves, on either weight of its large discrepancy
     "large_known_left": (0.0, 1.0),
     "own_known": (-2.0, 2.0),                  # and of a small one of each recording's own
-    "varying": (-6.0, 2.0),                    # ln weight of a mechanism that is not alike in the recordings of a level, among the unknown
-    "by_level": (-8.0, 2.0),                   # and of one that differs from level to level: among the unknown, and beside its name
-    "by_level_known": (-6.0, 2.0),
     "drift": (-2.0, 1.0),                      # ln weight of instruments that drift, hum or walk
     "size": (0.0, 0.5),                        # ln weight of a discrepancy by step of its size
     "none": (0.0, 1.0),                        # ln weight of no discrepancy at all
@@ -56,7 +52,6 @@ START = np.array([v[0] for v in PARAMETERS.values()])
 WIDTH = np.array([v[1] for v in PARAMETERS.values()])
 NEGLIGIBLE = 60.0            # nats below the most evidence of a cause from which on an entry adds nothing to it, whatever the weights
 LARGE = 0.03                 # sizes from here on are no small print
-ALIKE = 0.3                  # a mechanism so many times stronger in one recording than in another of its level is not the same
 
 
 def canonical(names):
@@ -116,18 +111,6 @@ def features(verdict):
             out.setdefault(UNKNOWN, []).append(Entry("own", -1, ln))
             if beside and size < LARGE:         # as with a discrepancy that all share: what is small does not make the cause another one
                 out[names].append(beside._replace(kind="own_known", size=-1, ln=ln, drifts=False))
-    for v in e.get("varying", []):
-        names = canonical(v["mechanisms"])
-        beside = max((x for x in out.get(names, []) if x.kind == ""), key=lambda x: x.ln, default=None)
-        if beside is None:
-            continue
-        has = dict(size=-1, drifts=False, parameters=v["parameters"])
-        for (_, own), ln in zip(cycle(e["varying_sizes"]), v["ln_evidence"]):
-            if ln is None:
-                continue
-            if own < ALIKE:
-                out[names].append(beside._replace(kind="by_level_known", ln=ln, **has))
-            out.setdefault(UNKNOWN, []).append(Entry("by_level" if own < ALIKE else "varying", ln=ln, **has))
     return max(1.0, min(left, default=1.0)), e.get("levels", 3), out
 
 
@@ -170,8 +153,7 @@ def posterior(feature, theta):
     """{set: probability}."""
     t = dict(zip(PARAMETERS, theta))
     left, levels, sets = feature
-    alone = noise_alone(sets)
-    tail, temperature = scales(t, left, alone)
+    tail, temperature = scales(t, left, noise_alone(sets))
     top, need, complete = -np.inf, needed(sets), completed(sets)
     mass, doubt = {}, {}
     for h, of in sets.items():
@@ -179,7 +161,7 @@ def posterior(feature, theta):
         mass[h], best = logsumexp(ln), of[int(ln.argmax())]
         doubt[h] = t["bound"] * best.bound + t["heldout"] * max(best.better, 0.0) + t["worse"] * max(-best.better, 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN)) + t["flat"] * best.flat + t["needed"] * need.get(h, 0.0) + t["completed"] * complete.get(h, 0.0)
         top = max(top, mass[h])
-    prior = lambda h: 0.0 if h == NOTHING else t["unknown"] if h == UNKNOWN else t["noise_named"] * alone + (t["single"] if len(h) == 1 else t["pair"])
+    prior = lambda h: 0.0 if h == NOTHING else t["unknown"] if h == UNKNOWN else t["single"] if len(h) == 1 else t["pair"]
     score = {h: prior(h) + doubt[h] - tail * np.log1p((top - m) / (tail * temperature)) for h, m in mass.items()}
     whole = logsumexp(list(score.values()))
     return {h: float(np.exp(s - whole)) for h, s in score.items()}
@@ -229,8 +211,7 @@ class Stacked:
         top = np.full(self.n, -np.inf)
         np.maximum.at(top, self.case, mass)
         tail, temperature = scales(t, self.left, self.alone[self.case])
-        named = t["noise_named"] * self.alone[self.case] * (np.array(PRIORS)[self.prior] != "") * (np.array(PRIORS)[self.prior] != "unknown")
-        score = np.array([t.get(k, 0.0) for k in PRIORS])[self.prior] + named + doubt - tail * np.log1p((top[self.case] - mass) / (tail * temperature))
+        score = np.array([t.get(k, 0.0) for k in PRIORS])[self.prior] + doubt - tail * np.log1p((top[self.case] - mass) / (tail * temperature))
         most = np.full(self.n, -np.inf)
         np.maximum.at(most, self.case, score)
         e = np.exp(score - most[self.case])
@@ -240,7 +221,7 @@ class Stacked:
         return float(-(self.weight * np.log(np.maximum(right / whole, LEAST))).sum() / self.weight.sum() + 0.5 * np.sum(((theta - self.start) / WIDTH) ** 2) / self.n)
 
 
-KINDS = ("", "stand_in", "own", "large", "large_known", "own_known", "varying", "by_level", "by_level_known")
+KINDS = ("", "stand_in", "own", "large", "large_known", "own_known")
 WEIGHTED = ("size", "ln", "drifts", "parameters", "left")      # an entry's numbers that `weighted` takes
 PRIORS = ("", "single", "pair", "unknown")
 

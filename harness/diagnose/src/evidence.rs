@@ -2,7 +2,7 @@
 
 use crate::posterior::ln_sum;
 use estimate::discrepancy::{Disturbance, Disturbed};
-use estimate::evidence::{Beside, Evidence, Own, Reduced};
+use estimate::evidence::{Evidence, Reduced};
 use estimate::fitted::Fitted;
 use estimate::problem::Data;
 use estimate::response::Place;
@@ -12,11 +12,7 @@ use rayon::prelude::*;
 pub const SIZES: [f64; 6] = [0.0, 0.001, 0.003, 0.01, 0.03, 0.1];
 /// Sizes of what each recording has of its own, where the cause is in no vocabulary.
 pub const OWN_SIZES: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
-/// Sizes by which a mechanism may be stronger at one level than at another, and in one recording than in another of its
-/// level, 1. What is lubricated, worn or clamped anew differs by a tenth and is still the same.
-pub const BY_LEVEL_SIZES: [f64; 3] = [0.0, 0.3, 1.0];
-pub const VARYING_SIZES: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
-/// Sizes of the shared discrepancy beside either.
+/// Sizes of the shared discrepancy beside it.
 const SHARED_BESIDE: [f64; 2] = [0.0, 0.01];
 
 /// A structure, weighed.
@@ -68,34 +64,12 @@ pub struct Unknown {
     pub ln: Vec<f64>,
 }
 
-/// A structure with one of its mechanisms not alike in all recordings, weighed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Varying {
-    pub names: Vec<&'static str>,
-    /// Which of them.
-    pub mechanism: &'static str,
-    /// Parameters of the mechanisms added.
-    pub parameters: usize,
-    /// ln evidence by [`Varying::sizes`], for each size of the shared discrepancy beside it.
-    pub ln: Vec<f64>,
-}
-
-impl Varying {
-    /// By how much it is stronger at one level than at another, and in one recording of a level than in another; not alike
-    /// in all.
-    pub fn sizes() -> impl Iterator<Item = (f64, f64)> + Clone {
-        let all = BY_LEVEL_SIZES.into_iter().flat_map(|by_level| VARYING_SIZES.map(|own| (by_level, own)));
-        all.filter(|(by_level, own)| by_level + own > 0.0)
-    }
-}
-
 /// What a decision is weighed by.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evidences {
     /// The simulation as given first.
     pub structures: Vec<Weighed>,
     pub unknown: Vec<Unknown>,
-    pub varying: Vec<Varying>,
     /// Levels of the campaign.
     pub levels: usize,
     /// Whether recordings of different levels end in one and the same reading, several samples long.
@@ -144,7 +118,7 @@ struct Set<'a> {
 impl<'a> Set<'a> {
     /// None where the normal matrix is singular at every size.
     fn new(evidence: &'a Evidence<'_>, disturbed: Vec<Disturbed>) -> Option<Set<'a>> {
-        let reduced = evidence.with(Beside { disturbed: &disturbed, ..Beside::default() })?;
+        let reduced = evidence.beside(None, &disturbed)?;
         let ln = SIZES.map(|size| finite(reduced.ln(size)));
         ln.iter().any(|ln| ln.is_finite()).then_some(Set { disturbed, reduced, ln })
     }
@@ -197,41 +171,13 @@ pub fn weighed(f: &Fitted) -> Option<Weighed> {
 /// The evidence of a cause in no vocabulary beside `f`, by the place at which it enters.
 pub fn unknown(f: &Fitted) -> Vec<Unknown> {
     let places = Place::all(&f.data);
-    let at: Vec<Own> = places.iter().map(|p| Own::At(*p)).collect();
-    let Some(evidence) = Evidence::new(f, &at, &[]) else { return Vec::new() };
-    let of = |(i, place): (usize, &Place)| {
-        let sizes = OWN_SIZES.map(|size| Beside { own: Some((i, size)), ..Beside::default() });
-        Unknown { beside: f.names(), place: *place, ln: with_shared(&evidence, &sizes) }
+    let Some(evidence) = Evidence::new(f, &places, &[]) else { return Vec::new() };
+    let at = |(i, place): (usize, &Place)| {
+        let reduced = OWN_SIZES.map(|own| evidence.beside(Some((i, own)), &[]));
+        let of = |size: f64| reduced.iter().map(move |r| finite(r.as_ref().and_then(|r| r.ln(size))));
+        Unknown { beside: f.names(), place: *place, ln: SHARED_BESIDE.into_iter().flat_map(of).collect() }
     };
-    places.par_iter().enumerate().map(of).collect()
-}
-
-/// The evidence of `f` with each of its mechanisms not alike in all recordings.
-pub fn varying(f: &Fitted) -> Vec<Varying> {
-    let terms: Vec<Own> = (0..f.structure.terms().len()).map(Own::Stronger).collect();
-    let Some(evidence) = Evidence::new(f, &terms, &[]) else { return Vec::new() };
-    let of = |i: usize| {
-        let size = |size: f64| (size > 0.0).then_some((i, size));
-        let all = Varying::sizes().map(|(by_level, own)| Beside {
-            own: size(own),
-            by_level: size(by_level),
-            ..Beside::default()
-        });
-        Varying {
-            names: f.names(),
-            mechanism: f.structure.terms()[i].mechanism.name,
-            parameters: f.parameters() as usize,
-            ln: with_shared(&evidence, &all.collect::<Vec<_>>()),
-        }
-    };
-    (0..terms.len()).into_par_iter().map(of).collect()
-}
-
-/// ln evidence with what stands beside, for each size of the shared discrepancy beside it.
-fn with_shared(evidence: &Evidence<'_>, beside: &[Beside<'_>]) -> Vec<f64> {
-    let reduced: Vec<Option<Reduced<'_>>> = beside.iter().map(|b| evidence.with(*b)).collect();
-    let of = |size: f64| reduced.iter().map(move |r| finite(r.as_ref().and_then(|r| r.ln(size))));
-    SHARED_BESIDE.into_iter().flat_map(of).collect()
+    places.par_iter().enumerate().map(at).collect()
 }
 
 #[cfg(test)]

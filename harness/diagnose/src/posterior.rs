@@ -4,7 +4,7 @@
 //! hundreds of nats. How small, how large, and how much more a name needs than nothing is what `calibration.json` holds;
 //! `tests/calibrate` writes it from campaigns of the laboratory whose cause is known.
 
-use crate::evidence::{Evidences, Varying, Weighed, OWN_SIZES, SIZES};
+use crate::evidence::{Evidences, Weighed, OWN_SIZES, SIZES};
 use mechanisms::named;
 use serde::Deserialize;
 
@@ -14,9 +14,6 @@ pub const UNKNOWN: &str = "unknown";
 pub const POSSIBLE: f64 = 0.05;
 /// Size of a discrepancy from which on it is no small print, share of force.
 pub const LARGE: f64 = 0.03;
-
-/// How many times as strong a mechanism may be in one recording as in another of its level to be the same, less 1.
-pub const ALIKE: f64 = 0.3;
 
 /// What turns evidence into probabilities.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
@@ -32,8 +29,6 @@ pub struct Table {
     /// are right to the noise.
     pub noise_temperature: f64,
     pub noise_tail: f64,
-    /// What is added to the ln priors of names there: nothing but a mechanism can be behind what is left.
-    pub noise_named: f64,
     /// ln prior of one mechanism, of several, and of an unknown cause, over that of nothing.
     pub single: f64,
     pub pair: f64,
@@ -45,11 +40,6 @@ pub struct Table {
     pub large: f64,
     pub large_known: f64,
     pub own_known: f64,
-    /// ln weight, among the unknown, of a mechanism that is not alike in the recordings of one level; and of one that differs
-    /// from level to level, among the unknown and beside its name: its form may not be quite right.
-    pub varying: f64,
-    pub by_level: f64,
-    pub by_level_known: f64,
     /// Powers of the overdispersion that a structure leaves, on the weight of its large discrepancy among the unknown and
     /// beside what is known: where next to nothing is left, the discrepancy is no reason to doubt the names.
     pub large_left: f64,
@@ -306,21 +296,6 @@ impl Posterior {
                 }
             }
         }
-        for v in &e.varying {
-            let Some(at) = best_of(e, &v.names) else { continue };
-            let of_parameters = table.parameter * v.parameters as f64;
-            for ((_, own), ln) in Varying::sizes().cycle().zip(&v.ln).filter(|(_, ln)| ln.is_finite()) {
-                if own < ALIKE {
-                    add(vec![UNKNOWN], *ln, table.by_level + of_parameters, None, false);
-                    add(canonical(&v.names), *ln, table.by_level_known + of_parameters, Some(at), false);
-                } else {
-                    add(vec![UNKNOWN], *ln, table.varying + of_parameters, None, false);
-                }
-                if *ln > most.0 {
-                    most = (*ln, false);
-                }
-            }
-        }
         let left = if left.is_finite() { left.max(1.0) } else { 1.0 };
         let mass: Vec<f64> = causes.iter().map(|c| ln_sum(&c.1.ln)).collect();
         let top = mass.iter().cloned().fold(f64::NEG_INFINITY, f64::max);
@@ -332,8 +307,8 @@ impl Posterior {
         let prior = |names: &[&str]| match names {
             [] => 0.0,
             [UNKNOWN] => table.unknown,
-            [_] => table.single + noise_alone * table.noise_named,
-            _ => table.pair + noise_alone * table.noise_named,
+            [_] => table.single,
+            _ => table.pair,
         };
         let doubt = |gathered: &Gathered| {
             gathered.best.map_or(0.0, |(_, i)| {
@@ -446,7 +421,7 @@ impl Posterior {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evidence::{Unknown, Varying, Weighed};
+    use crate::evidence::{Unknown, Weighed};
 
     fn weighed(names: &[&'static str], named: bool, ln: f64) -> Weighed {
         Weighed {
@@ -470,7 +445,6 @@ mod tests {
             tail: 20.0,
             noise_temperature: 0.0,
             noise_tail: 0.0,
-            noise_named: 0.0,
             single: 0.0,
             pair: 0.0,
             unknown: 0.0,
@@ -481,9 +455,6 @@ mod tests {
             large_left: 0.0,
             large_known_left: 0.0,
             own_known: f64::NEG_INFINITY,
-            varying: f64::NEG_INFINITY,
-            by_level: f64::NEG_INFINITY,
-            by_level_known: f64::NEG_INFINITY,
             drift: 0.0,
             size: 0.0,
             none: 0.0,
@@ -516,7 +487,7 @@ mod tests {
     #[test]
     fn with_a_long_tail_and_a_temperature_of_one_it_is_bayes_rule() {
         let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 3.0)];
-        let p = Posterior::new(&Evidences { structures, levels: 3, ..Evidences::default() }, &plain());
+        let p = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &plain());
         let want = 3f64.exp() / (1.0 + 3f64.exp());
         assert!((p.of("gravity") - want).abs() < 1e-6, "{p:?}");
         assert!((p.nothing() + p.of("gravity") - 1.0).abs() < 1e-12);
@@ -530,7 +501,7 @@ mod tests {
             let mut best = weighed(&["gravity"], true, 30.0);
             best.ln[0][1] += discrepancy;
             let structures = vec![weighed(&[], true, 0.0), best];
-            Posterior::new(&Evidences { structures, levels: 3, ..Evidences::default() }, &table).nothing()
+            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &table).nothing()
         };
         assert!(of(-1.0) < 0.1 * of(1.0), "{} {}", of(-1.0), of(1.0));
     }
@@ -566,7 +537,7 @@ mod tests {
             let name = Weighed { parameters, ..weighed(&["gravity"], true, 5.0) };
             let structures = vec![weighed(&[], true, 0.0), name];
             let table = Table { parameter: -2.0, ..plain() };
-            Posterior::new(&Evidences { structures, levels: 3, ..Evidences::default() }, &table).of("gravity")
+            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &table).of("gravity")
         };
         assert!(of(3) < of(1), "{} {}", of(3), of(1));
     }
@@ -583,7 +554,7 @@ mod tests {
         };
         let of = |needed: f64| {
             let table = Table { tail: 0.0, needed, ..plain() };
-            Posterior::new(&Evidences { structures: structures(), levels: 3, ..Evidences::default() }, &table)
+            Posterior::new(&Evidences { structures: structures(), unknown: Vec::new(), levels: 3, flat: false }, &table)
         };
         let odds = |p: &Posterior| {
             let single = |n: &str| p.causes.iter().find(|c| c.names == [n]).unwrap().probability;
@@ -603,7 +574,7 @@ mod tests {
                 weighed(&["adhesion"], true, 10.0),
                 weighed(&["gravity", "viscous_damping"], true, 29.0),
             ];
-            let e = Evidences { structures, levels: 3, ..Evidences::default() };
+            let e = Evidences { structures, unknown: Vec::new(), levels: 3, flat: false };
             Posterior::new(&e, &Table { tail: 0.0, completed, ..plain() })
         };
         let odds = |p: &Posterior| {
@@ -620,7 +591,7 @@ mod tests {
             let mut large = Weighed { overdispersion, ..weighed(&["gravity"], true, 0.0) };
             large.ln[0] = SIZES.map(|size| if size < LARGE { f64::NEG_INFINITY } else { 30.0 }).to_vec();
             let structures = vec![weighed(&[], true, 0.0), large];
-            let e = Evidences { structures, levels: 3, ..Evidences::default() };
+            let e = Evidences { structures, unknown: Vec::new(), levels: 3, flat: false };
             let table = Table { large: 0.0, large_known: 0.0, large_left: 1.0, large_known_left: -0.5, ..plain() };
             let p = Posterior::new(&e, &table);
             p.unknown() / p.of("gravity")
@@ -632,7 +603,7 @@ mod tests {
     fn a_short_tail_lets_no_difference_settle_everything() {
         let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 3000.0)];
         let p = Posterior::new(
-            &Evidences { structures, levels: 3, ..Evidences::default() },
+            &Evidences { structures, unknown: Vec::new(), levels: 3, flat: false },
             &Table { tail: 0.0, ..plain() },
         );
         assert!((p.nothing() - 1.0 / 3002.0).abs() < 1e-6, "{p:?}");
@@ -645,26 +616,10 @@ mod tests {
             weighed(&["channel_skew"], true, 1.0),
             weighed(&["latent_force"], false, 1.0),
         ];
-        let p = Posterior::new(&Evidences { structures, levels: 3, ..Evidences::default() }, &plain());
+        let p = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &plain());
         assert_eq!(p.causes.len(), 2, "{p:?}");
         assert_eq!(p.best_named().unwrap().names, ["lowpass_lag"]);
         assert!(p.unknown() > 0.0 && p.causes.iter().any(Cause::is_unknown));
-    }
-
-    #[test]
-    fn a_mechanism_much_stronger_in_some_recordings_is_another_cause_and_one_that_differs_by_level_may_be_the_same() {
-        let of = |by_level: f64, own: f64| {
-            let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 20.0)];
-            let ln =
-                Varying::sizes().map(|size| if size == (by_level, own) { 30.0 } else { f64::NEG_INFINITY }).collect();
-            let varying = Varying { names: vec!["gravity"], mechanism: "gravity", parameters: 0, ln };
-            let e = Evidences { structures, varying: vec![varying], levels: 3, ..Evidences::default() };
-            Posterior::new(&e, &Table { varying: 0.0, by_level: -1.0, by_level_known: 0.0, ..plain() })
-        };
-        assert!(of(0.0, 0.3).unknown() > 0.999 && of(0.3, 1.0).unknown() > 0.999);
-        for alike in [of(0.0, 0.1), of(0.3, 0.0), of(1.0, 0.1)] {
-            assert!((alike.of("gravity") / alike.unknown() - 1f64.exp()).abs() < 1e-2, "{alike:?}");
-        }
     }
 
     #[test]
@@ -674,10 +629,7 @@ mod tests {
             let place = estimate::response::Place::Contact;
             let ln = [0.01, 0.03].map(|_| 30.0).to_vec();
             let unknown = vec![Unknown { beside: vec!["gravity"], place, ln }];
-            Posterior::new(
-                &Evidences { structures, unknown, levels: 3, ..Evidences::default() },
-                &Table { own_known, ..plain() },
-            )
+            Posterior::new(&Evidences { structures, unknown, levels: 3, flat: false }, &Table { own_known, ..plain() })
         };
         assert!(of(f64::NEG_INFINITY).of("gravity") < 1e-3);
         // of the two sizes the smaller one counts for it

@@ -2,7 +2,7 @@
 //! noise. What is not worth trying is left out here; what is believed is for the posterior to say.
 
 use super::candidate::{Candidate, DETECT_TOLERANCE, WHITE_ALONE};
-use super::evidence::{unknown, varying, weighed, Evidences, Weighed};
+use super::evidence::{unknown, weighed, Evidences, Weighed};
 use super::expand::{QUICK, SLOW};
 use super::posterior::{Posterior, Table, POSSIBLE};
 use super::search::Search;
@@ -142,14 +142,7 @@ impl Search {
     }
 
     /// The structures that may be behind the recordings, weighed.
-    pub fn propose(&self, base: Fitted) -> Pool {
-        let mut pool = self.searched(base);
-        let likeliest = |count: usize| pool.likeliest(count).into_iter().take(1).filter(|f| f.data.records.len() > 1);
-        pool.evidence.varying = [1, 2].into_iter().flat_map(likeliest).flat_map(|f| varying(&f)).collect();
-        pool
-    }
-
-    fn searched(&self, mut base: Fitted) -> Pool {
+    pub fn propose(&self, mut base: Fitted) -> Pool {
         let singles = self.singles(&mut base);
         let mut pool = Pool::new(&base, singles);
         let alone = pool.likeliest(1);

@@ -5,7 +5,7 @@
 //! amplitude of 1 is as large as the contact force, or as the largest reading of a channel.
 
 use crate::fitted::Fitted;
-use crate::problem::{Data, Problem};
+use crate::problem::Data;
 use crate::response::{tangents, Place, Response};
 use law::Parameters as Law;
 use mechanisms::physics::Physics;
@@ -97,22 +97,6 @@ impl<'a> Paths<'a> {
             _ => data.scales.peak,
         };
         self.of.par_iter().map(|p| p.own(place, scale)).collect()
-    }
-
-    /// A column of each recording: what the term of the structure, by index, changes in its readings. None where a recording
-    /// cannot be simulated without it.
-    pub fn of_term(&self, term: usize) -> Option<Columns> {
-        let theta = self.fitted.structure.theta_without(&self.fitted.point().theta, term);
-        let without = self.fitted.structure.without(term);
-        let problem = Problem::new(&self.fitted.data, without.model());
-        let change = |p: &Path<'_>| {
-            let (trace, bare) = problem.predict(&theta, p.record, &self.fitted.point().locals[p.record]);
-            let change = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| a - b).collect();
-            let mut y = p.readings.iter().zip(&bare).map(change);
-            let y = [y.next()?, y.next()?, y.next()?];
-            trace.ok.then(|| vec![p.whitened(&y)])
-        };
-        self.of.par_iter().map(change).collect()
     }
 
     /// Columns of what disturbs a channel of each recording; amplitudes of standard deviation 1.

@@ -2,9 +2,9 @@
 //! discrepancy of unknown shape in the likelihood (Kennedy and O'Hagan 2001; Laplace's approximation: MacKay 1992,
 //! Kass and Raftery 1995, eq. 5).
 //!
-//! residual = J d(theta) + B c + L l + E e + D d + noise; B: columns that all recordings share, c normal with the
-//! discrepancy's size; L: columns that the recordings of a level share, E: columns of each recording alone, l and e normal
-//! with sizes of their own; D: disturbances of its instruments, d standard normal. What has no prior counts as even between its bounds.
+//! residual = J d(theta) + B c + E e + D d + noise; B: columns that all recordings share, c normal with the discrepancy's
+//! size; E: columns of each recording alone, e normal with a size of their own; D: disturbances of its instruments, d
+//! standard normal. What has no prior counts as even between its bounds.
 
 use crate::discrepancy::{Columns, Disturbed, Paths};
 use crate::fitted::{overdispersion_of, Fitted, MOST};
@@ -23,26 +23,6 @@ struct Part {
     columns: Vec<Vec<f64>>,
 }
 
-/// What each recording may have of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Own {
-    /// Something that enters at a place, as a share of the campaign's peak.
-    At(Place),
-    /// A term of the structure, by index, so many times stronger than in the others.
-    Stronger(usize),
-}
-
-/// What stands in the likelihood besides parameters, nuisances and what all recordings share.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Beside<'a> {
-    /// Something each recording has of its own, by index, and its size.
-    pub own: Option<(usize, f64)>,
-    /// Such a thing that the recordings of one level have in common, and its size.
-    pub by_level: Option<(usize, f64)>,
-    /// The channels that are disturbed.
-    pub disturbed: &'a [Disturbed],
-}
-
 /// A fit with its normal equations, discrepancy included.
 pub struct Evidence<'a> {
     fitted: &'a Fitted,
@@ -50,7 +30,7 @@ pub struct Evidence<'a> {
     globals: usize,
     shared: usize,
     locals: usize,
-    /// Columns of each recording alone, for each thing of its own asked for.
+    /// Columns of each recording alone, at each place asked for.
     own: Vec<usize>,
     /// Columns of each disturbance of a channel.
     disturbances: Vec<(Disturbed, usize)>,
@@ -58,23 +38,13 @@ pub struct Evidence<'a> {
     held: Vec<bool>,
 }
 
-/// What is eliminated of one recording.
-struct Inner {
-    /// Where each kept column stands in the part; None where the recording has none of it.
-    kept: Vec<Option<usize>>,
-    /// C^-1 A, C^-1 b.
-    x: DMatrix<f64>,
-    y: DVector<f64>,
-}
-
 /// The normal equations of globals and shared columns, with what belongs to one recording eliminated.
 pub struct Reduced<'a> {
     of: &'a Evidence<'a>,
-    /// Index of the first column that all recordings share; before them globals and what the recordings of a level share.
-    first_shared: usize,
     /// Indices, in a part, of what is eliminated.
     eliminated: Vec<usize>,
-    inner: Vec<Inner>,
+    /// (C^-1 A, C^-1 b) of each recording's eliminated part.
+    inner: Vec<(DMatrix<f64>, DVector<f64>)>,
     a: DMatrix<f64>,
     b: DVector<f64>,
     /// b' C^-1 b, and ln det C less the precisions', of what is eliminated.
@@ -91,17 +61,13 @@ struct Solved {
 }
 
 impl<'a> Evidence<'a> {
-    /// Of a fit, each recording with each of these of its `own`, and with channels that may be `disturbed`. None where the
-    /// simulation fails.
-    pub fn new(fitted: &'a Fitted, own: &[Own], disturbed: &[Disturbed]) -> Option<Evidence<'a>> {
+    /// Of a fit, each recording with something of its own at each of `places`, and with channels that may be `disturbed`. None
+    /// where the simulation fails.
+    pub fn new(fitted: &'a Fitted, places: &[Place], disturbed: &[Disturbed]) -> Option<Evidence<'a>> {
         let paths = Paths::new(fitted)?;
         let shared = paths.shared();
         let disturbances: Vec<(Disturbed, Columns)> = disturbed.iter().map(|d| (*d, paths.disturbed(*d))).collect();
-        let columns = |own: &Own| match own {
-            Own::At(place) => Some(paths.own(*place)),
-            Own::Stronger(term) => paths.of_term(*term),
-        };
-        let own: Vec<Columns> = own.iter().map(columns).collect::<Option<_>>()?;
+        let own: Vec<Columns> = places.iter().map(|p| paths.own(*p)).collect();
         let problem = fitted.problem();
         let point = fitted.point();
         let globals = problem.model.parameters.len();
@@ -128,72 +94,47 @@ impl<'a> Evidence<'a> {
         })
     }
 
-    /// Index of a recording's level among those that there are.
-    fn level_of(&self, record: usize) -> usize {
-        let data = &self.fitted.data;
-        data.levels().iter().position(|of| *of == data.records[record].level).unwrap_or(0)
-    }
-
-    /// Where the columns of something of a recording's own stand in a part.
-    fn of_own(&self, own: usize) -> std::ops::Range<usize> {
-        let first = self.globals + self.shared + self.locals + self.own[..own].iter().sum::<usize>();
-        first..first + self.own[own]
-    }
-
-    /// The equations with the nuisances, what each recording has of its own and the disturbances eliminated.
+    /// The equations with the nuisances eliminated; with them what each recording has of its own, `own`: the index of its
+    /// place and its size as a share of the campaign's peak; and the channels that are `disturbed`.
     ///
     /// None where the normal matrix is singular.
-    pub fn with(&self, beside: Beside<'_>) -> Option<Reduced<'_>> {
+    pub fn beside(&self, own: Option<(usize, f64)>, disturbed: &[Disturbed]) -> Option<Reduced<'_>> {
         let (g, m, l) = (self.globals, self.shared, self.locals);
         let mut eliminated: Vec<usize> = (g + m..g + m + l).collect();
         // with the precision of each
         let mut precision = vec![0.0; l];
-        if let Some((own, size)) = beside.own {
-            eliminated.extend(self.of_own(own));
+        let first = |place: usize| g + m + l + self.own[..place].iter().sum::<usize>();
+        if let Some((place, size)) = own {
+            eliminated.extend(first(place)..first(place + 1));
             precision.resize(eliminated.len(), size.powi(-2));
         }
-        let mut from = g + m + l + self.own.iter().sum::<usize>();
+        let mut from = first(self.own.len());
         for (of, columns) in &self.disturbances {
-            if beside.disturbed.contains(of) {
+            if disturbed.contains(of) {
                 eliminated.extend(from..from + columns);
             }
             from += columns;
         }
         precision.resize(eliminated.len(), 1.0);
-        let levels = self.fitted.data.levels().len();
-        let by_level = beside.by_level.map_or(0, |(own, _)| levels * self.own[own]);
-        let kept = |level: usize| -> Vec<Option<usize>> {
-            let of_levels = beside.by_level.into_iter().flat_map(|(own, _)| {
-                (0..levels).flat_map(move |of| self.of_own(own).map(move |i| (of == level).then_some(i)))
-            });
-            (0..g).map(Some).chain(of_levels).chain((g..g + m).map(Some)).collect()
-        };
-        let n = g + by_level + m;
+        let n = g + m;
         let (mut a, mut b) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
         let (mut fall, mut ln_det) = (0.0, 0.0);
         let mut inner = Vec::with_capacity(self.parts.len());
-        for (r, p) in self.parts.iter().enumerate() {
-            let kept = kept(self.level_of(r));
+        for p in &self.parts {
             let mut c =
                 DMatrix::from_fn(eliminated.len(), eliminated.len(), |i, j| p.a[(eliminated[i], eliminated[j])]);
             for i in 0..eliminated.len() {
                 c[(i, i)] += 1e-12 * (1.0 + c[(i, i)]) + precision[i];
             }
-            let cross = DMatrix::from_fn(eliminated.len(), n, |i, j| kept[j].map_or(0.0, |j| p.a[(eliminated[i], j)]));
+            let cross = DMatrix::from_fn(eliminated.len(), n, |i, j| p.a[(eliminated[i], j)]);
             let right = DVector::from_fn(eliminated.len(), |i, _| p.b[eliminated[i]]);
             let ch = c.cholesky()?;
             let (x, y) = (ch.solve(&cross), ch.solve(&right));
-            a += DMatrix::from_fn(n, n, |i, j| kept[i].zip(kept[j]).map_or(0.0, |at| p.a[at])) - cross.tr_mul(&x);
-            b += DVector::from_fn(n, |i, _| kept[i].map_or(0.0, |i| p.b[i])) - cross.tr_mul(&y);
+            a += p.a.view((0, 0), (n, n)) - cross.tr_mul(&x);
+            b += p.b.rows(0, n) - cross.tr_mul(&y);
             fall += right.dot(&y);
             ln_det += ln_det_of(&ch) - precision.iter().filter(|p| **p > 0.0).map(|p| p.ln()).sum::<f64>();
-            inner.push(Inner { kept, x, y });
-        }
-        if let Some((_, size)) = beside.by_level {
-            for j in g..g + by_level {
-                a[(j, j)] += size.powi(-2);
-            }
-            ln_det += 2.0 * by_level as f64 * size.ln();
+            inner.push((x, y));
         }
         let theta = &self.fitted.point().theta;
         for (j, p) in self.fitted.structure.model().parameters.iter().enumerate() {
@@ -202,17 +143,17 @@ impl<'a> Evidence<'a> {
                 b[j] += (mean - theta[j]) / (sd * sd);
             }
         }
-        Some(Reduced { of: self, first_shared: g + by_level, eliminated, inner, a, b, fall, ln_det })
+        Some(Reduced { of: self, eliminated, inner, a, b, fall, ln_det })
     }
 }
 
 impl Reduced<'_> {
     fn solve(&self, size: f64) -> Option<Solved> {
-        let (g, first) = (self.of.globals, self.first_shared);
-        let n = if size > 0.0 { first + self.of.shared } else { first };
+        let g = self.of.globals;
+        let n = if size > 0.0 { g + self.of.shared } else { g };
         let mut a = self.a.view((0, 0), (n, n)).into_owned();
         let mut b = self.b.rows(0, n).into_owned();
-        for j in first..n {
+        for j in g..n {
             a[(j, j)] += size.powi(-2);
         }
         let gradient = b.clone();
@@ -260,10 +201,10 @@ impl Reduced<'_> {
         let n = solved.step.len();
         let of = self.of.parts.iter().zip(&self.inner).enumerate();
         let left: Vec<(usize, Vec<f64>)> = of
-            .map(|(r, (p, Inner { kept, x, y }))| {
+            .map(|(r, (p, (x, y)))| {
                 let mut e = p.residual.clone();
-                for (at, by) in kept.iter().zip(solved.step.iter()).filter_map(|(at, by)| Some(((*at)?, by))) {
-                    add_scaled(&mut e, -by, &p.columns[at]);
+                for (column, by) in p.columns.iter().zip(solved.step.iter()) {
+                    add_scaled(&mut e, -by, column);
                 }
                 let inner = y - x.columns(0, n) * &solved.step;
                 for (at, by) in self.eliminated.iter().zip(inner.iter()) {
@@ -333,26 +274,18 @@ mod tests {
     }
 
     /// b' A^-1 b and ln det A of all recordings' normal equations in one matrix, nothing eliminated, every column in it.
-    fn dense(e: &Evidence<'_>, size: f64, own_size: f64, by_level: Option<f64>) -> (f64, f64) {
+    fn dense(e: &Evidence<'_>, size: f64, own_size: f64) -> (f64, f64) {
         let (g, m) = (e.globals, e.shared);
         let own = e.own.iter().sum::<usize>();
         let alone = e.locals + own + e.disturbances.iter().map(|d| d.1).sum::<usize>();
-        let levels = by_level.map_or(0, |_| e.fitted.data.levels().len() * own);
-        let first_level = g + m + alone * e.parts.len();
-        let n = first_level + levels;
+        let n = g + m + alone * e.parts.len();
         let (mut a, mut b) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
         for (r, p) in e.parts.iter().enumerate() {
             let at = |i: usize| if i < g + m { i } else { i + alone * r };
-            let level = e.level_of(r);
-            // a column of its own stands among those of its level too
-            let all = |i: usize| {
-                let of_level = by_level.is_some() && e.of_own(0).contains(&i);
-                [at(i)].into_iter().chain(of_level.then(|| first_level + level * own + i - e.of_own(0).start))
-            };
             for i in 0..p.b.len() {
-                all(i).for_each(|to| b[to] += p.b[i]);
+                b[at(i)] += p.b[i];
                 for j in 0..p.b.len() {
-                    all(i).for_each(|x| all(j).for_each(|y| a[(x, y)] += p.a[(i, j)]));
+                    a[(at(i), at(j))] += p.a[(i, j)];
                 }
                 if i >= g + m {
                     a[(at(i), at(i))] += 1e-12 * (1.0 + p.a[(i, i)]);
@@ -373,38 +306,27 @@ mod tests {
         for j in g..g + m {
             a[(j, j)] += size.powi(-2);
         }
-        for j in first_level..n {
-            a[(j, j)] += by_level.unwrap().powi(-2);
-        }
         let ch = a.cholesky().unwrap();
-        let of_levels = 2.0 * levels as f64 * by_level.map_or(0.0, f64::ln);
-        (b.dot(&ch.solve(&b)), ln_det_of(&ch) + 2.0 * (own * e.parts.len()) as f64 * own_size.ln() + of_levels)
+        (b.dot(&ch.solve(&b)), ln_det_of(&ch) + 2.0 * (own * e.parts.len()) as f64 * own_size.ln())
     }
 
     #[test]
     fn what_is_eliminated_recording_by_recording_is_what_one_large_matrix_gives() {
         let f = fitted();
-        let e = Evidence::new(&f, &[Own::At(Place::Contact)], &Disturbed::all(&f.data)).unwrap();
+        let e = Evidence::new(&f, &[Place::Contact], &Disturbed::all(&f.data)).unwrap();
         assert!(e.held.iter().all(|h| !h));
         let (size, own) = (0.01, 0.03);
-        for by_level in [None, Some(0.1)] {
-            let beside = Beside {
-                own: Some((0, own)),
-                by_level: by_level.map(|size| (0, size)),
-                disturbed: &Disturbed::all(&f.data),
-            };
-            let solved = e.with(beside).unwrap().solve(size).unwrap();
-            let (fall, ln_det) = dense(&e, size, own, by_level);
-            assert!((solved.fall - fall).abs() < 1e-6 * fall.abs().max(1.0), "{by_level:?}: {} {fall}", solved.fall);
-            assert!((solved.ln_det - ln_det).abs() < 1e-6 * ln_det.abs(), "{by_level:?}: {} {ln_det}", solved.ln_det);
-        }
+        let solved = e.beside(Some((0, own)), &Disturbed::all(&f.data)).unwrap().solve(size).unwrap();
+        let (fall, ln_det) = dense(&e, size, own);
+        assert!((solved.fall - fall).abs() < 1e-6 * fall.abs().max(1.0), "{} {fall}", solved.fall);
+        assert!((solved.ln_det - ln_det).abs() < 1e-6 * ln_det.abs(), "{} {ln_det}", solved.ln_det);
     }
 
     #[test]
     fn noise_alone_prefers_no_discrepancy_and_a_vanishing_one_is_none() {
         let f = fitted();
         let e = Evidence::new(&f, &[], &[]).unwrap();
-        let reduced = e.with(Beside::default()).unwrap();
+        let reduced = e.beside(None, &[]).unwrap();
         let ln = |size: f64| reduced.ln(size).unwrap();
         assert!((ln(1e-9) - ln(0.0)).abs() < 0.1, "{} {}", ln(1e-9), ln(0.0));
         assert!(ln(0.0) > ln(0.01) && ln(0.01) > ln(0.1), "{} {} {}", ln(0.0), ln(0.01), ln(0.1));

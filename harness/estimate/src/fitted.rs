@@ -230,4 +230,32 @@ mod tests {
         assert!((again.chi2 / fitted.chi2() - 1.0).abs() < 1e-12, "{} {}", again.chi2, fitted.chi2());
         assert_eq!(turned.turned_to(0).point().theta, fitted.point().theta);
     }
+
+    #[test]
+    fn without_a_term_that_stood_in_the_place_of_the_law_a_fit_begins_at_the_law_of_the_simulation_as_given() {
+        let dir = tempfile::tempdir().unwrap();
+        write_campaign(dir.path(), &Recipe::default()).unwrap();
+        let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        let prepared = Prepared::new(&campaign).unwrap();
+        let base = Fitted::base(&prepared.data, &prepared.structure, &prepared.guess);
+        let term = |name: &str| {
+            let all = prepared.structure.base().candidates();
+            all.into_iter().find(|t| t.name() == name).unwrap()
+        };
+        let (friction, second) = (term("guide_friction"), term("secondary_stiffening"));
+        let mut theta = base.point().theta.clone();
+        // a law ten times too stiff, which the second stiffness is to have made up for
+        theta[0] += 10f64.ln();
+        theta.extend(friction.start().iter().chain(&second.start()));
+        let structure = base.structure.with(friction).with(second);
+        let problem = Problem::new(&prepared.data, structure.model());
+        let point = problem.evaluate(theta, base.point().locals.clone());
+        let fit = Fit { point, iterations: 0, converged: false, objective: Vec::new(), samples: 0 };
+        let pair = Fitted { data: prepared.data.clone(), structure, fit };
+        let few = Options { iterations: 2, ..Options::default() };
+        let (own, from_base) = (pair.without(1, &few).unwrap(), pair.without_from(&base, 1, &few).unwrap());
+        assert_eq!(from_base.names(), ["guide_friction"]);
+        assert!(from_base.chi2() < base.chi2() + 1.0, "{} {}", from_base.chi2(), base.chi2());
+        assert!(own.chi2() > 2.0 * from_base.chi2(), "{} {}", own.chi2(), from_base.chi2());
+    }
 }

@@ -446,16 +446,9 @@ fn evidence(e: &Evidences) -> Evidence {
         at_bound: w.at_bound,
         heldout_nrmse: w.heldout,
     };
-    let varying = |v: &evidence::Varying| WeighedVarying {
-        mechanisms: v.names.clone(),
-        mechanism: v.mechanism,
-        parameters: v.parameters,
-        ln_evidence: finite(&v.ln),
-    };
     Evidence {
         sizes: evidence::SIZES.to_vec(),
         own_sizes: evidence::OWN_SIZES.to_vec(),
-        varying_sizes: evidence::Varying::sizes().map(|(by_level, own)| [by_level, own]).collect(),
         levels: e.levels,
         flat: e.flat,
         structures: e.structures.iter().map(structure).collect(),
@@ -464,6 +457,5 @@ fn evidence(e: &Evidences) -> Evidence {
             .iter()
             .map(|u| WeighedUnknown { beside: u.beside.clone(), place: u.place.words(), ln_evidence: finite(&u.ln) })
             .collect(),
-        varying: e.varying.iter().map(varying).collect(),
     }
 }

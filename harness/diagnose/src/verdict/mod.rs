@@ -93,9 +93,6 @@ pub struct Evidence {
     /// Sizes of the discrepancy that all recordings share, and of what each may have of its own, share of force.
     pub sizes: Vec<f64>,
     pub own_sizes: Vec<f64>,
-    /// Sizes by which a mechanism may be stronger at one level than at another, and in one recording of a level than in
-    /// another.
-    pub varying_sizes: Vec<[f64; 2]>,
     /// Levels of the campaign.
     pub levels: usize,
     /// Whether recordings of different levels end in one and the same reading, several samples long.
@@ -103,19 +100,6 @@ pub struct Evidence {
     pub structures: Vec<WeighedStructure>,
     /// A cause outside the vocabulary, beside a structure.
     pub unknown: Vec<WeighedUnknown>,
-    /// A mechanism of a structure that is not alike in all recordings.
-    pub varying: Vec<WeighedVarying>,
-}
-
-/// The evidence of a structure with a mechanism that is not alike in all recordings.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct WeighedVarying {
-    pub mechanisms: Vec<&'static str>,
-    /// Which of them.
-    pub mechanism: &'static str,
-    pub parameters: usize,
-    /// ln of the evidence by size of its own, first without a shared discrepancy, then with one.
-    pub ln_evidence: Vec<Option<f64>>,
 }
 
 /// One structure's evidence.
