@@ -1,11 +1,13 @@
-"""The page of the element holds the variables of its model description."""
+"""The pages of the element and of the forces on the body hold the variables of their model descriptions."""
 
 import os
 import xml.etree.ElementTree as ElementTree
 
+import pytest
+
 from tests.book.pages import ROOT, SOURCE
 
-PAGE = SOURCE / "formats" / "element.md"
+PAGES = [("element.md", "modelDescription/modelDescription.xml"), ("body_force.md", "fmu/body_force/modelDescription.xml")]
 START, END = "<!-- variables: TOUCHDOWN_WRITE=1 tests/book/run writes them -->", "<!-- end of variables -->"
 TITLES = {"input": "Inputs", "output": "Outputs", "parameter": "Parameters"}
 
@@ -20,11 +22,11 @@ def span(value, items):
     return f"from {least} on" if least else (f"to {most}" if most else "")
 
 
-def tables():
-    """Tables of the inputs, outputs and parameters of modelDescription.xml."""
-    root = ElementTree.parse(ROOT / "modelDescription" / "modelDescription.xml").getroot()
+def tables(description):
+    """Tables of the inputs, outputs and parameters of a model description."""
+    root = ElementTree.parse(ROOT / description).getroot()
     variables = root.find("ModelVariables")
-    items = {t.get("name"): [i.get("name") for i in t.iter("Item")] for t in root.find("TypeDefinitions")}
+    items = {t.get("name"): [i.get("name") for i in t.iter("Item")] for t in root.iter("SimpleType")}
     lines = []
     for causality, title in TITLES.items():
         lines += [f"## {title}", "", "| name | reference | unit | range | start | meaning |", "|---|---|---|---|---|---|"]
@@ -38,12 +40,13 @@ def tables():
     return "\n".join(lines)
 
 
-def test_the_page_holds_the_variables_of_the_model_description():
-    text = PAGE.read_text()
-    before, _, rest = text.partition(START + "\n")
+@pytest.mark.parametrize(("page", "description"), PAGES)
+def test_the_page_holds_the_variables_of_the_model_description(page, description):
+    page, wanted = SOURCE / "formats" / page, "\n" + tables(description) + "\n"
+    before, _, rest = page.read_text().partition(START + "\n")
     held, found, after = rest.partition(END)
-    assert found, f"{PAGE}: the markers are missing"
-    if held != "\n" + tables() + "\n" and os.environ.get("TOUCHDOWN_WRITE") == "1":
-        PAGE.write_text(f"{before}{START}\n\n{tables()}\n{END}{after}")
+    assert found, f"{page}: the markers are missing"
+    if held != wanted and os.environ.get("TOUCHDOWN_WRITE") == "1":
+        page.write_text(f"{before}{START}\n{wanted}{END}{after}")
         return
-    assert held == "\n" + tables() + "\n", "write it anew with TOUCHDOWN_WRITE=1"
+    assert held == wanted, "write it anew with TOUCHDOWN_WRITE=1"

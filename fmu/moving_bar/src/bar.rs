@@ -174,14 +174,20 @@ impl Bar<'_> {
             }
             (x, v)
         };
+        let coefficients = [f[0], f[1], f[2] / 2.0, f[3] / 6.0];
         let work = |s: f64| {
+            if coefficients == [0.0; 4] {
+                return 0.0;
+            }
+            // the integral of push times speed, term by term from the highest power on
             let mut sum = 0.0;
-            let coefficients = [f[0], f[1], f[2] / 2.0, f[3] / 6.0];
-            for (i, c) in coefficients.iter().enumerate() {
-                for k in (1..TERMS).rev() {
-                    let power = i + k;
-                    sum += c * a[k] * k as f64 * s.powi(power as i32) / power as f64;
-                }
+            for power in (1..TERMS + 3).rev() {
+                let of = |(i, c): (usize, &f64)| match power.checked_sub(i) {
+                    Some(k) if (1..TERMS).contains(&k) => c * a[k] * k as f64,
+                    _ => 0.0,
+                };
+                let terms: f64 = coefficients.iter().enumerate().map(of).sum();
+                sum = (sum + terms / power as f64) * s;
             }
             sum
         };

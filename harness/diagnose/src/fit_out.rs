@@ -2,7 +2,6 @@
 //! further parameters, and from perturbed restarts out of local minima.
 
 use super::candidate::{Candidate, DETECT, WHITE_ALONE};
-use super::expand::SLOW;
 use super::search::Search;
 use estimate::fitted::Fitted;
 use estimate::problem::{Options, Problem};
@@ -193,23 +192,6 @@ fn extended_forms(c: &Fitted, options: &Options) -> Vec<Fitted> {
         }
     }
     out
-}
-
-/// The simulation as given where FMUs simulate: its calibration begins where the user has it, which may be far along the ridge of
-/// stiffness and exponent, so it is fitted from other exponents as well, as long as that leads lower.
-pub(super) fn restarted(mut base: Fitted) -> Fitted {
-    while let Some(lower) = PERTURBATIONS
-        .into_par_iter()
-        .filter_map(|d| restarted_from(&base, d, &SLOW))
-        .min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
-    {
-        let enough = base.chi2() - lower.chi2() < DETECT;
-        base = lower;
-        if enough {
-            break;
-        }
-    }
-    base
 }
 
 /// A perturbed restart: a candidate fitted again from another exponent at the same force and from tolerances and scatter of

@@ -7,7 +7,6 @@ use super::courses::{Courses, Traces};
 use super::decide::Decision;
 use super::element::{packed, Packed};
 use super::findings::{gather, Findings};
-use super::fit_out::restarted;
 use super::heldout::{held_out, HeldOut};
 use super::propose::Pool;
 use super::search::Search;
@@ -147,7 +146,6 @@ pub fn diagnose(c: &Campaign) -> Result<Outcome, Invalid> {
 /// The base fit carried on until it has converged: what has not converged looks like physics.
 fn converged_base(prepared: &Prepared) -> Fitted {
     let base = Fitted::base(&prepared.data, &prepared.structure, &prepared.guess);
-    let base = if prepared.data.machine().is_some() { restarted(base) } else { base };
     if base.fit.converged {
         return base;
     }

@@ -303,18 +303,26 @@ impl Structure {
     }
 
     /// Parameters that a fit of the simulation as given starts from, each: its own law where it is calibrated, that of the
-    /// guess, and where it is not calibrated others of the same force. Of FMUs, where the system file has them, and with the
-    /// force of the guess.
+    /// guess, and where it is not calibrated others of the same force. Of FMUs, where the system file has them, with the
+    /// force of the guess, and with its law.
     pub fn starts(&self, guess: &Guess) -> Vec<Vec<f64>> {
         let s = self.base.context.scales;
         if self.base.machine.is_some() {
             let as_given = self.start(Law { k: 1.0, p: 1.0, mu_d: 0.0 });
             let own = self.ln_force(&as_given);
-            let mut guessed = as_given.clone();
-            if own.is_finite() {
-                self.raise(&mut guessed, guess.k.ln() + guess.p * s.x_ref.ln() - own);
+            if !own.is_finite() {
+                return vec![as_given];
             }
-            return if guessed == as_given { vec![as_given] } else { vec![as_given, guessed] };
+            let force = guess.k.ln() + guess.p * s.x_ref.ln();
+            let mut raised = as_given.clone();
+            self.raise(&mut raised, force - own);
+            // the ridge of stiffness and exponent holds local minima: where the user's law is far along it, the guess is nearer
+            let mut guessed = raised.clone();
+            self.bend(&mut guessed, guess.p - self.exponent(&as_given));
+            self.damp(&mut guessed, 0.15 / s.v_ref);
+            let mut starts = vec![as_given, raised, guessed];
+            starts.dedup();
+            return starts;
         }
         let mut laws: Vec<Law> = self.base.law().into_iter().collect();
         laws.push(Law { k: guess.k, p: guess.p, mu_d: 0.15 * guess.k / s.v_ref });

@@ -30,18 +30,34 @@ pub struct NearLaw {
     pub stiffness: Along,
     /// p.
     pub exponent: Along,
-    /// r, s/m; where it is above zero, it changes by its logarithm.
+    /// r, s/m; where it is above zero, every variable changes it by a factor.
     pub damping: Along,
+    /// Which of the variables are measured straight; the others by their logarithm.
+    pub straight: [bool; FREE],
 }
 
 impl NearLaw {
     /// The law where the free variables are `free` away.
     pub fn of(&self, free: &[f64; FREE]) -> Parameters {
         let k = self.stiffness.of(free).exp();
-        let (at, now) = (self.damping.at, self.damping.of(free));
+        let at = self.damping.at;
         // a coefficient k r that stays, and a ratio r that does, are both straight in ln
-        let r = if at > 0.0 { at * ((now - at) / at).exp() } else { now.max(0.0) };
+        let r = if at > 0.0 {
+            at * (0..FREE).map(|i| self.damped(i, free[i])).product::<f64>()
+        } else {
+            self.damping.of(free).max(0.0)
+        };
         Parameters::power_law(k, self.exponent.of(free).clamp(0.2, 6.0), k * r)
+    }
+
+    /// Factor by which variable `i`, `away` from where the system file has it, changes r, which is above zero there.
+    pub fn damped(&self, i: usize, away: f64) -> f64 {
+        let change = self.damping.slopes[i] / self.damping.at * away;
+        if self.straight[i] {
+            (1.0 + change).max(0.0)
+        } else {
+            change.exp()
+        }
     }
 }
 
@@ -234,5 +250,27 @@ impl Extrapolated {
     pub fn anew(&mut self, t: f64, at: f64) {
         self.last = None;
         self.line = Line { t, at, slope: 0.0 };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_damping_coefficient_measured_straight_falls_to_nothing_and_a_stiffness_takes_its_ratio_along() {
+        let mut law = NearLaw { damping: Along { at: 0.25, ..Along::default() }, ..NearLaw::default() };
+        law.stiffness = Along { at: 16.0, ..Along::default() };
+        law.exponent = Along { at: 1.3, ..Along::default() };
+        // variable 0: stiffness by its logarithm, the coefficient staying; 1: the coefficient, straight
+        (law.stiffness.slopes[0], law.damping.slopes[0]) = (1.0, -0.25);
+        (law.damping.slopes[1], law.straight[1]) = (0.25, true);
+        let mut free = [0.0; FREE];
+        (free[0], free[1]) = (-2.0, -0.9);
+        let p = law.of(&free);
+        let mu = 0.25 * 16f64.exp();
+        assert!((p.hysteresis_damping.coefficient / (0.1 * mu) - 1.0).abs() < 1e-12, "{p:?}");
+        free[1] = -1.5;
+        assert_eq!(law.of(&free).hysteresis_damping.coefficient, 0.0);
     }
 }

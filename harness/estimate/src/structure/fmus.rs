@@ -114,6 +114,25 @@ impl Structure {
         }
     }
 
+    /// Changes the ratio of damping to stiffness of the contact's law to `ratio`, s/m, by the free variable that moves it and
+    /// little else; nothing where there is none.
+    pub fn damp(&self, theta: &mut [f64], ratio: f64) {
+        let Some(m) = &self.base.machine else { return };
+        let facts = m.facts();
+        let Some(law) = facts.bonds.get(self.base.first_bond()).and_then(|b| b.law) else { return };
+        let at = law.damping.at;
+        let moves_it_alone = |i: &usize| {
+            let (stiffness, exponent) = (law.stiffness.slopes[*i].abs(), law.exponent.slopes[*i].abs());
+            law.damping.slopes[*i].abs() > 1e-3 * at && stiffness < BENDS && exponent < BENDS
+        };
+        let Some(i) = (0..facts.free.len()).find(moves_it_alone).filter(|_| at > 0.0) else { return };
+        let others: f64 = (0..facts.free.len()).filter(|j| *j != i).map(|j| law.damped(j, theta[j])).product();
+        let factor = ratio / (at * others);
+        let change = if law.straight[i] { factor - 1.0 } else { factor.ln() };
+        let q = &self.model.parameters[i];
+        theta[i] = (change * at / law.damping.slopes[i]).clamp(q.lower, q.upper);
+    }
+
     /// Changes the exponent of the contact's law by `by`, the force at the reference depth held. Whether there is one to change.
     pub fn bend(&self, theta: &mut [f64], by: f64) -> bool {
         let free = match &self.base.machine {

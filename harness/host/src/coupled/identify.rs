@@ -356,7 +356,7 @@ pub(super) fn identify(fmus: &Fmus, of: &FmuSystem, c: &Campaign) -> Result<Fact
 
 fn near(l: Law) -> NearLaw {
     let plain = |at: f64| Along { at, ..Along::default() };
-    NearLaw { stiffness: plain(l.ln_k), exponent: plain(l.p), damping: plain(l.r) }
+    NearLaw { stiffness: plain(l.ln_k), exponent: plain(l.p), damping: plain(l.r), ..NearLaw::default() }
 }
 
 /// The first impact of a plain run, at its first contact.
@@ -439,6 +439,7 @@ impl Identify<'_> {
                 l.stiffness.slopes[i] = slope(x.ln_k, y.ln_k);
                 l.exponent.slopes[i] = slope(x.p, y.p);
                 l.damping.slopes[i] = slope(x.r, y.r);
+                l.straight[i] = !by_logarithm;
             }
             if facts.bonds[b].takes_force {
                 let moved = moved(to - values[i]);
