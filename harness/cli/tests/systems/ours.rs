@@ -312,23 +312,3 @@ fn friction_that_is_found_comes_back_in_a_system_that_holds_it() {
     let (with, without) = (before_touch(&x, &with), before_touch(&x, &without));
     assert!(with < 0.2 * without, "{with:e} {without:e}");
 }
-
-#[test]
-fn a_law_far_along_the_ridge_of_stiffness_and_exponent_is_calibrated_all_the_same() {
-    let dir = campaign();
-    let exponent = 1.45;
-    let stiffness = LAW[0] * 3.3e-4f64.powf(LAW[1] - exponent);
-    let system = SYSTEM
-        .replace("stiffness = 9.4e6", &format!("stiffness = {stiffness:e}"))
-        .replace("exponent = 1.08", &format!("exponent = {exponent}"))
-        .replace("hysteresis_damping = 1.9e6", &format!("hysteresis_damping = {:e}", 0.4 * stiffness));
-    std::fs::write(dir.path().join("system.toml"), system).unwrap();
-    let text = std::fs::read_to_string(dir.path().join("campaign.toml")).unwrap();
-    let more = "[[simulation.free]]\nvariable = \"contact.exponent\"\n\
-                [[simulation.free]]\nvariable = \"contact.hysteresis_damping\"\n[[simulation.bond]]";
-    std::fs::write(dir.path().join("campaign.toml"), text.replacen("[[simulation.bond]]", more, 1)).unwrap();
-    let (v, _) = diagnosed(dir.path(), &["--in-process"]);
-    assert_eq!(v["mismatch"]["detected"], false, "{}", v["posterior"]);
-    let fitted = v["fit"]["base_bias"]["parameters"].as_array().unwrap();
-    assert!(v["fit"]["before"]["heldout_nrmse"].as_f64().unwrap() < 4e-3, "{} {fitted:?}", v["fit"]);
-}
