@@ -83,7 +83,10 @@ impl FluidDrag {
     /// above it, half of the way at it; times that of the way back.
     fn share(&self, v: f64) -> (f64, f64) {
         let way = if v < 0.0 { self.back } else { 1.0 };
-        let Some(crisis) = self.crisis_speed else { return (way, 0.0) };
+        let crisis = match self.crisis_speed {
+            Some(crisis) => crisis,
+            None => return (way, 0.0),
+        };
         let u = v / crisis;
         let square = u * u;
         let past = 1.0 + square * square * square * square;
