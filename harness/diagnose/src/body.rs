@@ -3,7 +3,7 @@
 use anyhow::Result;
 use body_force_variables::{Forces, Settings, PARAMETERS, PARAMETER_TABLE};
 use estimate::fitted::Fitted;
-use mechanisms::mechanism::{Acts, Origin};
+use mechanisms::mechanism::{Acts, Mechanism, Origin};
 use pack::{Binary, Model};
 use std::path::Path;
 
@@ -23,10 +23,9 @@ pub struct OnBody {
     pub starts: Vec<(&'static str, f64, &'static str)>,
 }
 
-/// The named mechanisms of `f` that act as a force on the body.
-fn names(f: &Fitted) -> Vec<&'static str> {
-    let terms = f.structure.terms().iter().map(|t| t.mechanism);
-    terms.filter(|m| m.named && m.origin == Origin::Motion && matches!(m.acts, Acts::Force)).map(|m| m.name).collect()
+/// Whether a mechanism has a name and acts as a force on the body.
+fn is_force_on_body(m: &Mechanism) -> bool {
+    m.named && m.origin == Origin::Motion && matches!(m.acts, Acts::Force)
 }
 
 /// The forces that they are, as `f` has them.
@@ -62,7 +61,8 @@ pub fn libraries(platforms: Option<&Path>) -> Result<Vec<Binary>> {
 /// # Errors
 /// As [`libraries`] and [`Model::archive`].
 pub fn packed_body(f: &Fitted, platforms: Option<&Path>) -> Result<Option<PackedBody>> {
-    let names = names(f);
+    let terms = f.structure.terms().iter().map(|t| t.mechanism);
+    let names: Vec<&str> = terms.filter(|m| is_force_on_body(m)).map(|m| m.name).collect();
     if names.is_empty() {
         return Ok(None);
     }
@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn every_force_on_the_body_is_one_that_the_fmu_holds() {
-        let on_body = ALL.iter().filter(|m| m.named && m.origin == Origin::Motion && matches!(m.acts, Acts::Force));
+        let on_body = ALL.iter().filter(|m| is_force_on_body(m));
         let mut held: Vec<&str> = on_body.map(|m| m.name).collect();
         held.sort_unstable();
         let all = ["fluid_drag", "gravity", "guide_friction", "residual_magnetism", "return_spring", "squeeze_film"];

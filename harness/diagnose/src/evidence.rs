@@ -152,10 +152,11 @@ fn sets<'a>(evidence: &'a Evidence<'_>, data: &Data) -> Option<Vec<Set<'a>>> {
 
 /// The evidence of one fit; None where it cannot be simulated.
 pub fn weighed(f: &Fitted) -> Option<Weighed> {
-    let evidence = Evidence::new(f, &[], &Disturbed::all(&f.data))?;
+    let all = Disturbed::all(&f.data);
+    let evidence = Evidence::new(f, &[], &all)?;
     let sets = sets(&evidence, &f.data)?;
     let (none, disturbed) = sets.split_first()?;
-    let channels = Disturbed::all(&f.data).len() / Disturbance::ALL.len();
+    let channels = all.len() / Disturbance::ALL.len();
     let possible = Disturbance::sets(channels as u32) as f64 - 1.0;
     // what was not worked out has next to no evidence
     let mean = |size: usize| {

@@ -128,23 +128,16 @@ impl Fitted {
 
     /// Without its term `i`, fitted from its own values. None where the simulation fails.
     pub fn without(&self, i: usize, options: &Options) -> Option<Fitted> {
-        let structure = self.structure.without(i);
-        let theta = self.structure.theta_without(&self.fit.point.theta, i);
-        let problem = Problem::new(&self.data, structure.model());
-        let start = problem.evaluate(theta, self.fit.point.locals.clone());
-        if !start.chi2.is_finite() {
-            return None;
-        }
-        let fit = problem.fit(start, options);
-        Some(Fitted { data: self.data.clone(), structure, fit })
+        self.without_from(self, i, options)
     }
 
-    /// Without its term `i`, fitted from the law and the nuisances of `base`, to which nothing is added, and the values of
-    /// the other terms: the term may have stood in the place of the law. None where the simulation fails.
+    /// Without its term `i`, fitted from the law and the nuisances of `base`, of whatever terms, and its own values of the other
+    /// terms: the term may have stood in the place of the law. None where the simulation fails.
     pub fn without_from(&self, base: &Fitted, i: usize, options: &Options) -> Option<Fitted> {
         let structure = self.structure.without(i);
         let mut theta = self.structure.theta_without(&self.fit.point.theta, i);
-        theta.splice(..structure.first_term(), base.fit.point.theta.iter().copied());
+        let own = structure.first_term();
+        theta[..own].copy_from_slice(&base.fit.point.theta[..own]);
         let start = Problem::new(&self.data, structure.model()).evaluate(theta, base.fit.point.locals.clone());
         start.chi2.is_finite().then(|| Fitted::from(&self.data, structure, start, options))
     }

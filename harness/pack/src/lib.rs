@@ -68,6 +68,39 @@ pub struct Model {
     validate: fn(&[f64]) -> Result<(), String>,
 }
 
+/// The model whose variables are in `$variables` and whose folder below fmu/, and library as cargo names it, is `$stem`: all
+/// of its parameters are fixed Reals.
+macro_rules! of_table {
+    ($variables:ident, $stem:literal) => {{
+        use $variables as table;
+        let signals = (0..table::SIGNALS.len()).map(|i| (i as u32, None));
+        let parameters = (0..table::PARAMETERS).map(|i| (table::FIRST_PARAMETER + i as u32, Some((i, false))));
+        let entry = |(reference, parameter)| {
+            let v = table::by_reference(reference)?;
+            let kind = format!("{:?}", v.kind);
+            Some(Entry { name: v.name, reference, kind, items: &[], unit: v.unit, parameter })
+        };
+        Model {
+            name: table::MODEL,
+            stem: $stem,
+            description: include_str!(concat!("../../../fmu/", $stem, "/modelDescription.xml")),
+            documentation: |_, _| {
+                documentation::plain(include_str!(concat!("../../../fmu/", $stem, "/documentation/index.html")))
+            },
+            table: signals.chain(parameters).filter_map(entry).collect(),
+            categories: &table::LOG_CATEGORIES,
+            defaults: table::PARAMETER_TABLE.iter().map(|p| p.start).collect(),
+            validate: |values| {
+                let mut s = table::Settings::default();
+                for (i, v) in values.iter().enumerate() {
+                    s.set(i, *v);
+                }
+                s.validate()
+            },
+        }
+    }};
+}
+
 impl Model {
     /// The contact element.
     pub fn contact() -> Model {
@@ -98,62 +131,12 @@ impl Model {
 
     /// The moving bar, the contact's partner.
     pub fn moving_bar() -> Model {
-        use moving_bar_variables as bar;
-        let signals = (0..bar::SIGNALS.len()).map(|i| (i as u32, None));
-        let parameters = (0..bar::PARAMETERS).map(|i| (bar::FIRST_PARAMETER + i as u32, Some((i, false))));
-        let entry = |(reference, parameter)| {
-            let v = bar::by_reference(reference)?;
-            let kind = format!("{:?}", v.kind);
-            Some(Entry { name: v.name, reference, kind, items: &[], unit: v.unit, parameter })
-        };
-        Model {
-            name: bar::MODEL,
-            stem: "moving_bar",
-            description: include_str!("../../../fmu/moving_bar/modelDescription.xml"),
-            documentation: |_, _| {
-                documentation::plain(include_str!("../../../fmu/moving_bar/documentation/index.html"))
-            },
-            table: signals.chain(parameters).filter_map(entry).collect(),
-            categories: &bar::LOG_CATEGORIES,
-            defaults: bar::PARAMETER_TABLE.iter().map(|p| p.start).collect(),
-            validate: |values| {
-                let mut s = bar::Settings::default();
-                for (i, v) in values.iter().enumerate() {
-                    s.set(i, *v);
-                }
-                s.validate()
-            },
-        }
+        of_table!(moving_bar_variables, "moving_bar")
     }
 
     /// Forces on a body, put between a contact and the body.
     pub fn body_force() -> Model {
-        use body_force_variables as body;
-        let signals = (0..body::SIGNALS.len()).map(|i| (i as u32, None));
-        let parameters = (0..body::PARAMETERS).map(|i| (body::FIRST_PARAMETER + i as u32, Some((i, false))));
-        let entry = |(reference, parameter)| {
-            let v = body::by_reference(reference)?;
-            let kind = format!("{:?}", v.kind);
-            Some(Entry { name: v.name, reference, kind, items: &[], unit: v.unit, parameter })
-        };
-        Model {
-            name: body::MODEL,
-            stem: "body_force",
-            description: include_str!("../../../fmu/body_force/modelDescription.xml"),
-            documentation: |_, _| {
-                documentation::plain(include_str!("../../../fmu/body_force/documentation/index.html"))
-            },
-            table: signals.chain(parameters).filter_map(entry).collect(),
-            categories: &body::LOG_CATEGORIES,
-            defaults: body::PARAMETER_TABLE.iter().map(|p| p.start).collect(),
-            validate: |values| {
-                let mut s = body::Settings::default();
-                for (i, v) in values.iter().enumerate() {
-                    s.set(i, *v);
-                }
-                s.validate()
-            },
-        }
+        of_table!(body_force_variables, "body_force")
     }
 
     /// All of them, by their names on the command line.
