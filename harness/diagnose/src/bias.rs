@@ -40,7 +40,10 @@ fn quantities(f: &Fitted) -> Vec<Quantity> {
             parameter: "",
             parameter_unit: "",
             unit: v.unit.clone(),
-            value: Box::new(move |t: &[f64]| v.value(t[i])),
+            value: {
+                let structure = f.structure.clone();
+                Box::new(move |t: &[f64]| v.value(structure.free(t)[i]))
+            },
         };
         return free.map(of).collect();
     }

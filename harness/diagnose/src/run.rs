@@ -334,8 +334,8 @@ fn handed_back(
 ) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
     let machine = f.structure.base().machine.as_ref();
     let free = machine.map_or(Vec::new(), |m| {
-        let theta = &f.point().theta;
-        m.facts().free.iter().enumerate().map(|(i, v)| (v.name.clone(), v.value(theta[i]))).collect()
+        let free = f.structure.free(&f.point().theta);
+        m.facts().free.iter().zip(free).map(|(v, away)| (v.name.clone(), v.value(away))).collect()
     });
     let bond = f.structure.bond();
     let element = e.map(Packed::plain).transpose()?;

@@ -67,8 +67,8 @@ impl Prepared {
         }
         if c.kind.starts_driven() {
             // at rest, released, flying: no polynomial follows that, the fit does
-            let mut renewed = (*data).clone();
-            renewed.noise = renewed_noise(c, &data, &remainders(&base));
+            let mut renewed = (*base.data).clone();
+            renewed.noise = renewed_noise(c, &renewed, &remainders(&base));
             base = base.on(Arc::new(renewed));
         }
         let simulated = simulations(&base);

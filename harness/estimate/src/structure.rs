@@ -1,5 +1,6 @@
 //! A model structure: the simulation as given, and the mechanisms added to it, each in one of its forms.
 
+mod coordinates;
 mod fmus;
 
 use crate::condition::Guess;

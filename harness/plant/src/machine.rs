@@ -23,12 +23,15 @@ impl Along {
     }
 }
 
+/// Range of exponents of such a law.
+const EXPONENTS: (f64, f64) = (0.2, 6.0);
+
 /// The law that a contact of FMUs nearly follows: F = k x^p (1 + r v).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NearLaw {
     /// ln k, k in N/m^p.
     pub stiffness: Along,
-    /// p.
+    /// p, which every variable changes by a factor.
     pub exponent: Along,
     /// r, s/m; where it is above zero, every variable changes it by a factor.
     pub damping: Along,
@@ -47,17 +50,42 @@ impl NearLaw {
         } else {
             self.damping.of(free).max(0.0)
         };
-        Parameters::power_law(k, self.exponent.of(free).clamp(0.2, 6.0), k * r)
+        let p = self.exponent.at * (0..FREE).map(|i| self.bent(i, free[i])).product::<f64>();
+        Parameters::power_law(k, p.clamp(EXPONENTS.0, EXPONENTS.1), k * r)
+    }
+
+    /// Factor by which variable `i`, `away` from where the system file has it, changes p.
+    pub fn bent(&self, i: usize, away: f64) -> f64 {
+        self.factor(&self.exponent, i, away)
+    }
+
+    /// How far variable `i` has to be away to change p by `factor`.
+    pub fn bent_by(&self, i: usize, factor: f64) -> f64 {
+        self.away(&self.exponent, i, factor)
     }
 
     /// Factor by which variable `i`, `away` from where the system file has it, changes r, which is above zero there.
     pub fn damped(&self, i: usize, away: f64) -> f64 {
-        let change = self.damping.slopes[i] / self.damping.at * away;
+        self.factor(&self.damping, i, away)
+    }
+
+    /// How far variable `i` has to be away to change r, which is above zero, by `factor`.
+    pub fn damped_by(&self, i: usize, factor: f64) -> f64 {
+        self.away(&self.damping, i, factor)
+    }
+
+    fn factor(&self, of: &Along, i: usize, away: f64) -> f64 {
+        let change = of.slopes[i] / of.at * away;
         if self.straight[i] {
             (1.0 + change).max(0.0)
         } else {
             change.exp()
         }
+    }
+
+    fn away(&self, of: &Along, i: usize, factor: f64) -> f64 {
+        let change = if self.straight[i] { factor - 1.0 } else { factor.ln() };
+        change * of.at / of.slopes[i]
     }
 }
 

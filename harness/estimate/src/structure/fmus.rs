@@ -1,5 +1,6 @@
 //! A structure whose recordings FMUs simulate: where mechanisms may act, its parameters, and the law of its contact.
 
+use super::coordinates::Coordinates;
 use super::{Base, Structure, Term, WIDEST};
 use crate::problem::{Model, Parameter};
 use law::Parameters;
@@ -7,10 +8,6 @@ use mechanisms::mechanism::{Form, Origin};
 use mechanisms::physics::Physics;
 use plant::machine::{BondFacts, Machine};
 use std::sync::Arc;
-
-/// Change of the exponent with a variable from which that is taken to bend the law: a mass or a stiffness does a little, as its law
-/// is found from steps of some length.
-const BENDS: f64 = 0.05;
 
 /// A place where mechanisms may act, by where they come from.
 pub(super) struct Acting {
@@ -58,6 +55,12 @@ impl Base {
         free + self.context.has.iter().filter(|has| **has).count()
     }
 
+    /// The coordinates of the free variables of FMUs; None of a rig built in.
+    fn coordinates(&self) -> Option<Coordinates> {
+        let machine = self.machine.as_ref()?;
+        Some(Coordinates::new(machine.facts(), self.first_bond(), self.context.scales.x_ref))
+    }
+
     /// The bond that is looked at where no mechanism acts.
     pub fn first_bond(&self) -> usize {
         self.bonds()[0].bond
@@ -86,76 +89,42 @@ impl Structure {
         p.law
     }
 
-    /// Raises ln of the force at the reference depth by `by`: of FMUs, by the least change of the free variables that does.
+    /// How far away the free variables of FMUs are at `theta`, each in its measure; none of a rig built in.
+    pub fn free(&self, theta: &[f64]) -> Vec<f64> {
+        self.base.coordinates().map_or_else(Vec::new, |c| c.free(theta))
+    }
+
+    /// Raises ln of the force at the reference depth by `by`: of FMUs, by the free variable that scales it.
     pub fn raise(&self, theta: &mut [f64], by: f64) {
-        let Some(m) = &self.base.machine else {
-            theta[0] += by;
-            return;
-        };
-        if by == 0.0 {
-            return;
-        }
-        let facts = m.facts();
-        let Some(law) = facts.bonds.get(self.base.first_bond()).and_then(|b| b.law) else { return };
-        let n = facts.free.len();
-        let ln_x = self.base.context.scales.x_ref.ln();
-        let slopes: Vec<f64> = (0..n).map(|i| law.stiffness.slopes[i] + ln_x * law.exponent.slopes[i]).collect();
-        // what scales the force alone comes before what also bends it
-        let weight = |i: usize| {
-            if law.exponent.slopes[i].abs() > 1e-3 || facts.free[i].tolerance.is_some() {
-                0.0
-            } else {
-                slopes[i]
+        match self.base.coordinates() {
+            None => theta[0] += by,
+            Some(c) => {
+                if let Some(i) = c.scale {
+                    let (lower, upper) = c.bounds(i);
+                    theta[i] = (theta[i] + by / c.force(i)).clamp(lower, upper);
+                }
             }
-        };
-        let square: f64 = (0..n).map(|i| weight(i) * slopes[i]).sum();
-        if square > 0.0 {
-            (0..n).for_each(|i| theta[i] += by * weight(i) / square);
         }
     }
 
-    /// Changes the ratio of damping to stiffness of the contact's law to `ratio`, s/m, by the free variable that moves it and
-    /// little else; nothing where there is none.
+    /// Changes the ratio of damping to stiffness of the contact's law of FMUs to `ratio`, s/m, by the free variable that moves it
+    /// and little else; nothing where there is none.
     pub fn damp(&self, theta: &mut [f64], ratio: f64) {
-        let Some(m) = &self.base.machine else { return };
-        let facts = m.facts();
-        let Some(law) = facts.bonds.get(self.base.first_bond()).and_then(|b| b.law) else { return };
-        let at = law.damping.at;
-        let moves_it_alone = |i: &usize| {
-            let (stiffness, exponent) = (law.stiffness.slopes[*i].abs(), law.exponent.slopes[*i].abs());
-            law.damping.slopes[*i].abs() > 1e-3 * at && stiffness < BENDS && exponent < BENDS
-        };
-        let Some(i) = (0..facts.free.len()).find(moves_it_alone).filter(|_| at > 0.0) else { return };
-        let others: f64 = (0..facts.free.len()).filter(|j| *j != i).map(|j| law.damped(j, theta[j])).product();
-        let factor = ratio / (at * others);
-        let change = if law.straight[i] { factor - 1.0 } else { factor.ln() };
-        let q = &self.model.parameters[i];
-        theta[i] = (change * at / law.damping.slopes[i]).clamp(q.lower, q.upper);
+        if let Some((i, at)) = self.base.coordinates().and_then(|c| c.damping_of(ratio)) {
+            theta[i] = at;
+        }
     }
 
     /// Changes the exponent of the contact's law by `by`, the force at the reference depth held. Whether there is one to change.
     pub fn bend(&self, theta: &mut [f64], by: f64) -> bool {
-        let free = match &self.base.machine {
-            None => Some((1, 1.0)),
-            Some(m) => {
-                let law = m.facts().bonds.get(self.base.first_bond()).and_then(|b| b.law);
-                law.and_then(|l| {
-                    (0..m.facts().free.len()).map(|i| (i, l.exponent.slopes[i])).find(|(_, s)| s.abs() > BENDS)
-                })
+        match self.base.coordinates() {
+            None => {
+                let q = &self.model.parameters[1];
+                theta[1] = (theta[1] + by).clamp(q.lower + 0.05, q.upper - 0.05);
+                true
             }
-        };
-        let Some((i, slope)) = free else { return false };
-        let q = &self.model.parameters[i];
-        let force = self.ln_force(theta);
-        let margin = 0.05 / slope.abs();
-        if q.upper - q.lower < 2.0 * margin {
-            return false;
+            Some(c) => c.bent(theta, by).map(|(i, at)| theta[i] = at).is_some(),
         }
-        theta[i] = (theta[i] + by / slope).clamp(q.lower + margin, q.upper - margin);
-        if self.base.machine.is_some() {
-            self.raise(theta, force - self.ln_force(theta));
-        }
-        true
     }
 
     /// ln of the force at the reference depth, N, at `theta`.
@@ -165,11 +134,13 @@ impl Structure {
     }
 }
 
-/// The model of `base`, which FMUs simulate, with `added` terms: their free variables, the gains of the instruments, terms.
+/// The model of `base`, which FMUs simulate, with `added` terms: the coordinates of their free variables, the gains of the
+/// instruments, terms.
 pub(super) fn model_of_fmus(base: &Arc<Base>, machine: Arc<dyn Machine>, added: &[Term]) -> Model<'static> {
     let mut ps: Vec<Parameter> = Vec::new();
-    for f in &machine.facts().free {
-        let (lower, upper) = (f.away(f.bounds.0), f.away(f.bounds.1));
+    let coordinates = Coordinates::new(machine.facts(), base.first_bond(), base.context.scales.x_ref);
+    for (i, f) in machine.facts().free.iter().enumerate() {
+        let (lower, upper) = coordinates.bounds(i);
         let plain = Parameter { name: f.name.clone(), lower, upper, step: 1e-3, prior: None, dynamic: true };
         ps.push(match f.tolerance {
             Some(sd) => Parameter { prior: Some((0.0, sd)), lower: -WIDEST * sd, upper: WIDEST * sd, ..plain },
@@ -187,7 +158,7 @@ pub(super) fn model_of_fmus(base: &Arc<Base>, machine: Arc<dyn Machine>, added: 
     let (base, all) = (base.clone(), added.to_vec());
     Model::new(ps, move |th: &[f64], p: &mut Physics| {
         let facts = machine.facts();
-        p.free[..facts.free.len()].copy_from_slice(&th[..facts.free.len()]);
+        p.free[..facts.free.len()].copy_from_slice(&coordinates.free(th));
         p.bond = bond;
         p.gravity = facts.gravity;
         p.mass = facts.bonds.get(bond).map_or(base.mass, |b| b.mass.of(&p.free).exp());

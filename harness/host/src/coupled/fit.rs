@@ -5,6 +5,8 @@ use plant::squares::TwoTerms;
 /// Range of exponents, and share of it to which the best is found.
 const EXPONENTS: (f64, f64) = (0.4, 5.0);
 const NARROW: f64 = 1e-7;
+/// Share of the force below which damping is none: what the steps of a simulation leave.
+const DAMPED: f64 = 1e-9;
 /// Least samples of a contact.
 const LEAST: usize = 8;
 
@@ -45,7 +47,9 @@ pub(super) fn law(samples: &[Sample]) -> Option<Law> {
     }
     let p = 0.5 * (low + high);
     let (k, kr, _) = at(&inside, deepest, p);
-    (k > 0.0).then(|| Law { ln_k: k.ln() - p * deepest.ln(), p, r: (kr / k).max(0.0) })
+    let fastest = inside.iter().map(|s| s.1.abs()).fold(0.0, f64::max);
+    let r = Some(kr / k).filter(|r| r * fastest > DAMPED).unwrap_or(0.0);
+    (k > 0.0).then(|| Law { ln_k: k.ln() - p * deepest.ln(), p, r })
 }
 
 /// Coefficients of (x/deepest)^p and of that times v, neither negative, and the sum of squares that they leave.
@@ -117,6 +121,11 @@ mod tests {
             let l = law(&samples).unwrap();
             assert!((l.ln_k - k.ln()).abs() < 1e-5 && (l.p - p).abs() < 1e-6 && (l.r - r).abs() < 1e-6, "{l:?}");
         }
+        // rounding is no damping
+        let elastic = |x: f64, v: f64| (x, v, 2e6 * x * (1.0 + 1e-14 * v));
+        let samples: Vec<Sample> =
+            (1..50).map(|i| elastic(1e-5 * f64::from(i.min(50 - i)), 25.0 - f64::from(i))).collect();
+        assert_eq!(law(&samples).unwrap().r, 0.0);
         assert_eq!(law(&[(1e-3, 0.0, 1.0); 3]), None);
         assert_eq!(law(&[(-1e-3, 0.0, 1.0); 30]), None);
     }

@@ -22,15 +22,18 @@ const SCALES: f64 = 0.3;
 /// Correlation from which an output is what it is compared with.
 const ALIKE: f64 = 0.9;
 const SAME: f64 = 0.98;
+/// Times the largest acceleration told from which a difference of the speed is a jump of it.
+const JUMPS: f64 = 2.0;
 /// Share of the way to the touch at which a force is tried.
 const TRIED_AT: f64 = 0.7;
 /// Share of the speed by which a tried force has to change it.
 const FELT: f64 = 1e-3;
 /// Share by which a mass by a derivative may part from the one that a tried force shows.
 const AGREE: f64 = 0.02;
-/// Farthest that a variable without bounds goes, in its measure; by its logarithm that of the factor.
+/// Farthest that a variable without bounds goes, in its measure; by its logarithm that of the factor: as far as the stiffness
+/// goes where the exponent doubles.
 const FARTHEST: f64 = 1e3;
-const FARTHEST_FACTOR: f64 = 9.0;
+const FARTHEST_FACTOR: f64 = 30.0;
 
 /// The system as it ran in one recording, step by step.
 #[derive(Default)]
@@ -336,10 +339,7 @@ pub(super) fn identify(fmus: &Fmus, of: &FmuSystem, c: &Campaign) -> Result<Fact
                 l.bonds[b].source.is_some_and(|s| s.source == at.global)
                     || (facts.bonds[b].inside && facts.bonds[b].told)
             }
-            1 => {
-                let a = p.acceleration(b);
-                correlation(&p.outputs[1][1..p.outputs[1].len() - 1], &a) > ALIKE
-            }
+            1 => is_acceleration(&p.outputs[1], &p.acceleration(b)),
             _ => l.bonds[b].penetration.global == at.global,
         };
         let found = (0..l.bonds.len()).filter(|b| facts.bonds[*b].takes_force).find(|b| of_bond(*b));
@@ -352,6 +352,16 @@ pub(super) fn identify(fmus: &Fmus, of: &FmuSystem, c: &Campaign) -> Result<Fact
         facts.free.push(measured);
     }
     Ok(facts)
+}
+
+/// Whether `output` tells the acceleration that differences of the speed give at every instant but the first and the last. A seat
+/// or a joint that stops the body at once makes a difference that is no acceleration: it does not count.
+fn is_acceleration(output: &[f64], differences: &[f64]) -> bool {
+    let top = output.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let counts = |pair: &(&f64, &f64)| pair.1.abs() <= JUMPS * top;
+    let inner = &output[1..output.len().max(2) - 1];
+    let (told, seen): (Vec<f64>, Vec<f64>) = inner.iter().zip(differences).filter(counts).unzip();
+    correlation(&told, &seen) > ALIKE
 }
 
 fn near(l: Law) -> NearLaw {
@@ -435,10 +445,18 @@ impl Identify<'_> {
         let to = if by_logarithm { at * way.exp() } else { at + way * size };
         for b in 0..bonds {
             let slope = |x: f64, y: f64| (y - x) / way;
+            // what goes by factors of a variable's logarithm is straight in its own
+            let by_factors = |x: f64, y: f64| {
+                if by_logarithm && x > 0.0 && y > 0.0 {
+                    x * slope(x.ln(), y.ln())
+                } else {
+                    slope(x, y)
+                }
+            };
             if let (Some(x), Some(y), Some(l)) = (before[b], after[b], &mut facts.bonds[b].law) {
                 l.stiffness.slopes[i] = slope(x.ln_k, y.ln_k);
-                l.exponent.slopes[i] = slope(x.p, y.p);
-                l.damping.slopes[i] = slope(x.r, y.r);
+                l.exponent.slopes[i] = by_factors(x.p, y.p);
+                l.damping.slopes[i] = by_factors(x.r, y.r);
                 l.straight[i] = !by_logarithm;
             }
             if facts.bonds[b].takes_force {

@@ -5,7 +5,8 @@
 //! its impulse and its moment, and step. Where they have come is what holds: the rig is put there, and what it had
 //! not foreseen is the force on the body, and the difference of the contact's force, that it reckons with over the next step
 //! (a model-based corrector: Haid, Watzenig and Stettinger 2022). So a step need only
-//! resolve what the rig does not know. No step is taken back, and none straddles a touch.
+//! resolve what the rig does not know. No step is taken back, and none straddles a touch. An acceleration that the FMU tells
+//! is read at the ends of a step from the FMU, and between them as the rig has it.
 
 mod read;
 mod side;
@@ -125,7 +126,8 @@ fn follow(
             first: f64::INFINITY,
         });
     }
-    Run { s, seat, local, running, out, sides, of: physics.iter().zip(&setups).collect() }.go(p.bond)
+    Run { s, seat, local, running, out, sides, breaks: Vec::new(), of: physics.iter().zip(&setups).collect() }
+        .go(p.bond)
 }
 
 /// A recording under way.
@@ -136,6 +138,8 @@ struct Run<'a, 'b> {
     running: &'a mut dyn Running,
     out: &'a mut Trace,
     sides: Vec<Side<'b>>,
+    /// When contacts have begun and ended, s.
+    breaks: Vec<f64>,
     /// What the rigs of the sides are made of.
     of: Vec<(&'b Physics, &'b Setup)>,
 }
@@ -242,19 +246,23 @@ impl Run<'_, '_> {
             for ((side, f), from) in self.sides.iter().zip(&foreseen).zip(&before) {
                 pushes[side.bond] = side.push(t, *from, f, short);
             }
+            let accelerated = self.running.output(1);
             self.running.advance(h, &pushes)?;
             let mut faces = vec![(0.0, 0.0); facts.bonds.len()];
             for (b, face) in faces.iter_mut().enumerate() {
                 *face = self.running.motion(b);
             }
             let done = times[i..].partition_point(|u| *u <= stop) + i;
+            // before the first step nothing is known of what drives the body
+            let reads_at_ends = |side: &Side<'_>| steps > 1 && reads[1] == Some(Reads::Bond(side.bond));
             for (k, side) in self.sides.iter_mut().enumerate() {
                 let off = side.put(stop, h, faces[side.bond], window);
                 faces[side.bond] = side.rig.face_at(stop, &side.y);
                 for (j, row) in rows[k].iter().take(done - i).enumerate() {
                     let share = ((times[i + j] - t) / h).clamp(0.0, 1.0);
                     let [f, a, x, v] = *row;
-                    let row = [f, a + off.1 / h, x + off.0 * share * share, v + off.1 * share];
+                    let a = if reads_at_ends(side) { a } else { a + off.1 / h };
+                    let row = [f, a, x + off.0 * share * share, v + off.1 * share];
                     put(self.out, &mut other, reads, (side.bond, watched), i + j, row);
                 }
             }
@@ -272,6 +280,15 @@ impl Run<'_, '_> {
             self.running.follow(&faces)?;
             for side in &mut self.sides {
                 side.compare(stop, faces[side.bond], self.running.contact(side.bond));
+            }
+            if let Some((side, f)) = self.sides.iter().zip(&foreseen).find(|(d, _)| reads_at_ends(d)) {
+                // what the FMU tells at either end is exact; the rig says how it went between
+                let (from, to) = (accelerated - f.acceleration.0, self.running.output(1) - f.acceleration.1);
+                let told = if side.bond == watched { Some(&mut self.out.acceleration) } else { other[1].as_mut() };
+                for (y, u) in told.into_iter().flat_map(|y| &mut y[i..done]).zip(&times[i..done]) {
+                    let share = ((u - t) / h).clamp(0.0, 1.0);
+                    *y += from + (to - from) * share;
+                }
             }
             if let Some(w) = watch {
                 self.phase(w, stop + clock);
@@ -300,10 +317,14 @@ impl Run<'_, '_> {
         for (side, x0) in self.sides.iter_mut().zip(before) {
             let x = side.rig.face_at(t, &side.y).0;
             let near = 1e-9 * self.s.depth;
-            if x >= -near && x0 < -near {
+            let (touches, parts) = (x >= -near && x0 < -near, x <= near && x0 > near);
+            if touches || parts {
+                self.breaks.push(t);
+            }
+            if touches {
                 side.touched = t;
                 side.in_flight = side.drive.line.of(t);
-            } else if x <= near && x0 > near && side.inside && !side.told {
+            } else if parts && side.inside && !side.told {
                 // what the contact's law was off by is over
                 side.drive.anew(t, side.in_flight);
                 (side.gap, side.reckoned, side.since) = (0.0, 0.0, t);
@@ -340,14 +361,14 @@ impl Run<'_, '_> {
         out.read = other;
         for (c, read) in reads.iter().enumerate() {
             if *read == Some(Reads::Output) {
-                out.read[c] = Some(times.iter().map(|t| between(&points[c], *t)).collect());
+                out.read[c] = Some(times.iter().map(|t| between(&points[c], &self.breaks, *t)).collect());
             }
         }
         if path.len() > 1 {
             let of = |pick: fn(&(f64, f64)) -> f64| path.iter().map(|(t, m)| (*t, pick(m))).collect::<Vec<_>>();
             let (x, v) = (of(|m| m.0), of(|m| m.1));
-            out.position = times.iter().map(|t| between(&x, *t)).collect();
-            out.velocity = times.iter().map(|t| between(&v, *t)).collect();
+            out.position = times.iter().map(|t| between(&x, &[], *t)).collect();
+            out.velocity = times.iter().map(|t| between(&v, &[], *t)).collect();
             if let Some(f) = &out.read[0] {
                 out.force.clone_from(f);
             }

@@ -43,6 +43,8 @@ pub(super) struct Foreseen {
     pub end: f64,
     /// Force of the contact inside the FMU, its integral and first moment from the start, N s and N s^2.
     pub inside: (f64, f64),
+    /// Acceleration at its start and at its end, m/s^2.
+    pub acceleration: (f64, f64),
 }
 
 /// Time from which on a step that was to end at `stop` has ended there, but for rounding, s.
@@ -83,9 +85,11 @@ impl<'a> Side<'a> {
         let offset = self.offset.line;
         let (mut impulse, mut moment) = (0.0, 0.0);
         let mut i = 0;
+        let mut at_start = None;
         while !stepper.done() {
             let mut each = |r: &Rig<'_>, st: &Step| {
                 let until = st.t0 + st.h;
+                at_start.get_or_insert_with(|| r.outputs(st.t0, &st.at(0.0))[1]);
                 while i < samples.len() && samples[i] <= until {
                     let z = st.at((samples[i] - st.t0) / st.h);
                     rows.push(r.outputs(samples[i], &z));
@@ -112,7 +116,10 @@ impl<'a> Side<'a> {
         }
         self.y = *stepper.state();
         self.first = (stepper.time() - t).max(1e-3 * (stop - t));
-        Ok(Some(Foreseen { end: stepper.time(), inside: (impulse, moment) }))
+        let end = stepper.time();
+        let [_, at_end, ..] = self.rig.outputs(end, &self.y);
+        let acceleration = (at_start.unwrap_or(at_end), at_end);
+        Ok(Some(Foreseen { end, inside: (impulse, moment), acceleration }))
     }
 
     /// The same over every touch and parting until `stop`, for FMUs that end no step there.
@@ -124,7 +131,7 @@ impl<'a> Side<'a> {
         control: &Control,
         rows: &mut Vec<[f64; 4]>,
     ) -> Result<Option<Foreseen>> {
-        let mut whole = Foreseen { end: t, inside: (0.0, 0.0) };
+        let mut whole = Foreseen { end: t, inside: (0.0, 0.0), acceleration: (f64::NAN, f64::NAN) };
         let (mut done, mut piece) = (Vec::new(), Vec::new());
         while whole.end < earliest(stop) {
             let left = &samples[done.len().min(samples.len())..];
@@ -132,6 +139,8 @@ impl<'a> Side<'a> {
             let (impulse, moment) = f.inside;
             whole.inside = (whole.inside.0 + impulse, whole.inside.1 + moment + impulse * (whole.end - t));
             done.append(&mut piece);
+            let from = if whole.end == t { f.acceleration.0 } else { whole.acceleration.0 };
+            whole.acceleration = (from, f.acceleration.1);
             whole.end = f.end;
         }
         *rows = done;
