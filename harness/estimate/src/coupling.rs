@@ -5,7 +5,7 @@
 
 use crate::condition::Invalid;
 use crate::fitted::Fitted;
-use crate::problem::{Data, Options};
+use crate::problem::{Data, Fit, Options, Point};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -62,35 +62,53 @@ fn change(data: &Data, before: &[Reading], after: &[Reading]) -> Change {
     all
 }
 
-/// `base` with the steps of its coupling so fine that half of them read the same; as it is where no FMUs simulate.
+/// `base` with the steps of its coupling so fine that half of them read the same; as it is where no FMUs simulate. Where coarse
+/// steps have led the fit astray, to where none are fine enough, `again` fits with steps that are so for the simulation as given.
 ///
 /// # Errors
 /// No steps tried are fine enough: a coupling that shows in the readings would be taken for physics.
-pub(crate) fn fine_enough(base: Fitted) -> Result<Fitted, Invalid> {
+pub(crate) fn fine_enough(
+    base: Fitted,
+    as_given: Point,
+    again: &dyn Fn(&Arc<Data>) -> Fitted,
+) -> Result<Fitted, Invalid> {
     let Some(machine) = base.data.machine() else { return Ok(base) };
     // what it was fitted with may have been coarser
-    let fitted_on = |at: &Fitted| {
+    let fitted_on = |at: Fitted| {
         let start = at.problem().evaluate(at.point().theta.clone(), at.point().locals.clone());
         Fitted::from(&at.data, at.structure.clone(), start, &Options::default())
     };
     if machine.facts().fixed_step.is_some() {
-        return Ok(fitted_on(&base));
+        return Ok(fitted_on(base));
     }
+    let found = with_fine_steps(&base).or_else(|_| {
+        let given = Fitted { fit: Fit { point: as_given, ..base.fit.clone() }, ..base.clone() };
+        with_fine_steps(&again(&with_fine_steps(&given)?.data))
+    });
+    found.map(fitted_on)
+}
+
+/// The same fit held against its recordings with the steps of the coupling so fine that half of them read the same.
+///
+/// # Errors
+/// No steps tried are.
+fn with_fine_steps(base: &Fitted) -> Result<Fitted, Invalid> {
     let unfelt = UNFELT * (base.chi2() / base.data.samples().max(1) as f64).max(1.0);
     let mut least = f64::INFINITY;
     let mut fine_from = None;
     let mut at = base.clone();
     let mut read = readings(&at);
-    for level in 0..=MOST {
+    let first = base.data.records.iter().filter_map(|r| r.setup.machine.as_ref()).map(|s| s.level).max().unwrap_or(0);
+    for level in first..=MOST.max(first) {
         let finer = base.on(Arc::new(at_level(&base.data, level + 1)));
         let read_finer = readings(&finer);
         let change = change(&at.data, &read, &read_finer);
         least = least.min(change.largest);
         if change.largest <= COARSEST {
-            let from = *fine_from.get_or_insert(level);
-            if change.squares <= unfelt || level == MOST.min(from + FURTHER) {
-                return Ok(fitted_on(&at));
-            }
+            fine_from.get_or_insert(level);
+        }
+        if fine_from.is_some_and(|from| change.squares <= unfelt || level >= MOST.min(from + FURTHER)) {
+            return Ok(at);
         }
         (at, read) = (finer, read_finer);
     }

@@ -6,7 +6,7 @@ use crate::condition::{
 };
 use crate::coupling;
 use crate::fitted::Fitted;
-use crate::problem::{Data, Options, Record};
+use crate::problem::{Data, Options, Problem, Record};
 use crate::statistics::spread;
 use crate::structure::{Structure, Term};
 use mechanisms::mechanism::Origin;
@@ -55,7 +55,9 @@ impl Prepared {
         }
         let mut base = Fitted::base(&data, &structure, &guess);
         if base.chi2().is_finite() {
-            base = coupling::fine_enough(base)?;
+            let given = structure.starts(&guess).swap_remove(0);
+            let given = Problem::new(&data, structure.model()).start(given);
+            base = coupling::fine_enough(base, given, &|finer| Fitted::base(finer, &structure, &guess))?;
         }
         if !base.chi2().is_finite() {
             return Err(Invalid(
