@@ -3,9 +3,9 @@
 //! An error of a fifth of the noise shows in no single sample, and in chi^2 of thousands of them it is some hundred: enough
 //! for a wrong name. So steps are halved until halving them changes chi^2 by next to nothing.
 
-use crate::condition::Invalid;
+use crate::condition::{Guess, Invalid};
 use crate::fitted::Fitted;
-use crate::problem::{Data, Fit, Options, Point};
+use crate::problem::{Data, Fit, Options};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -63,15 +63,11 @@ fn change(data: &Data, before: &[Reading], after: &[Reading]) -> Change {
 }
 
 /// `base` with the steps of its coupling so fine that half of them read the same; as it is where no FMUs simulate. Where coarse
-/// steps have led the fit astray, to where none are fine enough, `again` fits with steps that are so for the simulation as given.
+/// steps have led the fit astray, to where none are fine enough, it begins anew with steps that are so for the simulation as given.
 ///
 /// # Errors
 /// No steps tried are fine enough: a coupling that shows in the readings would be taken for physics.
-pub(crate) fn fine_enough(
-    base: Fitted,
-    as_given: Point,
-    again: &dyn Fn(&Arc<Data>) -> Fitted,
-) -> Result<Fitted, Invalid> {
+pub(crate) fn fine_enough(base: Fitted, guess: &Guess) -> Result<Fitted, Invalid> {
     let Some(machine) = base.data.machine() else { return Ok(base) };
     // what it was fitted with may have been coarser
     let fitted_on = |at: Fitted| {
@@ -82,8 +78,9 @@ pub(crate) fn fine_enough(
         return Ok(fitted_on(base));
     }
     let found = with_fine_steps(&base).or_else(|_| {
-        let given = Fitted { fit: Fit { point: as_given, ..base.fit.clone() }, ..base.clone() };
-        with_fine_steps(&again(&with_fine_steps(&given)?.data))
+        let point = base.problem().start(base.structure.starts(guess).swap_remove(0));
+        let given = Fitted { fit: Fit { point, ..base.fit.clone() }, ..base.clone() };
+        with_fine_steps(&Fitted::base(&with_fine_steps(&given)?.data, &base.structure, guess))
     });
     found.map(fitted_on)
 }

@@ -6,7 +6,7 @@ use crate::condition::{
 };
 use crate::coupling;
 use crate::fitted::Fitted;
-use crate::problem::{Data, Options, Problem, Record};
+use crate::problem::{Data, Options, Record};
 use crate::statistics::spread;
 use crate::structure::{Structure, Term};
 use mechanisms::mechanism::Origin;
@@ -55,9 +55,7 @@ impl Prepared {
         }
         let mut base = Fitted::base(&data, &structure, &guess);
         if base.chi2().is_finite() {
-            let given = structure.starts(&guess).swap_remove(0);
-            let given = Problem::new(&data, structure.model()).start(given);
-            base = coupling::fine_enough(base, given, &|finer| Fitted::base(finer, &structure, &guess))?;
+            base = coupling::fine_enough(base, &guess)?;
         }
         if !base.chi2().is_finite() {
             return Err(Invalid(

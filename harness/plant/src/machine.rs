@@ -23,7 +23,7 @@ impl Along {
     }
 }
 
-/// Range of exponents of such a law.
+/// Range of exponents of a law that a contact of FMUs nearly follows.
 const EXPONENTS: (f64, f64) = (0.2, 6.0);
 
 /// The law that a contact of FMUs nearly follows: F = k x^p (1 + r v).

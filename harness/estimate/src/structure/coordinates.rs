@@ -88,6 +88,11 @@ impl Coordinates {
         if Some(i) == self.scale && self.exponent.is_some() {
             return (-WIDEST, WIDEST);
         }
+        self.own_bounds(i)
+    }
+
+    /// Bounds of variable `i` itself, in its measure.
+    fn own_bounds(&self, i: usize) -> (f64, f64) {
         let f = &self.free[i];
         (f.away(f.bounds.0), f.away(f.bounds.1))
     }
@@ -96,8 +101,8 @@ impl Coordinates {
     pub fn free(&self, at: &[f64]) -> Vec<f64> {
         let mut free = at[..self.free.len()].to_vec();
         let within = |i: usize, away: f64| {
-            let f = &self.free[i];
-            away.clamp(f.away(f.bounds.0), f.away(f.bounds.1))
+            let (lower, upper) = self.own_bounds(i);
+            away.clamp(lower, upper)
         };
         if let (Some(s), Some(e)) = (self.scale, self.exponent) {
             free[s] = within(s, free[s] - self.risen(e, free[e]) / self.force(s));

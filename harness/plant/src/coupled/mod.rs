@@ -255,11 +255,12 @@ impl Run<'_, '_> {
             let done = times[i..].partition_point(|u| *u <= stop) + i;
             // before the first step nothing is known of what drives the body
             let reads_at_ends = |side: &Side<'_>| steps > 1 && reads[1] == Some(Reads::Bond(side.bond));
+            let share_at = |u: f64| ((u - t) / h).clamp(0.0, 1.0);
             for (k, side) in self.sides.iter_mut().enumerate() {
                 let off = side.put(stop, h, faces[side.bond], window);
                 faces[side.bond] = side.rig.face_at(stop, &side.y);
                 for (j, row) in rows[k].iter().take(done - i).enumerate() {
-                    let share = ((times[i + j] - t) / h).clamp(0.0, 1.0);
+                    let share = share_at(times[i + j]);
                     let [f, a, x, v] = *row;
                     let a = if reads_at_ends(side) { a } else { a + off.1 / h };
                     let row = [f, a, x + off.0 * share * share, v + off.1 * share];
@@ -286,8 +287,7 @@ impl Run<'_, '_> {
                 let (from, to) = (accelerated - f.acceleration.0, self.running.output(1) - f.acceleration.1);
                 let told = if side.bond == watched { Some(&mut self.out.acceleration) } else { other[1].as_mut() };
                 for (y, u) in told.into_iter().flat_map(|y| &mut y[i..done]).zip(&times[i..done]) {
-                    let share = ((u - t) / h).clamp(0.0, 1.0);
-                    *y += from + (to - from) * share;
+                    *y += from + (to - from) * share_at(*u);
                 }
             }
             if let Some(w) = watch {

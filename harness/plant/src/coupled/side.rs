@@ -167,11 +167,10 @@ impl<'a> Side<'a> {
         let impulse = h * (a + 0.5 * b * h) - sprung - inside - self.mass * (v1 - v);
         let moment =
             h * h * (0.5 * a + b * h / 6.0) - sprung_moment - (h * inside - first) - self.mass * (x1 - x - v * h);
-        let [_, acceleration, ..] = self.rig.outputs(f.end, &self.y);
         let touching = self.inside && x1 > 0.0;
         let of_contact = if touching { self.bare_force(x1, v1) + self.offset_inside(f.end) } else { 0.0 };
         let drive = self.drive.line.of(f.end) - rate * x1 - damping * v1;
-        let end = drive - self.mass * acceleration - of_contact;
+        let end = drive - self.mass * f.acceleration.1 - of_contact;
         let slope = if held { 0.0 } else { (6.0 * impulse * h - 12.0 * moment) / (h * h * h) };
         let fed = self.fed.map_or(Line::default(), |f| f.line);
         Push { start: impulse / h - 0.5 * slope * h + fed.of(t), slope: slope + fed.slope, end: end + fed.of(f.end) }
