@@ -31,6 +31,8 @@ pub struct Weighed {
     /// Overdispersion of the residual, and of what the likeliest discrepancy leaves of it.
     pub overdispersion: f64,
     pub left: f64,
+    /// Nats that its fit would still gain, as its linearised equations have it; NaN where the normal matrix is singular.
+    pub pending: f64,
     /// Whether a parameter of a mechanism rests at a bound.
     pub at_bound: bool,
     /// Misfit over range on levels its fit did not see, where it was worked out.
@@ -38,6 +40,14 @@ pub struct Weighed {
 }
 
 impl Weighed {
+    /// Takes back what its fit was to gain and has not gained, where that is more than `most` nats.
+    pub fn forgo_pending(&mut self, most: f64) {
+        if self.pending > most {
+            self.ln.iter_mut().flatten().for_each(|ln| *ln -= self.pending);
+            self.pending = 0.0;
+        }
+    }
+
     /// A fit of which no evidence is known.
     pub fn without_evidence(f: &Fitted) -> Weighed {
         Weighed {
@@ -48,6 +58,7 @@ impl Weighed {
             chi2: f.chi2(),
             overdispersion: f.overdispersion(),
             left: f64::NAN,
+            pending: f64::NAN,
             at_bound: !f.at_bounds().is_empty(),
             heldout: None,
             ln: [Vec::new(), Vec::new()],
@@ -166,7 +177,8 @@ pub fn weighed(f: &Fitted) -> Option<Weighed> {
     let ln = [none.ln.to_vec(), (0..SIZES.len()).map(mean).collect()];
     let likeliest = sets.iter().max_by(|a, b| a.most().0.total_cmp(&b.most().0))?;
     let left = likeliest.reduced.overdispersion(likeliest.most().1);
-    Some(Weighed { left: finite(left), ln, ..Weighed::without_evidence(f) })
+    let pending = finite(none.reduced.pending());
+    Some(Weighed { left: finite(left), pending, ln, ..Weighed::without_evidence(f) })
 }
 
 /// The evidence of a cause in no vocabulary beside `f`, by the place at which it enters.
@@ -237,5 +249,23 @@ mod tests {
     fn instruments_of_noise_alone_are_not_disturbed() {
         let w = weighed(&fitted(0.0)).unwrap();
         assert!(most(&w.ln[0]) > most(&w.ln[1]), "{:?}", w.ln);
+    }
+
+    #[test]
+    fn what_a_fit_was_to_gain_and_has_not_gained_counts_for_nothing() {
+        let fit = fitted(0.0);
+        let mut away = fit.clone();
+        away.fit.point.theta[0] += 1e-3;
+        away.fit.point = away.problem().evaluate(away.point().theta.clone(), away.point().locals.clone());
+        let (at_end, mut before, ended) = [&fit, &away, &away.to_its_end()].map(|f| weighed(f).unwrap()).into();
+        assert!(at_end.pending < 1.0 && before.pending > 1.0 && ended.pending < 1.0, "{before:?}");
+        // what is foretold is what is there, where the equations are right
+        assert!((ended.ln[0][0] - before.ln[0][0]).abs() < 1.0, "{before:?} {ended:?}");
+        let (ln, pending) = (before.ln.clone(), before.pending);
+        before.forgo_pending(2.0 * pending);
+        assert_eq!(before.ln, ln);
+        before.forgo_pending(1.0);
+        let less = ln.iter().flatten().zip(before.ln.iter().flatten()).map(|(a, b)| a - b);
+        assert!(less.filter(|d| d.is_finite()).all(|d| (d - pending).abs() < 1e-6) && before.pending == 0.0);
     }
 }

@@ -433,6 +433,7 @@ mod tests {
             ln: [vec![ln; SIZES.len()], Vec::new()],
             overdispersion: 1.0,
             left: 1.0,
+            pending: 0.0,
             at_bound: false,
             heldout: None,
         }

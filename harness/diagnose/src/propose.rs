@@ -29,6 +29,9 @@ const FURTHER: f64 = 3.0;
 const OTHERS: usize = 5;
 const MOST: usize = 3;
 
+/// Nats that a fit whose structure is possible may still gain; more, and it is carried on.
+const PENDING: f64 = 1.0;
+
 /// chi^2 within which two fits of one structure are the same fit.
 const SAME: f64 = 0.5;
 
@@ -108,6 +111,24 @@ impl Pool {
         of.map(|i| self.fits[i].clone()).collect()
     }
 
+    /// Carries on the fits of what is possible that have not come to their end. Where that leads no lower, what their
+    /// linearised equations foretell is not there.
+    fn come_to_their_ends(&mut self) {
+        let mut tried: Vec<usize> = Vec::new();
+        loop {
+            let causes = self.posterior().causes;
+            let possible = causes.iter().filter(|c| c.probability > POSSIBLE).filter_map(|c| c.structure);
+            let unfinished = |i: &usize| self.evidence.structures[*i].pending > PENDING && !tried.contains(i);
+            let few: Vec<usize> = possible.filter(unfinished).collect();
+            if few.is_empty() {
+                return;
+            }
+            tried.extend(&few);
+            self.take(few.par_iter().map(|i| self.fits[*i].to_its_end()).collect());
+            few.iter().for_each(|i| self.evidence.structures[*i].forgo_pending(PENDING));
+        }
+    }
+
     /// Fall of chi^2 by the best structure tried.
     pub fn gain(&self) -> f64 {
         let best = self.fits.iter().map(|f| f.chi2()).fold(f64::INFINITY, f64::min);
@@ -141,8 +162,15 @@ impl Search {
         singles
     }
 
+    /// The structures that may be behind the recordings, weighed, each of those that are possible fitted to its end.
+    pub fn propose(&self, base: Fitted) -> Pool {
+        let mut pool = self.tried(base);
+        pool.come_to_their_ends();
+        pool
+    }
+
     /// The structures that may be behind the recordings, weighed.
-    pub fn propose(&self, mut base: Fitted) -> Pool {
+    fn tried(&self, mut base: Fitted) -> Pool {
         let singles = self.singles(&mut base);
         let mut pool = Pool::new(&base, singles);
         let alone = pool.likeliest(1);

@@ -148,7 +148,7 @@ pub fn condition_on(c: &Campaign, machine: Option<&Arc<dyn Machine>>) -> Result<
                 speed: 1.0,
                 duration: 1.0,
                 machine: machine.map(|m| Seat { machine: m.clone(), set: at, level: 0 }),
-                control: plant::integrate::Control::dense(plant::simulate::TOLERANCE),
+                control: plant::integrate::Control::dense(plant::simulate::tolerance(c.kind)),
             },
             file: r.file.clone(),
             whole: r.whole.clone(),

@@ -195,6 +195,13 @@ impl Reduced<'_> {
         ln.is_finite().then_some(ln)
     }
 
+    /// Nats that the fit would still gain without a discrepancy, as its linearised equations have it: half the square of the
+    /// Newton decrement (Boyd and Vandenberghe 2004, eq. 9.29). Next to none where a fit has come to its end; a step along a
+    /// curved valley may gain too little to see while much is left. None where the normal matrix is singular.
+    pub fn pending(&self) -> Option<f64> {
+        Some(0.5 * self.solve(0.0)?.fall)
+    }
+
     /// Overdispersion of what is left once parameters, discrepancy and nuisances have moved to where they are likeliest.
     pub fn overdispersion(&self, size: f64) -> Option<f64> {
         let solved = self.solve(size)?;

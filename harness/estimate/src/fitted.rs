@@ -10,6 +10,8 @@ use std::sync::Arc;
 
 /// Iterations within which a fit that is carried on has converged.
 const CONVERGED: usize = 200;
+/// Relative change of chi^2 at which a fit has come to its end.
+const FINE: f64 = 1e-7;
 /// Samples of a batch, over which overdispersion is judged.
 const BATCH: usize = 24;
 /// Most that the mean of a single batch counts for the overdispersion: no outlier shall decide alone.
@@ -151,7 +153,16 @@ impl Fitted {
 
     /// Fitted on from where it stands, until it has converged.
     pub fn carried_on(&self) -> Fitted {
-        let options = Options { iterations: CONVERGED, ..Options::default() };
+        self.carried_on_to(Options::default().tolerance)
+    }
+
+    /// Fitted on from where it stands, along valleys in which every step gains little.
+    pub fn to_its_end(&self) -> Fitted {
+        self.carried_on_to(FINE)
+    }
+
+    fn carried_on_to(&self, tolerance: f64) -> Fitted {
+        let options = Options { iterations: CONVERGED, tolerance, ..Options::default() };
         Fitted::from(&self.data, self.structure.clone(), self.fit.point.clone(), &options)
     }
 

@@ -9,8 +9,20 @@ use record::Kind;
 
 /// Error per step, relative to depth and speed of the impact, where it counts.
 pub const TOLERANCE: f64 = 1e-7;
+/// The same where a body bounces: every bounce grows what the steps before it leave, and chi^2 is to be smooth.
+const BOUNCING: f64 = 1e-10;
 /// The same where a fit has only to come near.
 pub const COARSE: f64 = 3e-6;
+
+/// Error per step where it counts, of a recording of `kind`.
+pub fn tolerance(kind: Kind) -> f64 {
+    if kind.starts_driven() {
+        BOUNCING
+    } else {
+        TOLERANCE
+    }
+}
+
 /// What the model has to know of one recording, SI.
 #[derive(Clone, Debug)]
 pub struct Setup {

@@ -4,7 +4,7 @@ use super::coupled::coupled;
 use super::integrate::{integrate, Advance, Control, Locate, State, Stepper};
 use super::motion::{Contact, Motion, SURFACE, TURN};
 use super::rig::{Driven, Rig};
-pub use super::setup::{Setup, COARSE, TOLERANCE};
+pub use super::setup::{tolerance, Setup, COARSE, TOLERANCE};
 use crate::element::{Direct, Element};
 use anyhow::Result;
 use law::{Memory, Parameters};
