@@ -20,7 +20,8 @@ fn diagnosed(dir: &Path, options: &[&str]) -> (serde_json::Value, String) {
     let (code, _, said) = touchdown(&[&["diagnose", ".", "--out", "out", "--quiet"], options].concat(), dir);
     let answer = std::fs::read_dir(dir.join("out")).unwrap_or_else(|_| panic!("{said}"));
     let folder = answer.flatten().find(|f| f.path().join("verdict.json").exists()).unwrap_or_else(|| panic!("{said}"));
-    assert_eq!(code, Some(0), "{said}");
     let text = std::fs::read_to_string(folder.path().join("verdict.json")).unwrap();
-    (serde_json::from_str(&text).unwrap(), said)
+    let verdict: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(code, Some(0), "{said} {}", verdict["invalid"]);
+    (verdict, said)
 }

@@ -80,7 +80,7 @@ fn an_effect_at_one_of_two_stops_is_found_there_and_handed_back() {
     let dir = place(STOPS_APART, &APART, Bodies::default(), &truth);
     let (v, _) = diagnosed(dir.path(), &["--in-process"]);
     let missing = v["missing"].as_array().unwrap();
-    assert_eq!(missing.len(), 1, "{missing:?}");
+    assert_eq!(missing.len(), 1, "{missing:?} {} {}", v["posterior"], v["fit"]);
     assert_eq!(missing[0]["mechanism"], "secondary_stiffening");
     let place = &v["mismatch"]["where"][0];
     assert_eq!((place["bond"].as_str(), place["fmu"].as_str()), (Some("stop b"), Some("bodies")));

@@ -8,6 +8,7 @@ use plant::chain::readings;
 use plant::kernels::{add_scaled, dot, dots};
 use plant::simulate::{simulate, Local};
 use rayon::prelude::*;
+use record::Kind;
 
 /// Linearisation of a fit: whitened residuals and their sensitivities, recording by recording.
 pub struct Linear {
@@ -73,7 +74,8 @@ impl Eliminated {
 const STRAIGHT: f64 = 0.03;
 const AIMED: f64 = 0.01;
 const SHORTEST: f64 = 1e-3;
-/// Share of a step that is taken where a body bounces: every bounce bends what follows it.
+/// Share of a step that is taken where a body of ours bounces: every bounce bends what follows it. FMUs have whole steps, for
+/// so short a one may change less than their own integration leaves.
 const BOUNCING: f64 = 0.1;
 
 impl Problem<'_> {
@@ -96,7 +98,7 @@ impl Problem<'_> {
         let mut residual = Vec::new();
         self.whiten_into(r, &y, Some(&rec.y), &mut residual);
         let mut columns = vec![Vec::new(); g + l];
-        let short = if data.kind.starts_driven() { BOUNCING } else { 1.0 };
+        let short = if data.kind == Kind::ContactorOpening { BOUNCING } else { 1.0 };
         let mut first = vec![0.0; g + l];
         // sensitivity of the speed at the first sample, and how far the step has changed the readings
         let difference = |phys: &Physics,
@@ -446,7 +448,7 @@ mod tests {
     use crate::problem::{Data, Model, Parameter};
     use plant::integrate::Control;
     use plant::simulate::{tolerance, Setup};
-    use record::{Channel, Kind};
+    use record::Channel;
 
     /// A bar of 0.3 kg that a spring throws against its stop, where it bounces.
     fn bouncing() -> Data {
