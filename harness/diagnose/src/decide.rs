@@ -53,7 +53,7 @@ impl Decision {
     /// evidence.
     pub fn new(pool: Pool) -> Decision {
         let gain = pool.gain();
-        let Pool { fits, mut evidence, singles, table } = pool;
+        let Pool { fits, mut evidence, singles, table, .. } = pool;
         let mut predicted: Vec<Option<HeldOut>> = fits.iter().map(|_| None).collect();
         let mut posterior = Posterior::new(&evidence, &table);
         let mut next = Some(0);

@@ -44,6 +44,8 @@ pub struct Pool {
     pub singles: Vec<Fitted>,
     /// What turns evidence into probabilities.
     pub table: Table,
+    /// Forms of the structures beside which further mechanisms have been sought.
+    searched: Vec<Vec<(&'static str, &'static str)>>,
 }
 
 fn sorted_forms(f: &Fitted) -> Vec<(&'static str, &'static str)> {
@@ -57,7 +59,13 @@ impl Pool {
         // the simulation as given has its place even where its evidence cannot be worked out
         let given = weighed(base).unwrap_or_else(|| Weighed::without_evidence(base));
         let evidence = Evidences { structures: vec![given], ..Evidences::of(base) };
-        let mut pool = Pool { fits: vec![base.clone()], evidence, singles: Vec::new(), table: Table::calibrated() };
+        let mut pool = Pool {
+            fits: vec![base.clone()],
+            evidence,
+            singles: Vec::new(),
+            table: Table::calibrated(),
+            searched: Vec::new(),
+        };
         pool.take_singles(singles);
         pool
     }
@@ -187,7 +195,10 @@ impl Search {
         let nothing = pool.posterior().causes.first().is_none_or(|c| c.names.is_empty());
         match (limited, alone.first()) {
             // what shows in the readings without any fit comes first
-            (Some(first), _) => pool.take(self.beside(&first, 9, 2, 6).into_iter().take(SECONDS).collect()),
+            (Some(first), _) => {
+                pool.searched.push(sorted_forms(&first));
+                pool.take(self.beside(&first, 9, 2, 6).into_iter().take(SECONDS).collect());
+            }
             (None, Some(first))
                 if !nothing && (!is_explained(&base, first) || self.promise(first) >= DETECT_TOLERANCE) =>
             {
@@ -196,30 +207,48 @@ impl Search {
             }
             _ => return pool,
         }
-        // of several mechanisms, each may do without one
-        for f in [2, 3].into_iter().flat_map(|count| pool.likeliest(count).into_iter().take(1)).collect::<Vec<_>>() {
-            let each = 0..f.structure.terms().len();
-            let from = |i: usize| [f.without(i, &SLOW), f.without_from(&base, i, &SLOW)];
-            pool.take(each.into_par_iter().flat_map_iter(from).flatten().collect());
+        self.without_each(&base, &mut pool);
+        // one of several that was not seen to do so much alone may do it, and more beside it
+        let likeliest = pool.posterior().causes.into_iter().next().filter(|c| c.names.len() == 1 && !c.is_unknown());
+        let first = likeliest.and_then(|c| c.structure).map(|i| pool.fits[i].clone());
+        if let Some(first) = first.filter(|f| !is_explained(&base, f)) {
+            self.seek_beside(&first, &mut pool);
+            self.without_each(&base, &mut pool);
         }
         pool
     }
 
+    /// The likeliest of several mechanisms without each of them in turn.
+    fn without_each(&self, base: &Fitted, pool: &mut Pool) {
+        for f in [2, 3].into_iter().flat_map(|count| pool.likeliest(count).into_iter().take(1)).collect::<Vec<_>>() {
+            let each = 0..f.structure.terms().len();
+            let from = |i: usize| [f.without(i, &SLOW), f.without_from(base, i, &SLOW)];
+            pool.take(each.into_par_iter().flat_map_iter(from).flatten().collect());
+        }
+    }
+
+    /// Weighs the best few with a further mechanism beside `first`, where none has been sought there yet.
+    fn seek_beside(&self, first: &Fitted, pool: &mut Pool) {
+        let forms = sorted_forms(first);
+        if !pool.searched.contains(&forms) {
+            pool.searched.push(forms);
+            pool.take(self.beside(first, 9, 1, 3).into_iter().take(SECONDS).collect());
+        }
+    }
+
     /// A second mechanism beside the likeliest few, and what makes the best of them better.
     fn pairs(&self, pool: &mut Pool, alone: &[Fitted]) {
-        let mut searched: Vec<Vec<(&str, &str)>> = Vec::new();
         let firsts = alone.iter().take(FIRSTS).cloned().chain(self.plainer(&pool.fits[0], &alone[0]));
         for first in firsts.collect::<Vec<_>>() {
-            searched.push(sorted_forms(&first));
-            pool.take(self.seconds(&first));
+            self.seek_beside(&first, pool);
         }
-        self.exchanges(pool, searched);
+        self.exchanges(pool);
         self.forms_of_pairs(pool);
     }
 
     /// Each of the likeliest pair exchanged for what does better beside the other, as long as that leads on and leaves more
-    /// than noise; beside which structures seconds have been `searched` already.
-    fn exchanges(&self, pool: &mut Pool, mut searched: Vec<Vec<(&'static str, &'static str)>>) {
+    /// than noise.
+    fn exchanges(&self, pool: &mut Pool) {
         for _ in 0..EXCHANGES {
             let Some(pair) = pool.likeliest(2).into_iter().next() else { return };
             let is_possible = pool.posterior().of_several() >= POSSIBLE;
@@ -228,10 +257,7 @@ impl Search {
             }
             for i in 0..pair.structure.terms().len() {
                 let Some(kept) = pair.without(i, &SLOW) else { continue };
-                if !searched.contains(&sorted_forms(&kept)) {
-                    searched.push(sorted_forms(&kept));
-                    pool.take(self.seconds(&kept));
-                }
+                self.seek_beside(&kept, pool);
             }
             if pool.likeliest(2).first().is_some_and(|p| p.names() == pair.names()) {
                 return;
@@ -264,11 +290,6 @@ impl Search {
             done.push(names);
             pool.take(best);
         }
-    }
-
-    /// The best few with a second mechanism beside `first`.
-    fn seconds(&self, first: &Fitted) -> Vec<Fitted> {
-        self.beside(first, 9, 1, 3).into_iter().take(SECONDS).collect()
     }
 
     /// Further mechanisms beside several, where those are the likeliest cause and leave far more than noise.
