@@ -196,8 +196,7 @@ impl Search {
         match (limited, alone.first()) {
             // what shows in the readings without any fit comes first
             (Some(first), _) => {
-                pool.searched.push(sorted_forms(&first));
-                pool.take(self.beside(&first, 9, 2, 6).into_iter().take(SECONDS).collect());
+                self.seek_beside(&first, &mut pool, 2, 6);
             }
             (None, Some(first))
                 if !nothing && (!is_explained(&base, first) || self.promise(first) >= DETECT_TOLERANCE) =>
@@ -211,8 +210,7 @@ impl Search {
         // one of several that was not seen to do so much alone may do it, and more beside it
         let likeliest = pool.posterior().causes.into_iter().next().filter(|c| c.names.len() == 1 && !c.is_unknown());
         let first = likeliest.and_then(|c| c.structure).map(|i| pool.fits[i].clone());
-        if let Some(first) = first.filter(|f| !is_explained(&base, f)) {
-            self.seek_beside(&first, &mut pool);
+        if first.is_some_and(|f| !is_explained(&base, &f) && self.seek_beside(&f, &mut pool, 1, 3)) {
             self.without_each(&base, &mut pool);
         }
         pool
@@ -227,20 +225,23 @@ impl Search {
         }
     }
 
-    /// Weighs the best few with a further mechanism beside `first`, where none has been sought there yet.
-    fn seek_beside(&self, first: &Fitted, pool: &mut Pool) {
+    /// Weighs the best few with a further mechanism beside `first`, each fitted from so many `starts`, the best `keep` of them
+    /// refined. False, and nothing is done, where that was sought before.
+    fn seek_beside(&self, first: &Fitted, pool: &mut Pool, starts: usize, keep: usize) -> bool {
         let forms = sorted_forms(first);
-        if !pool.searched.contains(&forms) {
-            pool.searched.push(forms);
-            pool.take(self.beside(first, 9, 1, 3).into_iter().take(SECONDS).collect());
+        if pool.searched.contains(&forms) {
+            return false;
         }
+        pool.searched.push(forms);
+        pool.take(self.beside(first, 9, starts, keep).into_iter().take(SECONDS).collect());
+        true
     }
 
     /// A second mechanism beside the likeliest few, and what makes the best of them better.
     fn pairs(&self, pool: &mut Pool, alone: &[Fitted]) {
         let firsts = alone.iter().take(FIRSTS).cloned().chain(self.plainer(&pool.fits[0], &alone[0]));
         for first in firsts.collect::<Vec<_>>() {
-            self.seek_beside(&first, pool);
+            self.seek_beside(&first, pool, 1, 3);
         }
         self.exchanges(pool);
         self.forms_of_pairs(pool);
@@ -257,7 +258,7 @@ impl Search {
             }
             for i in 0..pair.structure.terms().len() {
                 let Some(kept) = pair.without(i, &SLOW) else { continue };
-                self.seek_beside(&kept, pool);
+                self.seek_beside(&kept, pool, 1, 3);
             }
             if pool.likeliest(2).first().is_some_and(|p| p.names() == pair.names()) {
                 return;
