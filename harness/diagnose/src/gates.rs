@@ -38,8 +38,8 @@ pub fn gates(d: &Decision, left: &Remainder) -> Vec<String> {
 pub fn little_measured(d: &Decision) -> Option<String> {
     if d.base.data.records.len() < 2 {
         Some(
-            "One recording only: nothing tells what holds for every impact from what belongs to this one; held-out means \
-             fitted to its first half cycle."
+            "One recording only: what holds for every impact cannot be separated from what belongs to this one; held-out \
+             means fitted to its first half cycle."
                 .into(),
         )
     } else if d.evidence.levels < 2 {

@@ -250,11 +250,11 @@ fn without_force(c: &Campaign, d: &Decision) -> Option<String> {
     d.base.structure.base().machine.as_ref().filter(|m| !m.facts().takes_force())?;
     let system = c.system.as_ref()?;
     let told = match system.bonds.first() {
-        Some(b) => format!("on the body whose motion {} and {} tell", b.penetration.text, b.velocity.text),
+        Some(b) => format!("on the body whose motion {} and {} are", b.penetration.text, b.velocity.text),
         None => {
             let outputs: Vec<&str> = system.channels.iter().flatten().map(|w| w.text.as_str()).collect();
             format!(
-                "on the body that {} are told of, with outputs of its penetration (m) and velocity (m/s)",
+                "on the body that {} belong to, with outputs of its penetration (m) and velocity (m/s)",
                 outputs.join(", ")
             )
         }
@@ -294,7 +294,7 @@ fn unexplained(c: &Campaign, d: &Decision, f: &Findings) -> Option<String> {
 fn more_recordings(c: &Campaign, d: &Decision, f: &Findings) -> Vec<String> {
     let mut v = Vec::new();
     if c.recordings.len() < 2 {
-        v.push("Record more impacts, two or more at each of three levels or more: one tells nothing of what holds for all.".into());
+        v.push("Record more impacts, two or more at each of three levels or more: one alone does not show what holds for all.".into());
     } else if c.levels.len() < 2 {
         v.push("Record at two levels more at least: what grows with speed or depth shows in no other way.".into());
     }

@@ -147,7 +147,7 @@ pub fn followed<T: Send + 'static>(
         Ok(()) => {
             let done = py.detach(|| task.join());
             FREE.lock().unwrap_or_else(PoisonError::into_inner).push(stop);
-            let fault = "the work ended by a fault of the program, which is told above; please report it";
+            let fault = "the work ended by a fault of the program, which is printed above; please report it";
             done.map_err(|_| TouchdownError::new_err(fault))?.map_err(error)
         }
         Err(e) => {

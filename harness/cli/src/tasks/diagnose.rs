@@ -194,7 +194,7 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
             }
             None => {
                 batch.failed.push(c.folder.clone());
-                let fault = "the diagnosis ended by a fault of the program, which is told above; please report it";
+                let fault = "the diagnosis ended by a fault of the program, which is printed above; please report it";
                 follow.error(&of_campaign(&c.dir, &fault));
             }
         }

@@ -122,7 +122,7 @@ fn told(m: &Missing) -> String {
     }
     let of = if names.is_empty() { String::new() } else { format!(" of {}", names.join(", ")) };
     let what = if m.key == "impact_speed" { "impact_speed or drop_height" } else { m.key };
-    format!("{what}{of} is missing: no file tells it; give {}", m.cure)
+    format!("{what}{of} is missing: no file has it; give {}", m.cure)
 }
 
 /// What was taken and left out.

@@ -154,7 +154,7 @@ impl Layout {
             let v = v.clone();
             if v.kind != Kind::Real || matches!(v.causality, Causality::Input | Causality::Independent) {
                 let cure = "name an output of type Real";
-                return Err(of.wrong(w.line, format!("{} is no Real that is told", w.text), cure).into());
+                return Err(of.wrong(w.line, format!("{} is not an output of type Real", w.text), cure).into());
             }
             let si = to_si(&opened[k], &v);
             taps.push((k, place(&mut opened[k].outputs, v), si));

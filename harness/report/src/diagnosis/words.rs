@@ -130,7 +130,7 @@ pub fn ends(p: &diagnose::verdict::Parameter, shown: impl Fn(f64, f64, &str) -> 
     match p.ci95 {
         Some([low, high]) => shown(low, high, p.unit),
         None if p.held => "held, not estimated".into(),
-        None => "not told by these recordings".into(),
+        None => "not determined by these recordings".into(),
     }
 }
 
