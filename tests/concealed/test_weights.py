@@ -92,6 +92,21 @@ def test_a_small_discrepancy_of_each_recordings_own_beside_a_name_counts_for_it(
     assert gravity(0.0) > 0.2 and gravity(0.0) > 2 * gravity(-60.0), (gravity(0.0), gravity(-60.0))
 
 
+def test_instruments_that_explain_very_much_are_likelier_an_unknown_cause():
+    t = dict(zip(w.PARAMETERS, w.START), disturbed=-0.5)
+
+    def unknown(explained):
+        v, _ = verdict(np.random.default_rng(7))
+        for s in v["evidence"]["structures"]:
+            s["ln_evidence_drifting"] = [x + explained for x in s["ln_evidence"]]
+        f = w.features(v)
+        assert w.disturbed(f[2][w.NOTHING]) == np.log1p(max(explained, 0.0))
+        return [w.posterior(f, np.array(list(theta.values())))[w.UNKNOWN] for theta in (t, {**t, "disturbed": 0.0})]
+
+    assert unknown(5000.0)[0] > 3 * unknown(5000.0)[1]
+    assert abs(np.subtract(*unknown(-10.0))) < 1e-12
+
+
 def test_a_flat_top_speaks_for_clipping():
     v, _ = verdict(np.random.default_rng(9))
     other = dict(v["evidence"]["structures"][1], mechanisms=["clipping"])

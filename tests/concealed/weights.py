@@ -35,6 +35,7 @@ PARAMETERS = {
     "large_known_left": (0.0, 1.0),
     "own_known": (-2.0, 2.0),                  # and of a small one of each recording's own
     "drift": (-2.0, 1.0),                      # ln weight of instruments that drift, hum or walk
+    "disturbed": (0.0, 0.5),                   # weight of ln(1 + nats that such instruments explain) on every cause with them but the unknown
     "size": (0.0, 0.5),                        # ln weight of a discrepancy by step of its size
     "none": (0.0, 1.0),                        # ln weight of no discrepancy at all
     "parameter": (0.0, 2.0),                   # ln weight of each parameter of the mechanisms added: forms were chosen among many
@@ -47,7 +48,7 @@ PARAMETERS = {
     "completed": (0.0, 0.3),                   # weight of ln(1 + nats that the best structure with these names and more has over the best with these alone)
 }
 # what is a reason for doubt never speaks for a name, and what speaks for one never against it
-BOUNDS = {"parameter": (None, 0.0), "bound": (None, 0.0), "one_level": (None, 0.0), "worse": (None, 0.0), "heldout": (0.0, None), "needed": (0.0, None), "flat": (0.0, None), "large_left": (0.0, None), "large_known_left": (None, 0.0)}
+BOUNDS = {"parameter": (None, 0.0), "bound": (None, 0.0), "one_level": (None, 0.0), "worse": (None, 0.0), "heldout": (0.0, None), "needed": (0.0, None), "flat": (0.0, None), "large_left": (0.0, None), "large_known_left": (None, 0.0), "disturbed": (None, 0.0)}
 START = np.array([v[0] for v in PARAMETERS.values()])
 WIDTH = np.array([v[1] for v in PARAMETERS.values()])
 NEGLIGIBLE = 60.0            # nats below the most evidence of a cause from which on an entry adds nothing to it, whatever the weights
@@ -136,6 +137,12 @@ def completed(sets):
     return {h: float(np.log1p(max(best[g] - best[h] for g in best if g >= h))) for h in best if h != NOTHING}
 
 
+def disturbed(of):
+    """ln(1 + nats that the best of a cause's entries with instruments that drift, hum or walk has over the best without them); 0 where all have them, or none."""
+    most = [max((x.ln for x in of if x.drifts == drifts), default=None) for drifts in (False, True)]
+    return 0.0 if None in most else float(np.log1p(max(most[1] - most[0], 0.0)))
+
+
 def weighted(t, kind, size, ln, drifts, parameters, left):
     """ln evidence with the table's weights, of entries' numbers (arrays); `kind` holds indices of KINDS."""
     own = np.array([t.get(k, 0.0) for k in KINDS])[kind] + np.array([t.get(f"{k}_left", 0.0) for k in KINDS])[kind] * left
@@ -159,7 +166,7 @@ def posterior(feature, theta):
     for h, of in sets.items():
         ln = weighted(t, [KINDS.index(x.kind) for x in of], *(np.array([getattr(x, k) for x in of]) for k in WEIGHTED))
         mass[h], best = logsumexp(ln), of[int(ln.argmax())]
-        doubt[h] = t["bound"] * best.bound + t["heldout"] * max(best.better, 0.0) + t["worse"] * max(-best.better, 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN)) + t["flat"] * best.flat + t["needed"] * need.get(h, 0.0) + t["completed"] * complete.get(h, 0.0)
+        doubt[h] = t["bound"] * best.bound + t["heldout"] * max(best.better, 0.0) + t["worse"] * max(-best.better, 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN)) + t["flat"] * best.flat + t["needed"] * need.get(h, 0.0) + t["completed"] * complete.get(h, 0.0) + t["disturbed"] * (h != UNKNOWN and disturbed(of))
         top = max(top, mass[h])
     prior = lambda h: 0.0 if h == NOTHING else t["unknown"] if h == UNKNOWN else t["single"] if len(h) == 1 else t["pair"]
     score = {h: prior(h) + doubt[h] - tail * np.log1p((top - m) / (tail * temperature)) for h, m in mass.items()}
@@ -191,10 +198,10 @@ class Stacked:
                 of = [x for x in of if x.ln > most - NEGLIGIBLE]
                 rows += [(KINDS.index(x.kind), *(getattr(x, k) for k in WEIGHTED), x.bound, x.flat, max(-x.better, 0.0), max(x.better, 0.0)) for x in of]
                 prior = "" if h == NOTHING else "unknown" if h == UNKNOWN else "single" if len(h) == 1 else "pair"
-                hyps.append((k, left, levels < 2 and h not in (NOTHING, UNKNOWN), PRIORS.index(prior), h == want, need.get(h, 0.0), complete.get(h, 0.0)))
+                hyps.append((k, left, levels < 2 and h not in (NOTHING, UNKNOWN), PRIORS.index(prior), h == want, need.get(h, 0.0), complete.get(h, 0.0), disturbed(sets[h]) if h != UNKNOWN else 0.0))
         kind, *self.entries, self.bound, self.flat, self.worse, self.better = np.array(rows, float).T
         self.kind = kind.astype(int)
-        self.case, self.left, self.one, self.prior, self.want, self.needed, self.completed = np.array(hyps, float).T
+        self.case, self.left, self.one, self.prior, self.want, self.needed, self.completed, self.disturbed = np.array(hyps, float).T
         self.case, self.prior, self.want = self.case.astype(int), self.prior.astype(int), self.want.astype(bool)
         self.starts, self.n, self.alone = np.array(ends), len(cases), np.array(alone)
         self.lengths = np.diff([*ends, len(rows)])
@@ -207,7 +214,7 @@ class Stacked:
         mass = np.logaddexp.reduceat(ln, self.starts)
         best = ln == np.repeat(np.maximum.reduceat(ln, self.starts), self.lengths)
         of_best = lambda what: np.maximum.reduceat(np.where(best, what, 0.0), self.starts)
-        doubt = t["bound"] * of_best(self.bound) + t["worse"] * of_best(self.worse) + t["heldout"] * of_best(self.better) + t["one_level"] * self.one + t["flat"] * of_best(self.flat) + t["needed"] * self.needed + t["completed"] * self.completed
+        doubt = t["bound"] * of_best(self.bound) + t["worse"] * of_best(self.worse) + t["heldout"] * of_best(self.better) + t["one_level"] * self.one + t["flat"] * of_best(self.flat) + t["needed"] * self.needed + t["completed"] * self.completed + t["disturbed"] * self.disturbed
         top = np.full(self.n, -np.inf)
         np.maximum.at(top, self.case, mass)
         tail, temperature = scales(t, self.left, self.alone[self.case])

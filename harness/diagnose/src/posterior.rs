@@ -46,6 +46,9 @@ pub struct Table {
     pub large_known_left: f64,
     /// ln weight of instruments that are disturbed: that drift, hum or walk.
     pub drift: f64,
+    /// Weight of ln(1 + nats that such instruments explain) on every cause that has them, but the unknown: instruments
+    /// that explain very much are more likely something that nobody has named.
+    pub disturbed: f64,
     /// ln weight of the discrepancy's sizes, a step, and of none at all.
     pub size: f64,
     pub none: f64,
@@ -191,22 +194,50 @@ struct Gathered {
     /// Of those, the ones with a large discrepancy.
     large: Vec<f64>,
     best: Option<(f64, usize)>,
-    /// The most ln evidence, without weights.
-    most: Option<f64>,
+    /// The most ln evidence, without weights: with steady instruments, and with disturbed ones.
+    most: [Option<f64>; 2],
+}
+
+/// One ln evidence of a cause.
+struct Entry {
+    /// Without weights.
+    bare: f64,
+    /// ln weight.
+    weight: f64,
+    /// Index of its structure; None of an unknown cause.
+    structure: Option<usize>,
+    /// Whether it is with a large discrepancy.
+    is_large: bool,
+    /// Whether it is with instruments that drift, hum or walk.
+    drifts: bool,
 }
 
 impl Gathered {
-    /// Adds an ln evidence, `bare` without weights and `ln` with them.
-    fn add(&mut self, bare: f64, ln: f64, structure: Option<usize>, is_large: bool) {
-        self.most = Some(self.most.map_or(bare, |m| m.max(bare)));
+    fn add(&mut self, e: Entry) {
+        let most = &mut self.most[usize::from(e.drifts)];
+        *most = Some(most.map_or(e.bare, |m| m.max(e.bare)));
+        let ln = e.bare + e.weight;
         self.ln.push(ln);
-        if is_large {
+        if e.is_large {
             self.large.push(ln);
         }
-        if let Some(i) = structure {
+        if let Some(i) = e.structure {
             if self.best.is_none_or(|b| ln > b.0) {
                 self.best = Some((ln, i));
             }
+        }
+    }
+
+    /// The most ln evidence of all, without weights.
+    fn most(&self) -> Option<f64> {
+        self.most.into_iter().flatten().reduce(f64::max)
+    }
+
+    /// ln(1 + nats that disturbed instruments explain beyond steady ones); 0 where either was not weighed.
+    fn disturbed(&self) -> f64 {
+        match self.most {
+            [Some(steady), Some(disturbed)] => (disturbed - steady).max(0.0).ln_1p(),
+            _ => 0.0,
         }
     }
 }
@@ -219,7 +250,7 @@ fn needed(causes: &[(Vec<&'static str>, Gathered)], names: &[&'static str]) -> f
     }
     let (with, without): (Vec<_>, Vec<_>) =
         causes.iter().filter(|c| c.0 != [UNKNOWN]).partition(|c| names.iter().all(|n| c.0.contains(n)));
-    let most = |of: &[&(Vec<&'static str>, Gathered)]| of.iter().filter_map(|c| c.1.most).reduce(f64::max);
+    let most = |of: &[&(Vec<&'static str>, Gathered)]| of.iter().filter_map(|c| c.1.most()).reduce(f64::max);
     match (most(&with), most(&without)) {
         (Some(with), Some(without)) => (with - without).max(0.0).ln_1p(),
         _ => 0.0,
@@ -233,7 +264,7 @@ fn completed(causes: &[(Vec<&'static str>, Gathered)], names: &[&'static str], a
         return 0.0;
     }
     let with = causes.iter().filter(|c| c.0 != [UNKNOWN] && names.iter().all(|n| c.0.contains(n)));
-    match (with.filter_map(|c| c.1.most).reduce(f64::max), alone.most) {
+    match (with.filter_map(|c| c.1.most()).reduce(f64::max), alone.most()) {
         (Some(with), Some(alone)) => (with - alone).max(0.0).ln_1p(),
         _ => 0.0,
     }
@@ -243,12 +274,12 @@ impl Posterior {
     /// Of what was weighed, by `table`.
     pub fn new(e: &Evidences, table: &Table) -> Posterior {
         let mut causes: Vec<(Vec<&'static str>, Gathered)> = Vec::new();
-        let mut add = |names: Vec<&'static str>, bare: f64, weight: f64, structure: Option<usize>, is_large: bool| {
+        let mut add = |names: Vec<&'static str>, entry: Entry| {
             let i = causes.iter().position(|c| c.0 == names).unwrap_or_else(|| {
                 causes.push((names, Gathered::default()));
                 causes.len() - 1
             });
-            causes[i].1.add(bare, bare + weight, structure, is_large);
+            causes[i].1.add(entry);
         };
         let mut left = f64::INFINITY;
         // the most evidence of all, and whether it is without a discrepancy
@@ -269,15 +300,17 @@ impl Posterior {
                         most = (*ln, i == 0);
                     }
                     let weight = table.of_size(i) + drifts as f64 * table.drift + of_parameters;
+                    let of = |structure, more: f64, is_large| {
+                        Entry { bare: *ln, weight: weight + more, structure, is_large, drifts: drifts > 0 }
+                    };
                     if !w.named {
-                        add(vec![UNKNOWN], *ln, weight + table.stand_in, None, false);
+                        add(vec![UNKNOWN], of(None, table.stand_in, false));
                     } else if SIZES[i] >= LARGE {
-                        let unknown = weight + table.large + table.large_left * ln_left;
-                        add(vec![UNKNOWN], *ln, unknown, None, true);
-                        let known = weight + table.large_known + table.large_known_left * ln_left;
-                        add(canonical(&w.names), *ln, known, Some(at), true);
+                        add(vec![UNKNOWN], of(None, table.large + table.large_left * ln_left, true));
+                        let known = table.large_known + table.large_known_left * ln_left;
+                        add(canonical(&w.names), of(Some(at), known, true));
                     } else {
-                        add(canonical(&w.names), *ln, weight, Some(at), false);
+                        add(canonical(&w.names), of(Some(at), 0.0, false));
                     }
                 }
             }
@@ -285,11 +318,12 @@ impl Posterior {
         for u in &e.unknown {
             let beside = best_of(e, &u.beside).filter(|_| !u.beside.is_empty());
             for (size, ln) in OWN_SIZES.iter().cycle().zip(&u.ln).filter(|(_, ln)| ln.is_finite()) {
-                add(vec![UNKNOWN], *ln, table.own, None, false);
+                let of = |structure, weight| Entry { bare: *ln, weight, structure, is_large: false, drifts: false };
+                add(vec![UNKNOWN], of(None, table.own));
                 // beside names, as with a discrepancy that all share: what is small does not make the cause another one
                 if let Some(at) = beside.filter(|_| *size < LARGE) {
                     let of_parameters = table.parameter * e.structures[at].parameters as f64;
-                    add(canonical(&u.beside), *ln, table.own_known + of_parameters, Some(at), false);
+                    add(canonical(&u.beside), of(Some(at), table.own_known + of_parameters));
                 }
                 if *ln > most.0 {
                     most = (*ln, false);
@@ -327,7 +361,8 @@ impl Posterior {
             .zip(&mass)
             .map(|(c, m)| {
                 let need = table.needed * needed(&causes, &c.0) + table.completed * completed(&causes, &c.0, &c.1);
-                prior(&c.0) + doubt(&c.1) + need - counted.less(top - m)
+                let disturbed = if c.0 == [UNKNOWN] { 0.0 } else { table.disturbed * c.1.disturbed() };
+                prior(&c.0) + doubt(&c.1) + need + disturbed - counted.less(top - m)
             })
             .collect();
         let whole = ln_sum(&score);
@@ -457,6 +492,7 @@ mod tests {
             large_known_left: 0.0,
             own_known: f64::NEG_INFINITY,
             drift: 0.0,
+            disturbed: 0.0,
             size: 0.0,
             none: 0.0,
             parameter: 0.0,
@@ -505,6 +541,26 @@ mod tests {
             Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &table).nothing()
         };
         assert!(of(-1.0) < 0.1 * of(1.0), "{} {}", of(-1.0), of(1.0));
+    }
+
+    #[test]
+    fn instruments_that_explain_very_much_are_likelier_something_that_nobody_has_named() {
+        let odds = |disturbed: f64, explained: f64| {
+            let of = |named| {
+                let mut w = weighed(&[], named, -explained);
+                w.ln[1] = vec![0.0; SIZES.len()];
+                w
+            };
+            let structures = vec![of(true), of(false)];
+            let table = Table { disturbed, ..plain() };
+            let p = Posterior::new(&Evidences { structures, ..Evidences::default() }, &table);
+            p.unknown() / p.nothing()
+        };
+        for explained in [1.0, 100.0, 1e5] {
+            assert!((odds(-1.0, explained) / odds(0.0, explained) / (1.0 + explained) - 1.0).abs() < 1e-9);
+        }
+        // what steady instruments explain as well is no reason for doubt
+        assert!((odds(-1.0, -5.0) / odds(0.0, -5.0) - 1.0).abs() < 1e-9);
     }
 
     #[test]
