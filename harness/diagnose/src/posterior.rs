@@ -300,8 +300,12 @@ impl Posterior {
                         most = (*ln, i == 0);
                     }
                     let weight = table.of_size(i) + drifts as f64 * table.drift + of_parameters;
-                    let of = |structure, more: f64, is_large| {
-                        Entry { bare: *ln, weight: weight + more, structure, is_large, drifts: drifts > 0 }
+                    let of = |structure, more: f64, is_large| Entry {
+                        bare: *ln,
+                        weight: weight + more,
+                        structure,
+                        is_large,
+                        drifts: drifts > 0,
                     };
                     if !w.named {
                         add(vec![UNKNOWN], of(None, table.stand_in, false));
