@@ -100,7 +100,7 @@ def test_instruments_that_explain_very_much_are_likelier_an_unknown_cause():
         for s in v["evidence"]["structures"]:
             s["ln_evidence_drifting"] = [x + explained for x in s["ln_evidence"]]
         f = w.features(v)
-        assert w.disturbed(f[2][w.NOTHING]) == np.log1p(max(explained, 0.0))
+        assert w.disturbed(f[2])[w.NOTHING] == np.log1p(max(explained, 0.0))
         return [w.posterior(f, np.array(list(theta.values())))[w.UNKNOWN] for theta in (t, {**t, "disturbed": 0.0})]
 
     assert unknown(5000.0)[0] > 3 * unknown(5000.0)[1]

@@ -137,10 +137,11 @@ def completed(sets):
     return {h: float(np.log1p(max(best[g] - best[h] for g in best if g >= h))) for h in best if h != NOTHING}
 
 
-def disturbed(of):
-    """ln(1 + nats that the best of a cause's entries with instruments that drift, hum or walk has over the best without them); 0 where all have them, or none."""
-    most = [max((x.ln for x in of if x.drifts == drifts), default=None) for drifts in (False, True)]
-    return 0.0 if None in most else float(np.log1p(max(most[1] - most[0], 0.0)))
+def disturbed(sets):
+    """{set but unknown: ln(1 + nats that the best entry with instruments that drift, hum or walk has over the best without them)}: 0 where all have them, or none."""
+    best = lambda of, drifts: max((x.ln for x in of if x.drifts == drifts), default=np.nan)
+    gains = {h: best(of, True) - best(of, False) for h, of in sets.items() if h != UNKNOWN}
+    return {h: float(np.log1p(gain)) if gain > 0.0 else 0.0 for h, gain in gains.items()}
 
 
 def weighted(t, kind, size, ln, drifts, parameters, left):
@@ -161,12 +162,12 @@ def posterior(feature, theta):
     t = dict(zip(PARAMETERS, theta))
     left, levels, sets = feature
     tail, temperature = scales(t, left, noise_alone(sets))
-    top, need, complete = -np.inf, needed(sets), completed(sets)
+    top, need, complete, disturb = -np.inf, needed(sets), completed(sets), disturbed(sets)
     mass, doubt = {}, {}
     for h, of in sets.items():
         ln = weighted(t, [KINDS.index(x.kind) for x in of], *(np.array([getattr(x, k) for x in of]) for k in WEIGHTED))
         mass[h], best = logsumexp(ln), of[int(ln.argmax())]
-        doubt[h] = t["bound"] * best.bound + t["heldout"] * max(best.better, 0.0) + t["worse"] * max(-best.better, 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN)) + t["flat"] * best.flat + t["needed"] * need.get(h, 0.0) + t["completed"] * complete.get(h, 0.0) + t["disturbed"] * (h != UNKNOWN and disturbed(of))
+        doubt[h] = t["bound"] * best.bound + t["heldout"] * max(best.better, 0.0) + t["worse"] * max(-best.better, 0.0) + t["one_level"] * (levels < 2 and h not in (NOTHING, UNKNOWN)) + t["flat"] * best.flat + t["needed"] * need.get(h, 0.0) + t["completed"] * complete.get(h, 0.0) + t["disturbed"] * disturb.get(h, 0.0)
         top = max(top, mass[h])
     prior = lambda h: 0.0 if h == NOTHING else t["unknown"] if h == UNKNOWN else t["single"] if len(h) == 1 else t["pair"]
     score = {h: prior(h) + doubt[h] - tail * np.log1p((top - m) / (tail * temperature)) for h, m in mass.items()}
@@ -191,14 +192,14 @@ class Stacked:
         for k, (feature, want, weight) in enumerate(cases):
             left, levels, sets = feature
             alone.append(noise_alone(sets))
-            need, complete = needed(sets), completed(sets)
+            need, complete, disturb = needed(sets), completed(sets), disturbed(sets)
             for h, of in sets.items():
                 ends.append(len(rows))
                 most = max(x.ln for x in of)
                 of = [x for x in of if x.ln > most - NEGLIGIBLE]
                 rows += [(KINDS.index(x.kind), *(getattr(x, k) for k in WEIGHTED), x.bound, x.flat, max(-x.better, 0.0), max(x.better, 0.0)) for x in of]
                 prior = "" if h == NOTHING else "unknown" if h == UNKNOWN else "single" if len(h) == 1 else "pair"
-                hyps.append((k, left, levels < 2 and h not in (NOTHING, UNKNOWN), PRIORS.index(prior), h == want, need.get(h, 0.0), complete.get(h, 0.0), disturbed(sets[h]) if h != UNKNOWN else 0.0))
+                hyps.append((k, left, levels < 2 and h not in (NOTHING, UNKNOWN), PRIORS.index(prior), h == want, need.get(h, 0.0), complete.get(h, 0.0), disturb.get(h, 0.0)))
         kind, *self.entries, self.bound, self.flat, self.worse, self.better = np.array(rows, float).T
         self.kind = kind.astype(int)
         self.case, self.left, self.one, self.prior, self.want, self.needed, self.completed, self.disturbed = np.array(hyps, float).T

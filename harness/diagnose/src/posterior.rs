@@ -213,6 +213,7 @@ struct Entry {
 }
 
 impl Gathered {
+    /// Adds one ln evidence.
     fn add(&mut self, e: Entry) {
         let most = &mut self.most[usize::from(e.drifts)];
         *most = Some(most.map_or(e.bare, |m| m.max(e.bare)));
@@ -235,11 +236,14 @@ impl Gathered {
 
     /// ln(1 + nats that disturbed instruments explain beyond steady ones); 0 where either was not weighed.
     fn disturbed(&self) -> f64 {
-        match self.most {
-            [Some(steady), Some(disturbed)] => (disturbed - steady).max(0.0).ln_1p(),
-            _ => 0.0,
-        }
+        let [steady, disturbed] = self.most;
+        ahead(disturbed, steady)
     }
+}
+
+/// ln(1 + nats that one ln evidence is ahead of another); 0 where it is behind, or either was not weighed.
+fn ahead(of: Option<f64>, other: Option<f64>) -> f64 {
+    of.zip(other).map_or(0.0, |(of, other)| (of - other).max(0.0).ln_1p())
 }
 
 /// ln(1 + nats that the best of `causes` with all of `names` has over the best without them); 0 for nothing and for an
@@ -251,10 +255,7 @@ fn needed(causes: &[(Vec<&'static str>, Gathered)], names: &[&'static str]) -> f
     let (with, without): (Vec<_>, Vec<_>) =
         causes.iter().filter(|c| c.0 != [UNKNOWN]).partition(|c| names.iter().all(|n| c.0.contains(n)));
     let most = |of: &[&(Vec<&'static str>, Gathered)]| of.iter().filter_map(|c| c.1.most()).reduce(f64::max);
-    match (most(&with), most(&without)) {
-        (Some(with), Some(without)) => (with - without).max(0.0).ln_1p(),
-        _ => 0.0,
-    }
+    ahead(most(&with), most(&without))
 }
 
 /// ln(1 + nats that the best of `causes` with all of `names` and more has over the best with `names` alone); 0 for nothing
@@ -264,10 +265,7 @@ fn completed(causes: &[(Vec<&'static str>, Gathered)], names: &[&'static str], a
         return 0.0;
     }
     let with = causes.iter().filter(|c| c.0 != [UNKNOWN] && names.iter().all(|n| c.0.contains(n)));
-    match (with.filter_map(|c| c.1.most()).reduce(f64::max), alone.most()) {
-        (Some(with), Some(alone)) => (with - alone).max(0.0).ln_1p(),
-        _ => 0.0,
-    }
+    ahead(with.filter_map(|c| c.1.most()).reduce(f64::max), alone.most())
 }
 
 impl Posterior {
