@@ -1,6 +1,7 @@
 //! What the search asks of a fitted structure: what it costs, what it gains, and whether what it leaves is noise.
 
-use super::posterior::{ln_sum, Table};
+use super::evidence::ln_sum;
+use super::table::Table;
 use estimate::fitted::Fitted;
 use std::f64::consts::TAU;
 

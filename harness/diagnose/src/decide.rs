@@ -5,8 +5,9 @@ use super::candidate::Candidate;
 use super::evidence::Evidences;
 use super::heldout::{folds, held_out, windows, Folds, HeldOut};
 use super::material::remainder;
-use super::posterior::{Cause, Posterior, Table, POSSIBLE};
+use super::posterior::{Cause, Posterior, POSSIBLE};
 use super::propose::Pool;
+use super::table::Table;
 use estimate::fitted::Fitted;
 
 /// Structures at most whose predictions of levels not seen are worked out.

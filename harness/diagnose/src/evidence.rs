@@ -1,6 +1,5 @@
 //! The evidence of a structure, with a discrepancy of every size in the likelihood; and that of a cause in no vocabulary.
 
-use crate::posterior::ln_sum;
 use estimate::discrepancy::{Disturbance, Disturbed};
 use estimate::evidence::{Evidence, Reduced};
 use estimate::fitted::Fitted;
@@ -10,6 +9,8 @@ use rayon::prelude::*;
 
 /// Sizes of the discrepancy that all recordings share, as a share of force and readings.
 pub const SIZES: [f64; 6] = [0.0, 0.001, 0.003, 0.01, 0.03, 0.1];
+/// Size of a discrepancy from which on it is no small print, share of force.
+pub const LARGE: f64 = 0.03;
 /// Sizes of what each recording has of its own, where the cause is in no vocabulary.
 pub const OWN_SIZES: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
 /// Sizes of the shared discrepancy beside it.
@@ -112,6 +113,16 @@ impl Evidences {
     /// Whether it predicts them worse.
     pub fn is_worse(&self, i: usize) -> bool {
         self.better(i).is_some_and(|b| b < 0.0)
+    }
+}
+
+/// ln(sum of exp).
+pub fn ln_sum(v: &[f64]) -> f64 {
+    let top = v.iter().cloned().fold(f64::NEG_INFINITY, f64::max);
+    if top.is_finite() {
+        top + v.iter().map(|x| (x - top).exp()).sum::<f64>().ln()
+    } else {
+        top
     }
 }
 

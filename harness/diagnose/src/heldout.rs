@@ -1,8 +1,9 @@
 //! Recordings predicted by parameters fitted without any recording of their own level; and by names chosen without it.
 
 use crate::evidence::{weighed, Evidences};
-use crate::posterior::{Posterior, Table};
+use crate::posterior::Posterior;
 use crate::predictions::Predictions;
+use crate::table::Table;
 use estimate::fitted::Fitted;
 use estimate::problem::{Data, Nuisance, Options, Problem};
 use rayon::prelude::*;

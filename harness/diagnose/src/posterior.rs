@@ -4,103 +4,13 @@
 //! hundreds of nats. How small, how large, and how much more a name needs than nothing is what `calibration.json` holds;
 //! `tests/calibrate` writes it from campaigns of the laboratory whose cause is known.
 
-use crate::evidence::{Evidences, Weighed, OWN_SIZES, SIZES};
+use crate::causes::{Causes, Gathered, UNKNOWN};
+use crate::evidence::{ln_sum, Evidences};
+use crate::table::Table;
 use mechanisms::named;
-use serde::Deserialize;
 
-/// The word for a cause that no vocabulary holds.
-pub const UNKNOWN: &str = "unknown";
 /// Probability below which a cause is not worked on: it stands outside of every credible set.
 pub const POSSIBLE: f64 = 0.05;
-/// Size of a discrepancy from which on it is no small print, share of force.
-pub const LARGE: f64 = 0.03;
-
-/// What turns evidence into probabilities.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-pub struct Table {
-    /// ln of what differences of ln evidence are divided by.
-    pub temperature: f64,
-    /// Power of the least overdispersion left, on that.
-    pub overdispersion: f64,
-    /// ln of the difference from which on evidence counts by its logarithm.
-    pub tail: f64,
-    /// What is added to `temperature` and to `tail` where the most evidence of all is without a discrepancy: the laws
-    /// are right to the noise.
-    pub noise_temperature: f64,
-    pub noise_tail: f64,
-    /// ln prior of one mechanism, of several, and of an unknown cause, over that of nothing.
-    pub single: f64,
-    pub pair: f64,
-    pub unknown: f64,
-    /// ln weight of a stand-in, of what each recording has of its own, of a large discrepancy, among the unknown; and of a
-    /// large discrepancy and a small one of each recording's own beside what is known.
-    pub stand_in: f64,
-    pub own: f64,
-    pub large: f64,
-    pub large_known: f64,
-    pub own_known: f64,
-    /// Powers of the overdispersion that a structure leaves, on the weight of its large discrepancy among the unknown and
-    /// beside what is known: where next to nothing is left, the discrepancy is no reason to doubt the names.
-    pub large_left: f64,
-    pub large_known_left: f64,
-    /// ln weight of instruments that are disturbed: that drift, hum or walk.
-    pub drift: f64,
-    /// Weight of ln(1 + nats that such instruments explain) on every cause that has them, but the unknown: instruments
-    /// that explain very much are more likely something that nobody has named.
-    pub disturbed: f64,
-    /// ln weight of the discrepancy's sizes, a step, and of none at all.
-    pub size: f64,
-    pub none: f64,
-    /// ln weight of each parameter of the mechanisms added: forms were chosen among many.
-    pub parameter: f64,
-    /// ln weight of a structure with a parameter at a bound, and of any name where there is one level only.
-    pub bound: f64,
-    pub one_level: f64,
-    /// Weights of the ln of how many times better a structure predicts levels not seen than the simulation as given, and of
-    /// how many times worse.
-    pub heldout: f64,
-    pub worse: f64,
-    /// ln weight of names that limit a reading where readings end in a flat top: no impact makes one.
-    pub flat: f64,
-    /// Weight of ln(1 + nats that the best structure with these names has over the best without them): what is needed by
-    /// all that explain much is likely there, whatever else is.
-    pub needed: f64,
-    /// Weight of ln(1 + nats that the best structure with these names and more has over the best with these alone): what
-    /// is part of an explanation that works may be right and not all.
-    pub completed: f64,
-    /// Probability that a set has to add up to, to hold the cause with 95 %.
-    pub level: f64,
-}
-
-impl Table {
-    /// The table that `tests/calibrate` wrote.
-    ///
-    /// # Panics
-    /// Never: the file is part of the build, and a test reads it.
-    pub fn calibrated() -> Table {
-        serde_json::from_str(include_str!("../calibration.json")).expect("the calibration is a table")
-    }
-
-    /// ln weight of the discrepancy's size of this index.
-    fn of_size(&self, i: usize) -> f64 {
-        if i == 0 {
-            self.none
-        } else {
-            self.size * (i - 1) as f64
-        }
-    }
-
-    /// ln evidence of a structure over all discrepancies that are small print, weighted.
-    pub fn mass(&self, w: &Weighed) -> f64 {
-        let of_parameters = self.parameter * w.parameters as f64;
-        let each = w.ln.iter().enumerate().flat_map(|(drifts, of)| {
-            let small = of.iter().enumerate().filter(|(i, ln)| SIZES[*i] < LARGE && ln.is_finite());
-            small.map(move |(i, ln)| ln + self.of_size(i) + drifts as f64 * self.drift + of_parameters)
-        });
-        ln_sum(&each.collect::<Vec<_>>())
-    }
-}
 
 /// How differences of evidence count: fully while they are small, by their logarithm where they are large.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,6 +26,16 @@ impl Default for Counted {
 }
 
 impl Counted {
+    /// As `table` has it for what was weighed.
+    fn of(causes: &Causes, table: &Table) -> Counted {
+        let noise_alone = f64::from(u8::from(causes.noise_alone));
+        Counted {
+            tail: (table.tail + noise_alone * table.noise_tail).exp(),
+            temperature: (table.temperature + noise_alone * table.noise_temperature).exp()
+                * causes.left.powf(table.overdispersion),
+        }
+    }
+
     /// What `nats` less evidence take from the score.
     fn less(self, nats: f64) -> f64 {
         self.tail * (nats / (self.tail * self.temperature)).ln_1p()
@@ -149,26 +69,14 @@ pub struct Posterior {
     counted: Counted,
 }
 
-/// ln(sum of exp).
-pub(crate) fn ln_sum(v: &[f64]) -> f64 {
-    let top = v.iter().cloned().fold(f64::NEG_INFINITY, f64::max);
-    if top.is_finite() {
-        top + v.iter().map(|x| (x - top).exp()).sum::<f64>().ln()
-    } else {
-        top
+/// What speaks for a set of names before anything is weighed.
+fn ln_prior(names: &[&str], table: &Table) -> f64 {
+    match names {
+        [] => 0.0,
+        [UNKNOWN] => table.unknown,
+        [_] => table.single,
+        _ => table.pair,
     }
-}
-
-/// What stands for all names that no recordings part from these: sorted, of collinear names the first.
-fn canonical(names: &[&'static str]) -> Vec<&'static str> {
-    let first = |name: &&'static str| {
-        let twins = named(name).map_or(&[][..], |m| m.hints.collinear_with);
-        twins.iter().copied().chain([*name]).min().unwrap_or(name)
-    };
-    let mut v: Vec<&'static str> = names.iter().map(first).collect();
-    v.sort_unstable();
-    v.dedup();
-    v
 }
 
 /// Whether one of these mechanisms limits a reading.
@@ -176,218 +84,49 @@ fn limits_reading(names: &[&'static str]) -> bool {
     names.iter().filter_map(|n| named(n)).any(|m| m.hints.limits_reading)
 }
 
-/// The structure of these names with the most evidence, of discrepancies that are small print; None where none was weighed.
-fn best_of(e: &Evidences, names: &[&'static str]) -> Option<usize> {
-    let names = canonical(names);
-    let small = |w: &Weighed| {
-        let of = w.ln.iter().flat_map(|of| of.iter().zip(SIZES)).filter(|(ln, size)| *size < LARGE && ln.is_finite());
-        of.map(|(ln, _)| *ln).reduce(f64::max)
-    };
-    let of = e.structures.iter().enumerate().filter(|(_, w)| w.named && canonical(&w.names) == names);
-    of.filter_map(|(i, w)| Some((i, small(w)?))).max_by(|a, b| a.1.total_cmp(&b.1)).map(|b| b.0)
-}
-
-/// What a cause gathers: of every structure (index) its weighted ln evidence.
-#[derive(Default)]
-struct Gathered {
-    ln: Vec<f64>,
-    /// Of those, the ones with a large discrepancy.
-    large: Vec<f64>,
-    best: Option<(f64, usize)>,
-    /// The most ln evidence, without weights: with steady instruments, and with disturbed ones.
-    most: [Option<f64>; 2],
-}
-
-/// One ln evidence of a cause.
-struct Entry {
-    /// Without weights.
-    bare: f64,
-    /// ln weight.
-    weight: f64,
-    /// Index of its structure; None of an unknown cause.
-    structure: Option<usize>,
-    /// Whether it is with a large discrepancy.
-    is_large: bool,
-    /// Whether it is with instruments that drift, hum or walk.
-    drifts: bool,
-}
-
-impl Gathered {
-    /// Adds one ln evidence.
-    fn add(&mut self, e: Entry) {
-        let most = &mut self.most[usize::from(e.drifts)];
-        *most = Some(most.map_or(e.bare, |m| m.max(e.bare)));
-        let ln = e.bare + e.weight;
-        self.ln.push(ln);
-        if e.is_large {
-            self.large.push(ln);
-        }
-        if let Some(i) = e.structure {
-            if self.best.is_none_or(|b| ln > b.0) {
-                self.best = Some((ln, i));
-            }
-        }
-    }
-
-    /// The most ln evidence of all, without weights.
-    fn most(&self) -> Option<f64> {
-        self.most.into_iter().flatten().reduce(f64::max)
-    }
-
-    /// ln(1 + nats that disturbed instruments explain beyond steady ones); 0 where either was not weighed.
-    fn disturbed(&self) -> f64 {
-        let [steady, disturbed] = self.most;
-        ahead(disturbed, steady)
-    }
-}
-
-/// ln(1 + nats that one ln evidence is ahead of another); 0 where it is behind, or either was not weighed.
-fn ahead(of: Option<f64>, other: Option<f64>) -> f64 {
-    of.zip(other).map_or(0.0, |(of, other)| (of - other).max(0.0).ln_1p())
-}
-
-/// ln(1 + nats that the best of `causes` with all of `names` has over the best without them); 0 for nothing and for an
-/// unknown cause.
-fn needed(causes: &[(Vec<&'static str>, Gathered)], names: &[&'static str]) -> f64 {
-    if names.is_empty() || names == [UNKNOWN] {
-        return 0.0;
-    }
-    let (with, without): (Vec<_>, Vec<_>) =
-        causes.iter().filter(|c| c.0 != [UNKNOWN]).partition(|c| names.iter().all(|n| c.0.contains(n)));
-    let most = |of: &[&(Vec<&'static str>, Gathered)]| of.iter().filter_map(|c| c.1.most()).reduce(f64::max);
-    ahead(most(&with), most(&without))
-}
-
-/// ln(1 + nats that the best of `causes` with all of `names` and more has over the best with `names` alone); 0 for nothing
-/// and for an unknown cause.
-fn completed(causes: &[(Vec<&'static str>, Gathered)], names: &[&'static str], alone: &Gathered) -> f64 {
-    if names.is_empty() || names == [UNKNOWN] {
-        return 0.0;
-    }
-    let with = causes.iter().filter(|c| c.0 != [UNKNOWN] && names.iter().all(|n| c.0.contains(n)));
-    ahead(with.filter_map(|c| c.1.most()).reduce(f64::max), alone.most())
+/// ln weight of what speaks for and against the structure of this index beside its evidence: a parameter at a bound, what
+/// it predicts of levels not seen, and what the recordings are.
+fn ln_reliance(e: &Evidences, i: usize, table: &Table) -> f64 {
+    let structure = &e.structures[i];
+    let better = e.better(i).unwrap_or(0.0);
+    let of = |is: bool, weight: f64| if is && !structure.names.is_empty() { weight } else { 0.0 };
+    of(structure.at_bound, table.bound)
+        + table.heldout * better.max(0.0)
+        + table.worse * (-better).max(0.0)
+        + of(e.levels < 2, table.one_level)
+        + of(e.flat && limits_reading(&structure.names), table.flat)
 }
 
 impl Posterior {
     /// Of what was weighed, by `table`.
     pub fn new(e: &Evidences, table: &Table) -> Posterior {
-        let mut causes: Vec<(Vec<&'static str>, Gathered)> = Vec::new();
-        let mut add = |names: Vec<&'static str>, entry: Entry| {
-            let i = causes.iter().position(|c| c.0 == names).unwrap_or_else(|| {
-                causes.push((names, Gathered::default()));
-                causes.len() - 1
-            });
-            causes[i].1.add(entry);
-        };
-        let mut left = f64::INFINITY;
-        // the most evidence of all, and whether it is without a discrepancy
-        let mut most = (f64::NEG_INFINITY, false);
-        for (at, w) in e.structures.iter().enumerate() {
-            if w.left.is_finite() {
-                left = left.min(w.left);
-            }
-            // a stand-in that follows what it has seen and predicts the rest worse stands for nothing
-            if !w.named && e.is_worse(at) {
-                continue;
-            }
-            let of_parameters = table.parameter * w.parameters as f64;
-            let ln_left = w.overdispersion.max(1.0).ln();
-            for (drifts, of) in w.ln.iter().enumerate() {
-                for (i, ln) in of.iter().enumerate().filter(|(_, ln)| ln.is_finite()) {
-                    if *ln > most.0 {
-                        most = (*ln, i == 0);
-                    }
-                    let weight = table.of_size(i) + drifts as f64 * table.drift + of_parameters;
-                    let of = |structure, more: f64, is_large| Entry {
-                        bare: *ln,
-                        weight: weight + more,
-                        structure,
-                        is_large,
-                        drifts: drifts > 0,
-                    };
-                    if !w.named {
-                        add(vec![UNKNOWN], of(None, table.stand_in, false));
-                    } else if SIZES[i] >= LARGE {
-                        add(vec![UNKNOWN], of(None, table.large + table.large_left * ln_left, true));
-                        let known = table.large_known + table.large_known_left * ln_left;
-                        add(canonical(&w.names), of(Some(at), known, true));
-                    } else {
-                        add(canonical(&w.names), of(Some(at), 0.0, false));
-                    }
-                }
-            }
-        }
-        for u in &e.unknown {
-            let beside = best_of(e, &u.beside).filter(|_| !u.beside.is_empty());
-            for (size, ln) in OWN_SIZES.iter().cycle().zip(&u.ln).filter(|(_, ln)| ln.is_finite()) {
-                let of = |structure, weight| Entry { bare: *ln, weight, structure, is_large: false, drifts: false };
-                add(vec![UNKNOWN], of(None, table.own));
-                // beside names, as with a discrepancy that all share: what is small does not make the cause another one
-                if let Some(at) = beside.filter(|_| *size < LARGE) {
-                    let of_parameters = table.parameter * e.structures[at].parameters as f64;
-                    add(canonical(&u.beside), of(Some(at), table.own_known + of_parameters));
-                }
-                if *ln > most.0 {
-                    most = (*ln, false);
-                }
-            }
-        }
-        let left = if left.is_finite() { left.max(1.0) } else { 1.0 };
-        let mass: Vec<f64> = causes.iter().map(|c| ln_sum(&c.1.ln)).collect();
+        let causes = Causes::gather(e, table);
+        let counted = Counted::of(&causes, table);
+        let mass: Vec<f64> = causes.all.iter().map(|c| ln_sum(&c.ln)).collect();
         let top = mass.iter().cloned().fold(f64::NEG_INFINITY, f64::max);
-        let noise_alone = f64::from(u8::from(most.1));
-        let tail = (table.tail + noise_alone * table.noise_tail).exp();
-        let temperature =
-            (table.temperature + noise_alone * table.noise_temperature).exp() * left.powf(table.overdispersion);
-        let counted = Counted { tail, temperature };
-        let prior = |names: &[&str]| match names {
-            [] => 0.0,
-            [UNKNOWN] => table.unknown,
-            [_] => table.single,
-            _ => table.pair,
+        let score = |(c, mass): (&Gathered, &f64)| {
+            let reliance = c.best.map_or(0.0, |(_, i)| ln_reliance(e, i, table));
+            let need = table.needed * causes.needed(c) + table.completed * causes.completed(c);
+            let disturbed = if c.is_unknown() { 0.0 } else { table.disturbed * c.disturbed() };
+            ln_prior(&c.names, table) + reliance + need + disturbed - counted.less(top - mass)
         };
-        let doubt = |gathered: &Gathered| {
-            gathered.best.map_or(0.0, |(_, i)| {
-                let given = e.structures[i].names.is_empty();
-                let better = e.better(i).unwrap_or(0.0);
-                let of = |is: bool, weight: f64| if is && !given { weight } else { 0.0 };
-                of(e.structures[i].at_bound, table.bound)
-                    + table.heldout * better.max(0.0)
-                    + table.worse * (-better).max(0.0)
-                    + of(e.levels < 2, table.one_level)
-                    + of(e.flat && limits_reading(&e.structures[i].names), table.flat)
-            })
-        };
-        let score: Vec<f64> = causes
-            .iter()
-            .zip(&mass)
-            .map(|(c, m)| {
-                let need = table.needed * needed(&causes, &c.0) + table.completed * completed(&causes, &c.0, &c.1);
-                let disturbed = if c.0 == [UNKNOWN] { 0.0 } else { table.disturbed * c.1.disturbed() };
-                prior(&c.0) + doubt(&c.1) + need + disturbed - counted.less(top - m)
-            })
-            .collect();
+        let score: Vec<f64> = causes.all.iter().zip(&mass).map(score).collect();
         let whole = ln_sum(&score);
-        let mut causes: Vec<Cause> = causes
-            .into_iter()
-            .zip(&score)
-            .map(|((names, gathered), s)| {
-                let structure = gathered.best.map(|b| b.1);
-                // names as the structure has them: of collinear ones the one that was fitted
-                let names = structure.map_or(names, |i| e.structures[i].names.clone());
-                let large = (ln_sum(&gathered.large) - ln_sum(&gathered.ln)).exp();
-                Cause { names, probability: (s - whole).exp(), structure, large }
-            })
-            .collect();
+        let cause = |(c, score): (Gathered, &f64)| {
+            let structure = c.best.map(|b| b.1);
+            // names as the structure has them: of collinear ones the one that was fitted
+            let names = structure.map_or(c.names, |i| e.structures[i].names.clone());
+            let large = (ln_sum(&c.large) - ln_sum(&c.ln)).exp();
+            Cause { names, probability: (score - whole).exp(), structure, large }
+        };
+        let mut causes: Vec<Cause> = causes.all.into_iter().zip(&score).map(cause).collect();
         causes.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         let mut sum = 0.0;
-        let credible = causes
-            .iter()
-            .position(|c| {
-                sum += c.probability;
-                sum >= table.level
-            })
-            .map_or(causes.len(), |i| i + 1);
+        let holds = |c: &Cause| {
+            sum += c.probability;
+            sum >= table.level
+        };
+        let credible = causes.iter().position(holds).map_or(causes.len(), |i| i + 1);
         Posterior { causes, credible, counted }
     }
 
@@ -458,7 +197,7 @@ impl Posterior {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evidence::{Unknown, Weighed};
+    use crate::evidence::{Unknown, Weighed, LARGE, SIZES};
 
     fn weighed(names: &[&'static str], named: bool, ln: f64) -> Weighed {
         Weighed {

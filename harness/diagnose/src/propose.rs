@@ -4,8 +4,9 @@
 use super::candidate::{Candidate, DETECT_TOLERANCE, WHITE_ALONE};
 use super::evidence::{unknown, weighed, Evidences, Weighed};
 use super::expand::{QUICK, SLOW};
-use super::posterior::{Posterior, Table, POSSIBLE};
+use super::posterior::{Posterior, POSSIBLE};
 use super::search::Search;
+use super::table::Table;
 use estimate::fitted::Fitted;
 use estimate::problem::Options;
 use rayon::prelude::*;
