@@ -1,8 +1,9 @@
 """What a real recording, a second sensor or an exchanged part gives without any model, beside what the diagnosis says of it.
 
 Each figure is read off the recordings by itself: a peak by the sensor that did not clip, a natural frequency by the spectrum
-of what rings on after the pulse, a permanent set by where the force ends, a pull by how far the force goes below its baseline.
-The diagnosis gives the same figure by the parameters of what it named, each with its 95 % interval.
+of what rings on after the pulse, a permanent set by where the force ends, a loss by the area of a loop, a pull by how far the
+force goes below its baseline. The diagnosis gives the same figure, read in the same way, by the parameters of what it named, each
+with its 95 % interval.
 """
 import itertools
 from typing import NamedTuple
@@ -33,12 +34,23 @@ class Figure(NamedTuple):
         return None if self.said is None else self.low <= self.independent <= self.high
 
 
+ENDED = 0.02        # share of its peak at which a force has ended: what is read is deeper than the set by the last 2 % of the way back
+
+
 def set_left(a):
     """Depth at which the force has ended on the way back, over the deepest point; None where it does not come back."""
     f, x = a["force"], a["penetration"]
     top = int(np.argmax(f))
-    back = np.flatnonzero(f[top:] < 0.02 * f[top])
+    back = np.flatnonzero(f[top:] < ENDED * f[top])
     return float(x[top + back[0]] / x.max()) if len(back) and x.max() > 0 else None
+
+
+def work_lost(a):
+    """Share of the work of the way in that the way out does not give back: area of the loop of force over penetration."""
+    f, x = a["force"], a["penetration"]
+    work = lambda part: float(np.sum(0.5 * (f[part][1:] + f[part][:-1]) * np.diff(x[part])))
+    top = int(np.argmax(x))
+    return 1 + work(slice(top, None)) / work(slice(0, top + 1))
 
 
 def below(a):
@@ -124,18 +136,49 @@ def hardening(case, recordings, verdict):
     return [Figure(case.name, "growth of stiffness from the first third of the shocks to the last", "1", growth, *(said or ()))]
 
 
-def permanent_set(case, recordings, levels, verdict):
-    """Permanent set of the indentations of each level, median over its recordings: where the force has ended on the way back."""
+def unloading(verdict):
+    """(entry of plastic_indentation, power p of loading, keys of what its way back goes by, (set, power n) of these at a depth); None where it is not the only one named, or its form has no power.
+
+    The way back from depth d goes along ((x - s)/(d - s))^n with s = r (d - y) (Oliver and Pharr 1992), straight in the form of Walton and Braun 1986."""
     m = named(verdict, "plastic_indentation")
+    if not m or len(verdict["missing"]) > 1 or m["form"] == "Thornton":
+        return None
+    p = next(q["after"] for q in verdict["fit"]["base_bias"]["parameters"] if q["name"] == "p")
+    keys = [k for k in ("plastic_ratio", "yield_penetration", "plastic_unloading_exponent") if k in m["parameters"]]
+    power = 1.0 if m["form"] == "Walton-Braun" else p
+    return m, p, keys, lambda d, r, y, n=power: (r * max(d - y, 0.0), n)
+
+
+def of_depth(set_and_power, d):
+    """Depth at which the force has ended on the way back from depth d."""
+    s, n = set_and_power
+    return s + (d - s) * ENDED ** (1 / n)
+
+
+def share_lost(set_and_power, d, p):
+    """Share of the work of loading k x^p to depth d that the way back does not give back."""
+    s, n = set_and_power
+    return 1 - (d - s) / d * (p + 1) / (n + 1)
+
+
+def permanent_set(case, recordings, levels, verdict):
+    """Of the indentations of each level, median over its recordings: where the force has ended on the way back, and the share of the work that is lost."""
+    of = unloading(verdict)
     out = []
     for level in dict.fromkeys(levels):
-        of = [a for a, k in zip(recordings, levels) if k == level]
-        shares = [set_left(a) for a in of]
+        alike = [a for a, k in zip(recordings, levels) if k == level]
+        shares = [set_left(a) for a in alike]
         if None in shares or np.median(shares) < 0.1:
             continue
-        depth = float(np.median([a["penetration"].max() for a in of]))
-        said = m and derived(m, ("plastic_ratio", "yield_penetration"), lambda r, y: r * max(depth - y, 0.0))
-        out.append(Figure(case.name, f"permanent set at {depth:.3g} m", "m", float(np.median(shares)) * depth, *(said or ())))
+        d = float(np.median([a["penetration"].max() for a in alike]))
+        said = [None, None]
+        if of:
+            m, p, keys, back = of
+            said = [derived(m, keys, lambda *v: of_depth(back(d, *v), d)), derived(m, keys, lambda *v: share_lost(back(d, *v), d, p))]
+        out.append(Figure(case.name, f"end of force on the way back from {d:.3g} m", "m", float(np.median(shares)) * d, *(said[0] or ())))
+        lost = float(np.median([work_lost(a) for a in alike]))
+        if lost < 1:                                    # else it pulls on the way back: that work is no loss of the indentation alone
+            out.append(Figure(case.name, f"work lost in an indentation to {d:.3g} m, share", "1", lost, *(said[1] or ())))
     return out
 
 

@@ -1,6 +1,7 @@
 """The proof's own parts: the page and its lines in book and README, the rivals' arithmetic, what real recordings are asked."""
 import argparse
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -130,6 +131,25 @@ def test_real_recordings_tell_of_set_hold_and_pull():
     b = dict(a, force=f + noise - 0.1 * np.exp(-((t - 2.9) / 0.02) ** 2))
     sigmas, share = real.pull_off(b)
     assert sigmas > 100 and share == pytest.approx(0.1, abs=0.005)
+
+
+@pytest.mark.parametrize("form, n", [("permanent set", 1.5), ("permanent set, unloading power free", 1.3), ("Walton-Braun", 1.0)])
+def test_an_indentation_is_read_as_the_diagnosis_says_it(form, n):
+    p, r, y, d = 1.5, 0.4, 0.1, 1.1
+    s = r * (d - y)
+    x = np.interp(np.linspace(0, 2, 4001), [0, 1, 2], [0.0, d, 0.0])
+    f = np.where(np.arange(4001) <= 2000, x ** p, d ** p * np.maximum((x - s) / (d - s), 0) ** n)
+    value = lambda v: {"value": v, "ci95": [0.99 * v, 1.01 * v]}
+    entry = {"mechanism": "plastic_indentation", "form": form, "parameters": {"plastic_ratio": value(r), "yield_penetration": value(y)}}
+    if "free" in form:
+        entry["parameters"]["plastic_unloading_exponent"] = value(n)
+    verdict = {"missing": [entry], "fit": {"base_bias": {"parameters": [{"name": "p", "after": p}]}}}
+    found = independent.permanent_set(SimpleNamespace(name="x"), [dict(penetration=x, force=f)], [1.0], verdict)
+    assert len(found) == 2
+    for figure in found:
+        assert figure.error == pytest.approx(0, abs=3e-3) and figure.holds, figure
+    # with a second mechanism the way back is no power of the depth
+    assert independent.unloading(dict(verdict, missing=[entry, {"mechanism": "adhesion"}])) is None
 
 
 def test_the_delay_of_a_clipped_and_late_sensor_is_found():

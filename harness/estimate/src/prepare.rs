@@ -273,10 +273,16 @@ fn spikes(base: &Fitted, simulated: &Simulated) -> Vec<(usize, usize, usize)> {
     out
 }
 
+/// Share of what a sample is off its neighbours by which it is off the cubic through them too: a spike is by all of it, one of
+/// two beside each other by a third, the crest of a ringing by a tenth or less.
+const OFF_CUBIC: f64 = 0.25;
+/// Standard deviations of white noise by which a sample and the parabola through the three that follow the next one differ.
+const BY_PARABOLA: f64 = 10.5;
+
 /// Whether sample `k` stands alone: the residual `e` by 5 `sigma` outside its neighbours', of which out of contact one on
-/// either side may be another spike. Where touch begins or ends, a force that jumps leaves such a residual if it jumps a
-/// sample early or late in the simulation: there the reading itself has to stick out of those around it, which no jump does.
-/// Only samples `kept` count.
+/// either side may be another spike, and outside the smooth course through them, which a ringing follows and a spike does
+/// not. Where touch begins or ends, a force that jumps leaves such a residual if it jumps a sample early or late in the
+/// simulation: there the reading itself has to stick out of those around it, which no jump does. Only samples `kept` count.
 fn is_spike(k: usize, e: &[f64], read: &[f64], kept: &[bool], touching: &[bool], sigma: f64) -> bool {
     let around = |half: usize| k.saturating_sub(half)..(k + half + 1).min(e.len());
     let mut near: Vec<f64> = around(4).filter(|j| j.abs_diff(k) > 1 && kept[*j]).map(|j| e[j]).collect();
@@ -289,7 +295,7 @@ fn is_spike(k: usize, e: &[f64], read: &[f64], kept: &[bool], touching: &[bool],
     let aside = usize::from(!touching[k] && near.len() > 4);
     let spread = near[near.len() - 1 - aside] - near[aside];
     let off = (e[k] - middle).abs();
-    if off <= 5.0 * sigma || off <= 1.5 * spread {
+    if off <= 5.0 * sigma || off <= 1.5 * spread || off_course(e, k, kept, sigma) <= OFF_CUBIC * off {
         return false;
     }
     let onset = around(ONSET).any(|j| touching[j] != touching[k]);
@@ -299,10 +305,27 @@ fn is_spike(k: usize, e: &[f64], read: &[f64], kept: &[bool], touching: &[bool],
     !onset || read[k] < low - 5.0 * sigma || read[k] > high + 5.0 * sigma
 }
 
+/// How far sample `k` of 5 or more is off the smooth course of those around it: of the cubic through the two on either side;
+/// at an end, of the parabola through the three that follow the next one, less 5 standard deviations of what noise does to
+/// that. Infinite where one of these is not `kept`: then the others alone decide.
+fn off_course(e: &[f64], k: usize, kept: &[bool], sigma: f64) -> f64 {
+    let are_kept = |of: &[usize]| of.iter().all(|j| kept[*j]);
+    if let Some(there) = by_neighbours(e, k) {
+        return if are_kept(&[k - 2, k - 1, k + 1, k + 2]) { (e[k] - there).abs() } else { f64::INFINITY };
+    }
+    let of = if k < 2 { [k + 2, k + 3, k + 4] } else { [k - 2, k - 3, k - 4] };
+    if !are_kept(&of) {
+        return f64::INFINITY;
+    }
+    let there = 6.0 * e[of[0]] - 8.0 * e[of[1]] + 3.0 * e[of[2]];
+    (e[k] - there).abs() - 5.0 * BY_PARABOLA * sigma
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
+    use std::f64::consts::TAU;
 
     #[test]
     fn a_spike_stands_alone_and_a_jump_simulated_a_sample_late_is_none() {
@@ -323,6 +346,29 @@ mod tests {
         read[19] = -20.0;
         read[30] += 12.0;
         assert_eq!(spikes(&read, &touching), [8, 19, 30]);
+    }
+
+    #[test]
+    fn neither_a_ringing_nor_the_end_of_a_bend_is_a_spike() {
+        let found = |e: &[f64]| -> Vec<usize> {
+            let free = vec![false; e.len()];
+            (0..e.len()).filter(|k| is_spike(*k, e, &vec![0.0; e.len()], &vec![true; e.len()], &free, 1.0)).collect()
+        };
+        for period in 6..40 {
+            let ringing: Vec<f64> =
+                (0..60).map(|i| 50.0 * (TAU * (f64::from(i) + 0.3) / f64::from(period)).cos()).collect();
+            // at an end nothing follows a ringing as fast as four samples see of it
+            let inside = found(&ringing).into_iter().filter(|k| period >= 24 || (2..58).contains(k));
+            assert_eq!(inside.count(), 0, "period {period}: {:?}", found(&ringing));
+        }
+        let bend: Vec<f64> = (0..30).map(|i| 2.0 * f64::from(i * i)).collect();
+        assert!(found(&bend).is_empty(), "{:?}", found(&bend));
+        // a spike at either end, one inside, and two beside each other
+        for at in [&[0][..], &[29], &[12], &[12, 13]] {
+            let mut spiked: Vec<f64> = bend.iter().map(|e| 0.1 * e).collect();
+            at.iter().for_each(|k| spiked[*k] += 400.0);
+            assert_eq!(found(&spiked), at);
+        }
     }
 
     #[test]
