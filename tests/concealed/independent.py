@@ -48,9 +48,8 @@ def set_left(a):
 def work_lost(a):
     """Share of the work of the way in that the way out does not give back: area of the loop of force over penetration."""
     f, x = a["force"], a["penetration"]
-    work = lambda part: float(np.sum(0.5 * (f[part][1:] + f[part][:-1]) * np.diff(x[part])))
     top = int(np.argmax(x))
-    return 1 + work(slice(top, None)) / work(slice(0, top + 1))
+    return float(1 + np.trapezoid(f[top:], x[top:]) / np.trapezoid(f[:top + 1], x[:top + 1]))
 
 
 def below(a):
@@ -137,7 +136,7 @@ def hardening(case, recordings, verdict):
 
 
 def unloading(verdict):
-    """(entry of plastic_indentation, power p of loading, keys of what its way back goes by, (set, power n) of these at a depth); None where it is not the only one named, or its form has no power.
+    """What `figure(d, set s, power n of the way back, power p of loading)` of an indentation to depth d is by the diagnosis, as `derived` gives it: a function of (figure, d); None where plastic_indentation is not the only one named, or its form has no power.
 
     The way back from depth d goes along ((x - s)/(d - s))^n with s = r (d - y) (Oliver and Pharr 1992), straight in the form of Walton and Braun 1986."""
     m = named(verdict, "plastic_indentation")
@@ -146,24 +145,22 @@ def unloading(verdict):
     p = next(q["after"] for q in verdict["fit"]["base_bias"]["parameters"] if q["name"] == "p")
     keys = [k for k in ("plastic_ratio", "yield_penetration", "plastic_unloading_exponent") if k in m["parameters"]]
     power = 1.0 if m["form"] == "Walton-Braun" else p
-    return m, p, keys, lambda d, r, y, n=power: (r * max(d - y, 0.0), n)
+    return lambda figure, d: derived(m, keys, lambda r, y, n=power: figure(d, r * max(d - y, 0.0), n, p))
 
 
-def of_depth(set_and_power, d):
-    """Depth at which the force has ended on the way back from depth d."""
-    s, n = set_and_power
+def end_of_force(d, s, n, p):
+    """Depth at which the force has ended on the way back."""
     return s + (d - s) * ENDED ** (1 / n)
 
 
-def share_lost(set_and_power, d, p):
-    """Share of the work of loading k x^p to depth d that the way back does not give back."""
-    s, n = set_and_power
+def share_lost(d, s, n, p):
+    """Share of the work of loading along x^p that the way back does not give back."""
     return 1 - (d - s) / d * (p + 1) / (n + 1)
 
 
 def permanent_set(case, recordings, levels, verdict):
     """Of the indentations of each level, median over its recordings: where the force has ended on the way back, and the share of the work that is lost."""
-    of = unloading(verdict)
+    by_diagnosis = unloading(verdict) or (lambda figure, d: ())
     out = []
     for level in dict.fromkeys(levels):
         alike = [a for a, k in zip(recordings, levels) if k == level]
@@ -171,14 +168,10 @@ def permanent_set(case, recordings, levels, verdict):
         if None in shares or np.median(shares) < 0.1:
             continue
         d = float(np.median([a["penetration"].max() for a in alike]))
-        said = [None, None]
-        if of:
-            m, p, keys, back = of
-            said = [derived(m, keys, lambda *v: of_depth(back(d, *v), d)), derived(m, keys, lambda *v: share_lost(back(d, *v), d, p))]
-        out.append(Figure(case.name, f"end of force on the way back from {d:.3g} m", "m", float(np.median(shares)) * d, *(said[0] or ())))
+        out.append(Figure(case.name, f"end of force on the way back from {d:.3g} m", "m", float(np.median(shares)) * d, *by_diagnosis(end_of_force, d)))
         lost = float(np.median([work_lost(a) for a in alike]))
         if lost < 1:                                    # else it pulls on the way back: that work is no loss of the indentation alone
-            out.append(Figure(case.name, f"work lost in an indentation to {d:.3g} m, share", "1", lost, *(said[1] or ())))
+            out.append(Figure(case.name, f"work lost in an indentation to {d:.3g} m, share", "1", lost, *by_diagnosis(share_lost, d)))
     return out
 
 
