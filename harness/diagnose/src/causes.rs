@@ -42,6 +42,11 @@ impl Gathered {
         self.names == [UNKNOWN]
     }
 
+    /// Whether it is a set of names, and not nothing.
+    fn is_named(&self) -> bool {
+        !self.names.is_empty() && !self.is_unknown()
+    }
+
     /// Whether it is a set of names with all of these.
     fn has(&self, names: &[&str]) -> bool {
         !self.is_unknown() && names.iter().all(|n| self.names.contains(n))
@@ -167,7 +172,7 @@ impl Causes {
     /// ln(1 + nats that the best cause with all of these names has over the best without them); 0 for nothing and for an
     /// unknown cause.
     pub fn needed(&self, of: &Gathered) -> f64 {
-        if of.names.is_empty() || of.is_unknown() {
+        if !of.is_named() {
             return 0.0;
         }
         let (with, without): (Vec<_>, Vec<_>) =
@@ -179,7 +184,7 @@ impl Causes {
     /// ln(1 + nats that the best cause with all of these names and more has over the best with these alone); 0 for nothing
     /// and for an unknown cause.
     pub fn completed(&self, of: &Gathered) -> f64 {
-        if of.names.is_empty() || of.is_unknown() {
+        if !of.is_named() {
             return 0.0;
         }
         let with = self.all.iter().filter(|c| c.has(&of.names));

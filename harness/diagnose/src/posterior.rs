@@ -112,14 +112,14 @@ impl Posterior {
         };
         let score: Vec<f64> = causes.all.iter().zip(&mass).map(score).collect();
         let whole = ln_sum(&score);
-        let cause = |(c, score): (Gathered, &f64)| {
+        let cause = |((c, mass), score): ((Gathered, &f64), &f64)| {
             let structure = c.best.map(|b| b.1);
             // names as the structure has them: of collinear ones the one that was fitted
             let names = structure.map_or(c.names, |i| e.structures[i].names.clone());
-            let large = (ln_sum(&c.large) - ln_sum(&c.ln)).exp();
+            let large = (ln_sum(&c.large) - mass).exp();
             Cause { names, probability: (score - whole).exp(), structure, large }
         };
-        let mut causes: Vec<Cause> = causes.all.into_iter().zip(&score).map(cause).collect();
+        let mut causes: Vec<Cause> = causes.all.into_iter().zip(&mass).zip(&score).map(cause).collect();
         causes.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         let mut sum = 0.0;
         let holds = |c: &Cause| {
