@@ -60,6 +60,33 @@ impl<const N: usize> Block<N> {
     }
 }
 
+/// The block of a library, with its GUID and start values as `guid` and `settings`: called once, in the module `start` of a
+/// model, with the type of its settings (which has `set` by place) and its number of parameters.
+#[macro_export]
+macro_rules! start_block {
+    ($settings:ty, $parameters:expr) => {
+        #[used]
+        static BLOCK: $crate::start::Block<{ $parameters }> = $crate::start::Block::unpacked();
+
+        /// The GUID that a host has to give.
+        pub fn guid() -> [u8; $crate::start::GUID_LENGTH] {
+            BLOCK.guid()
+        }
+
+        /// Start values.
+        pub fn settings() -> $settings {
+            BLOCK.settings(<$settings>::set)
+        }
+
+        #[cfg(test)]
+        #[test]
+        fn a_library_never_packed_starts_with_the_defaults() {
+            assert_eq!(settings(), <$settings>::default());
+            assert_eq!(guid(), $crate::start::UNPACKED_GUID);
+        }
+    };
+}
+
 /// A number of parameters as the block has it.
 pub const fn count(parameters: usize) -> [u8; 2] {
     (parameters as u16).to_le_bytes()
