@@ -1,4 +1,4 @@
-# Sourced with $root set. Tells what is missing to build with, and keeps what the build and the tests need from Python in target/venv.
+# Sourced with $root set. Prints what is missing to build with, and keeps what the build and the tests need from Python in target/venv.
 
 # The least Rust that the crates in Cargo.lock are built with.
 rust_least=1.89
@@ -47,7 +47,7 @@ lacks() {
 "
 }
 
-# tools_needed: ends with code 2 where a tool is missing that the build needs, and tells all of them.
+# tools_needed: ends with code 2 where a tool is missing that the build needs, and prints all of them.
 tools_needed() {
     missing=
     if ! command -v cargo > /dev/null 2>&1; then

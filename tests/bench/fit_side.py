@@ -1,13 +1,13 @@
-"""The scipy side of the base fit in `touchdown bench`: the same data, noise, priors and start, told in a JSON file.
+"""The scipy side of the base fit in `touchdown bench`: the same data, noise, priors and start, given in a JSON file.
 
 The model is a drop test: m x'' = m g - F, F = max(0, k x^p + mu x^p x') for x > 0, seen through gains and zeros,
 compared through the noise's autoregression. Parameters: ln F_ref, p, mu v_ref / k, tolerances on gains and mass;
 of every recording touch instant, touch speed, stiffness scatter and the zeros.
 
 Questions on stdin, a line each; all answers are numbers, times are CPU seconds of one thread:
-agree              chi^2 at the start by solve_ivp and by numba, and at the optimum told by both
+agree              chi^2 at the start by solve_ivp and by numba, and at the optimum, as both report it
 simplex LIMIT      solve_ivp + Nelder-Mead, the law and each recording's nuisances in turns, until chi^2 is within the
-                   share told of the optimum, or LIMIT s: seconds, chi^2, recordings simulated, arrived, k, p, mu
+                   share given of the optimum, or LIMIT s: seconds, chi^2, recordings simulated, arrived, k, p, mu
 plain              least_squares as it comes (trf, two-point differences) over the numba model: seconds, chi^2, ...
 structured         the same with the block structure given: sparse Jacobian, chain parameters not simulated again
 """
@@ -34,12 +34,12 @@ RK_A, RK_B, RK_C, RK_E, RK_P = RUNGE
 class Case:
     """What is fitted."""
 
-    def __init__(self, told):
-        self.told = told
-        self.goal, self.share = told["goal"], told["share"]
-        self.mass, self.gravity, self.tolerance = told["mass"], told["gravity"], told["tolerance"]
-        self.x_ref, self.v_ref, self.hysteresis = told["x_ref"], told["v_ref"], told["hysteresis"]
-        ps = told["parameters"]
+    def __init__(self, given):
+        self.given = given
+        self.goal, self.share = given["goal"], given["share"]
+        self.mass, self.gravity, self.tolerance = given["mass"], given["gravity"], given["tolerance"]
+        self.x_ref, self.v_ref, self.hysteresis = given["x_ref"], given["v_ref"], given["hysteresis"]
+        ps = given["parameters"]
         self.names = [p["name"] for p in ps]
         self.theta0 = np.array([p["start"] for p in ps])
         self.lower, self.upper = (np.array([p[b] for p in ps]) for b in ("lower", "upper"))
@@ -47,10 +47,10 @@ class Case:
         self.priors = [(j, *p["prior"]) for j, p in enumerate(ps) if p["prior"]]
         self.gain_at = np.array([self.find(f"ln gain {c}") for c in ("force", "acceleration", "penetration")])
         self.mass_at = self.find("ln mass")
-        self.nuisances = told["nuisances"]
+        self.nuisances = given["nuisances"]
         self.zero_at = np.array([self.local(f"zero {c}") for c in ("force", "acceleration", "penetration")])
-        self.local_steps = np.array(told["local_steps"])
-        self.records = [Record(r, told) for r in told["records"]]
+        self.local_steps = np.array(given["local_steps"])
+        self.records = [Record(r, given) for r in given["records"]]
         self.g, self.l = len(self.theta0), len(self.nuisances)
         start = [r.start for r in self.records]
         self.x0 = np.concatenate([self.theta0, *start])
@@ -85,7 +85,7 @@ class Case:
 
 
 class Record:
-    def __init__(self, r, told):
+    def __init__(self, r, given):
         self.time = np.array(r["time"])
         self.present = np.array([y is not None for y in r["y"]])
         self.y = np.array([y if y is not None else np.zeros(len(self.time)) for y in r["y"]])
@@ -94,8 +94,8 @@ class Record:
         self.priors = [(i, *p) for i, p in enumerate(r["priors"]) if p]
         self.first_speed = r["first_speed"]
         self.depth, self.speed, self.duration = r["depth"], r["speed"], r["duration"]
-        self.head = np.array(told["noise"]["head"])
-        self.taps = np.array(told["noise"]["taps"])
+        self.head = np.array(given["noise"]["head"])
+        self.taps = np.array(given["noise"]["taps"])
 
 
 # solve_ivp, as one first writes it
@@ -386,7 +386,7 @@ def squares(case, **how):
 
 
 def agree(case):
-    best = np.concatenate([case.told["optimum"]["theta"], *case.told["optimum"]["locals"]])
+    best = np.concatenate([case.given["optimum"]["theta"], *case.given["optimum"]["locals"]])
     out = []
     for x in (case.x0, best):
         theta, locals_ = case.split(x)

@@ -17,8 +17,8 @@ from .generate import jsonable
 from .judge import TIES
 
 NOTES = [
-    "All but touchdown are told the true standard deviation of every channel's noise; touchdown has to learn it.",
-    "Plain recalibration is made to fit, not to tell why: it gives no names. Naive: time offsets only, judged by R² under 0.99. Tuned: every nuisance and tolerance, judged by chi² per sample over 1.25.",
+    "All but touchdown are given the true standard deviation of every channel's noise; touchdown has to learn it.",
+    "Plain recalibration is made to fit, not to say why: it gives no names. Naive: time offsets only, judged by R² under 0.99. Tuned: every nuisance and tolerance, judged by chi² per sample over 1.25.",
     "PySINDy is made to find sparse equations from trajectories, not to see through sensors or calibrated-away effects: naive is its polynomial library of third order on finite differences; tuned is a library of physical terms with the base's own freedom projected out, rows weighted by noise, threshold chosen by BIC, and has to predict held-out levels better.",
     "gplearn is made to find short formulas, with no notion of noise or mechanism: naive is its default functions on x and v; tuned has physical inputs, noise weights and parsimony, has to predict held-out levels better, and takes the name of the term it resembles. Populations are small (200, ten generations) to end in seconds; more would cost minutes a case.",
     "A Gaussian process on the residual is made to predict, not to name: naive is scikit-learn's default kernel; tuned has a length scale for each input and the noise fixed, has to predict held-out levels better, and takes the name of the term it resembles.",

@@ -23,13 +23,13 @@ def main():
         sys.exit(f"{o.out} is there already: give another --out")
     if (o.tier == "null") != (o.mechanism is None):
         sys.exit("give --mechanism, or --tier null")
-    (rig, data, told, mass, user, truth), _, _ = case(o.seed, 0, o.tier, o.mechanism, {}, KIND if o.system else None)
+    (rig, data, measured, mass, user, truth), _, _ = case(o.seed, 0, o.tier, o.mechanism, {}, KIND if o.system else None)
     if o.system:
         with tempfile.TemporaryDirectory() as folder:
-            write_case(Path(folder) / o.out.name, o.out.name, rig, data, told, mass, user, "s")
+            write_case(Path(folder) / o.out.name, o.out.name, rig, data, measured, mass, user, "s")
             convert(Path(folder) / o.out.name, o.out)
     else:
-        write_case(o.out, o.out.name, rig, data, told, mass, user, "s")
+        write_case(o.out, o.out.name, rig, data, measured, mass, user, "s")
     drawn = f"python -m tests.concealed.example --seed {o.seed} --tier {o.tier}" + (f" --mechanism {o.mechanism}" if o.mechanism else "") + (" --system" if o.system else "")
     Path(f"{o.out}.truth.json").write_text(json.dumps(jsonable({"drawn by": drawn} | truth), indent=1) + "\n")
     toml = o.out / "campaign.toml"

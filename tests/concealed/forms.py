@@ -7,7 +7,7 @@ from . import motion as m
 
 ORIGIN = {}
 FORMS = {}          # (mechanism, form) -> (kinds, needs, maker)
-STRANGE = set()     # forms no candidate of the diagnosis has, as far as its mechanisms/ told when they were written
+STRANGE = set()     # forms no candidate of the diagnosis has, as far as its mechanisms/ showed when they were written
 DIC = "dci"         # drop-test, contactor-opening, indentation
 
 

@@ -151,7 +151,7 @@ def record(rng, rig, pairs, hostile, scatter=0.005):
     mass = rig.P[m.M] * (1 + 0.002 * rng.standard_normal())
     peak = {c: max(np.abs(s[c]).max() for s in sims) for c in CHANNELS}
     span = {c: peak[c] * rng.uniform(1.15, 1.35) for c in CHANNELS}
-    data, told = [], []
+    data, measured = [], []
     for i, s in enumerate(sims):
         row = {}
         for c in rig.channels:
@@ -169,11 +169,11 @@ def record(rng, rig, pairs, hostile, scatter=0.005):
             row[c] = np.round(y / q) * q
         data.append(row)
         touch = s["touch"][1] if s["touch"][1] == s["touch"][1] else speeds[i]
-        told.append(float(touch * (1 + 0.004 * rng.standard_normal())))
-    return data, told, mass
+        measured.append(float(touch * (1 + 0.004 * rng.standard_normal())))
+    return data, measured, mass
 
 
-def write_case(folder, name, rig, data, told, mass, user, units, clocks=None):
+def write_case(folder, name, rig, data, measured, mass, user, units, clocks=None):
     """campaign.toml and one CSV a recording (recordings/1); clocks: time stamps [s] of each recording, even ones where None."""
     folder.mkdir(parents=True)
     u = UNITS[units]
@@ -188,8 +188,8 @@ def write_case(folder, name, rig, data, told, mass, user, units, clocks=None):
     for i, r in enumerate(rig.recs):
         lines += ["", "[[recording]]", f'file = "r{i + 1:02d}.csv"', f"order = {r.order}"]
         if rig.kind == "drop-test":
-            lines += [f"drop_height = {r.level:g}   # m", f"impact_speed = {told[i]:.6g}   # m/s, photo interrupters",
-                      f"impact_speed_std = {0.004 * told[i]:.3g}   # m/s"]
+            lines += [f"drop_height = {r.level:g}   # m", f"impact_speed = {measured[i]:.6g}   # m/s, photo interrupters",
+                      f"impact_speed_std = {0.004 * measured[i]:.3g}   # m/s"]
         elif rig.kind == "contactor-opening":
             lines.append(f"spring_preload = {r.level:.6g}   # N, at rest")
         else:
@@ -268,8 +268,8 @@ def attempt(rng, tier, mechanism, used, only=None):
     hostile = (False, False)
     if tier == "null":
         hostile = [(False, False), (True, False), (False, True), (True, True)][rng.choice(4, p=[0.4, 0.2, 0.2, 0.2])]
-    data, told, mass = record(rng, rig, pairs, hostile)
-    speeds = told if kind == "drop-test" else None
+    data, measured, mass = record(rng, rig, pairs, hostile)
+    speeds = measured if kind == "drop-test" else None
     Pm = base_parameters(rig)
     Pm[m.M] = mass
     user = fit(rig, data, Pm, stride=stride, iterations=12, speeds=speeds, start=None)
@@ -299,7 +299,7 @@ def attempt(rng, tier, mechanism, used, only=None):
                       "travel": rig.P[m.TRAVEL], "sp_k": rig.P[m.SP_K]},
         "true_effect": described(rig, pairs), "noise": {c: rig.sigma[c] for c in rig.channels},
     }
-    return rig, data, told, mass, user.P, truth
+    return rig, data, measured, mass, user.P, truth
 
 
 def alike(rig):
@@ -369,9 +369,9 @@ def generate(seed, n, out, say=print, prefix=None, todo=None, only=None):
     names = []
     for i, (tier, mech) in enumerate(todo):
         name = f"{prefix}-{i + 1:03d}"
-        (rig, data, told, mass, user, truth), rng, tries = case(seed, i, tier, mech, used, only)
+        (rig, data, measured, mass, user, truth), rng, tries = case(seed, i, tier, mech, used, only)
         units = "ms" if rng.random() < 0.33 else "s"
-        write_case(out / "open" / name, name, rig, data, told, mass, user, units)
+        write_case(out / "open" / name, name, rig, data, measured, mass, user, units)
         (out / "truth").mkdir(parents=True, exist_ok=True)
         (out / "truth" / f"{name}.json").write_text(json.dumps(jsonable(truth), indent=1) + "\n")
         names.append(name)

@@ -13,7 +13,7 @@ from .effects import FORMS, allowed
 from .rigs import simulate
 
 TIES = [{"lowpass_lag", "channel_skew"}, {"gravity", "return_spring"}]
-OPPOSITES = {"cyclic_softening", "cyclic_hardening"}      # the same trace with the other sign, which tells them apart
+OPPOSITES = {"cyclic_softening", "cyclic_hardening"}      # the same trace with the other sign, which distinguishes them
 
 
 def _white(rig, y, c):

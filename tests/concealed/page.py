@@ -254,7 +254,7 @@ def follow(out, rows):
             + fig.traces(case, out / "verdicts" / r["case"])
             + f"<p>The verdict, before the label was opened (<a href=\"{report}\">its report</a>):</p><pre>{esc(json.dumps(short, indent=1)[:3500])}</pre>"
             f"<p>The label: {esc(' + '.join(r['truth']))}, form {esc(', '.join(r['forms']))}, {esc(json.dumps(r['effect']))}. "
-            f"Held-out misfit {r['before']:.4f} before, {r['after']:.4f} after, {r['oracle']:.4f} for the oracle that is told the name.</p><ul>{par}</ul>")
+            f"Held-out misfit {r['before']:.4f} before, {r['after']:.4f} after, {r['oracle']:.4f} for the oracle that is given the name.</p><ul>{par}</ul>")
 
 
 def bound(rows):
@@ -418,8 +418,8 @@ START, END = "<!-- proof: written by tests/prove --readme -->", "<!-- end of pro
 BOOK = Path("docs") / "src"
 
 
-# what the README tells of scores.figures, in the order in which it is told
-TOLD = {"null": "of {n} plain campaigns with nothing missing {k} are called so", "single": "of {n} plain and concealed effects {k} are named with nothing besides",
+# what the README says of scores.figures, in that order
+SENTENCES = {"null": "of {n} plain campaigns with nothing missing {k} are called so", "single": "of {n} plain and concealed effects {k} are named with nothing besides",
         "wrong": "a wrong name is believed in {k} of {n} answers", "sets": "of {n} sets that claim to hold the cause with 95 % {k} hold it"}
 
 
@@ -427,9 +427,9 @@ def sentence(head, rows, more=()):
     """What the README says of the proof."""
     every = [*rows, *more]
     got = scores.figures(every)
-    told = "; ".join(words.format(n=got[key][2], k=got[key][1]) for key, words in TOLD.items() if key in got)
+    stated = "; ".join(words.format(n=got[key][2], k=got[key][1]) for key, words in SENTENCES.items() if key in got)
     short = ", ".join(f'"{what}"' for what, *_, kept in scores.lines(every) if kept is False)
-    return f"Of {len(every)} concealed campaigns ({seeds(head)}, {head['date']}): {told}." + (f" Short of the floors set for it: {short}." if short else "")
+    return f"Of {len(every)} concealed campaigns ({seeds(head)}, {head['date']}): {stated}." + (f" Short of the floors set for it: {short}." if short else "")
 
 
 def between(path, lines_):

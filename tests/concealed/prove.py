@@ -321,8 +321,8 @@ def main():
     if o.real:
         from .real import sections
         campaigns = sorted(p.parent for p in o.real.glob("*/campaign.toml"))
-        told, head["binary"] = diagnose_all(binary, campaigns, out / "real", engine, "real recordings")
-        found, real = sections(campaigns, out / "real", told)
+        answers, head["binary"] = diagnose_all(binary, campaigns, out / "real", engine, "real recordings")
+        found, real = sections(campaigns, out / "real", answers)
         (out / "real.json").write_text(json.dumps(jsonable(found), indent=1))
         real = (found, real)
     page.write(out, head, rows, others, real, single_level, more)

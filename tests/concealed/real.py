@@ -33,7 +33,7 @@ def pull_off(a):
 
 
 def indentation(case):
-    """Sentences on what an indentation's own recordings tell, and the names they support."""
+    """Sentences on what an indentation's own recordings show, and the names they support."""
     rec = [si(case / n) for n in files(case)]
     say, names = [], set()
     sets = [s for s in map(set_left, rec) if s is not None]
@@ -135,7 +135,7 @@ def section(case, answer, run):
     else:
         other = partner(case)
         if other is None:
-            h.append("No second sensor: only the levels held out can tell.</p>")
+            h.append("No second sensor: only the levels held out can show it.</p>")
         else:
             mine, theirs = (float(np.median([peak(si(c / n)) for n in files(c)])) for c in (case, other))
             if mine < theirs:
@@ -146,7 +146,7 @@ def section(case, answer, run):
                          f"So clipping and lag are the truth here; named: {'clipping' if 'clipping' in r['named'] else 'not clipping'}, {'lag' if {'lowpass_lag', 'channel_skew'} & set(r['named'] + r['also']) else 'no lag'}.</p>")
                 r["as_shown"] = "clipping" in r["named"]
             else:
-                h.append("This is the sensor that saw the higher peaks; it judges the other one below or above. What it misses itself only the levels held out can tell.</p>")
+                h.append("This is the sensor that saw the higher peaks; it judges the other one below or above. What it misses itself only the levels held out can show it.</p>")
     r["figures"] = independent.figures(case, campaign, v, partner(case))
     if r["figures"]:
         h.append(independent.table(r["figures"]))

@@ -45,7 +45,7 @@ def row(case, truth, out, runs):
     return r
 
 
-def told(named, unexplained):
+def in_words(named, unexplained):
     """Names and what is unexplained besides, in words."""
     return " + ".join(named) + (" + unexplained" if unexplained and named else "unexplained" if unexplained else "" if named else "nothing")
 
@@ -54,8 +54,8 @@ def table(rows):
     """The rows as a table in Markdown, and what they come to."""
     lines = ["| case | concealed | built-in rig | FMUs | same | time, FMUs over rig |", "|---|---|---|---|---|---|"]
     for r in rows:
-        of = [told(r[who]["named"], r[who]["unexplained"]) if r[who]["answered"] else f"no answer ({r[who]['code']})" for who in ("rig", "fmus")]
-        lines.append(f"| `{r['case']}` | {told(r['concealed'], False)} | {of[0]} | {of[1]} | {'yes' if r['same'] else 'no'} | {r['ratio']:.1f} |")
+        of = [in_words(r[who]["named"], r[who]["unexplained"]) if r[who]["answered"] else f"no answer ({r[who]['code']})" for who in ("rig", "fmus")]
+        lines.append(f"| `{r['case']}` | {in_words(r['concealed'], False)} | {of[0]} | {of[1]} | {'yes' if r['same'] else 'no'} | {r['ratio']:.1f} |")
     ratios = [r["ratio"] for r in rows]
     right = {who: sum(r[who]["right"] for r in rows) for who in ("rig", "fmus")}
     lines += ["", f"Same names: {sum(r['same'] for r in rows)} of {len(rows)}. Right: {right['rig']} by the built-in rig, {right['fmus']} by FMUs. "

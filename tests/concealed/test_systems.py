@@ -1,4 +1,4 @@
-"""tests/prove --system: openings alone are drawn, converted, judged by both, and told in a table."""
+"""tests/prove --system: openings alone are drawn, converted, judged by both, and listed in a table."""
 import json
 import tomllib
 from types import SimpleNamespace
@@ -19,7 +19,7 @@ def test_a_quarter_misses_nothing_and_the_rest_is_what_an_opening_allows():
     assert all(any(allowed(*f, systems.KIND, CHANNELS) for f in FORMS if f[0] == name) for name in names)
 
 
-def test_cases_are_drawn_converted_and_told(tmp_path, monkeypatch, capsys):
+def test_cases_are_drawn_converted_and_reported(tmp_path, monkeypatch, capsys):
     generate(5, 2, tmp_path, say=None, todo=[("null", None)] * 2, only=systems.KIND)
     answers = {("rig", "s5-001"): [], ("fmus", "s5-001"): [], ("rig", "s5-002"): [], ("fmus", "s5-002"): ["adhesion"]}
 
@@ -35,8 +35,8 @@ def test_cases_are_drawn_converted_and_told(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(systems, "judge", judge)
     o = SimpleNamespace(out=tmp_path, sets=[(5, 2)], jobs=1)
     systems.prove(o, "touchdown", dict(sha256=label_hash(tmp_path / "truth")), diagnose_all)
-    told = capsys.readouterr().out
-    assert "| `s5-001` | nothing | nothing | nothing | yes | 3.0 |" in told
-    assert "| `s5-002` | nothing | nothing | adhesion | no | 3.0 |" in told
-    assert "Same names: 1 of 2. Right: 2 by the built-in rig, 1 by FMUs. Processor time of FMUs over that of the rig: 3.0 in the middle, 3.0 at most." in told
+    printed = capsys.readouterr().out
+    assert "| `s5-001` | nothing | nothing | nothing | yes | 3.0 |" in printed
+    assert "| `s5-002` | nothing | nothing | adhesion | no | 3.0 |" in printed
+    assert "Same names: 1 of 2. Right: 2 by the built-in rig, 1 by FMUs. Processor time of FMUs over that of the rig: 3.0 in the middle, 3.0 at most." in printed
     assert len(json.loads((tmp_path / "systems.json").read_text())["cases"]) == 2

@@ -62,7 +62,7 @@ def test_every_campaign_but_the_lost_is_answered_as_on_one_machine(cluster, tmp_
     for name in names:
         a, b = answer(out / name), answer(one / name)
         assert a.keys() == b.keys()
-        # the FMU and the input's hash tell by which program they were made; all that was found is the same to the bit
+        # the FMU and the input's hash show by which program they were made; all that was found is the same to the bit
         different = {n for n in a if a[n] != b[n]}
         assert different <= {"manifest.json", "HysteresisContact.fmu"}, (name, different)
     frame = fleet.to_frame()

@@ -37,10 +37,10 @@ def campaign(seed, i, n, folder):
             effects.append((FORMS["plastic_indentation", "thornton"][2](rng, rig), YIELD))
         pairs = [(dict(apply=apply), s) for apply, s in effects]
         try:
-            data, told, mass = record(rng, rig, pairs, (False, False))
+            data, measured, mass = record(rng, rig, pairs, (False, False))
             P = base_parameters(rig)
             P[m.M] = mass
-            user = fit(rig, data, P, stride=1, iterations=8, speeds=told, start=None)
+            user = fit(rig, data, P, stride=1, iterations=8, speeds=measured, start=None)
         except (ArithmeticError, np.linalg.LinAlgError):
             continue
         if user.r2 > 0.97:
@@ -50,7 +50,7 @@ def campaign(seed, i, n, folder):
         for f in part.iterdir():
             f.unlink()
         part.rmdir()
-    write_case(part, name, rig, data, told, mass, user.P, "s")
+    write_case(part, name, rig, data, measured, mass, user.P, "s")
     toml = part / "campaign.toml"
     table = "[campaign.columns]\n" + "".join(f"{k} = {json.dumps(v)}\n" for k, v in columns.items())
     toml.write_text(toml.read_text().replace("[rig]", table + "\n[rig]", 1))

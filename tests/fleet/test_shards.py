@@ -134,7 +134,7 @@ def test_a_share_that_is_none_is_refused(fleet, tmp_path, wrong):
     assert "is no share; write I/N" in said.stderr
 
 
-def test_a_folder_without_answers_is_told(tmp_path):
+def test_a_folder_without_answers_is_reported(tmp_path):
     assert "holds no answer of touchdown" in touchdown("merge", tmp_path, code=2).stderr
     (tmp_path / "index.html").write_text("mine")
     (tmp_path / "c").mkdir()

@@ -1,4 +1,4 @@
-"""What the element tells a simulator of itself, and the FMU that a diagnosis hands back."""
+"""How the element describes itself to a simulator, and the FMU that a diagnosis hands back."""
 
 import datetime
 import json

@@ -26,7 +26,7 @@ STAGES = [
     [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
 ]
 TIMES = [0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1]
-PIECES = 8  # in which the harness tells the element of a step in contact
+PIECES = 8  # in which the harness divides a step of the element in contact
 
 PLASTIC = """kind = "drop_test"
 mass = 0.8
@@ -130,9 +130,9 @@ def test_the_same_steps_through_fmpy_give_the_same_rows(touchdown, fmu, tmp_path
     scenario = tmp_path / "s.toml"
     scenario.write_text(text)
     runs, summary = run(touchdown, scenario, tmp_path / "out")
-    rows, told = runs[run_number], summary["runs"][run_number]
-    assert "FMU" in told["element"]
-    rig = Rig(scenario, told["drop_height"], told["tip"])
+    rows, reported = runs[run_number], summary["runs"][run_number]
+    assert "FMU" in reported["element"]
+    rig = Rig(scenario, reported["drop_height"], reported["tip"])
     with Element(fmu, rig.law) as e:
         seen = replay(rig, e, rows)
     columns = ["penetration [m]", "velocity [m/s]"]
@@ -145,7 +145,7 @@ def test_the_same_steps_through_fmpy_give_the_same_rows(touchdown, fmu, tmp_path
     contact = rows["penetration [m]"] > 0
     assert contact.sum() > 50
     assert worst(seen[contact, 0], rows[columns[0]][contact]) < 1e-9, "against the depth, not the drop"
-    assert max(rows["force [N]"]) <= told["impacts"][0]["peak_force"] * (1 + 1e-12)
+    assert max(rows["force [N]"]) <= reported["impacts"][0]["peak_force"] * (1 + 1e-12)
 
 
 def fall(rig, e, gaps):
@@ -206,9 +206,9 @@ def test_a_drop_by_scipy_through_fmpy_gives_the_same_impact(touchdown, fmu, tmp_
     scenario = tmp_path / "s.toml"
     scenario.write_text(text)
     _, summary = run(touchdown, scenario, tmp_path / "out")
-    told = summary["runs"][0]
-    impact, gaps = told["impacts"][0], told["photo_interrupters"]
-    rig = Rig(scenario, told["drop_height"])
+    reported = summary["runs"][0]
+    impact, gaps = reported["impacts"][0], reported["photo_interrupters"]
+    rig = Rig(scenario, reported["drop_height"])
     with Element(fmu, rig.law) as e:
         got = fall(rig, e, gaps["positions"] if gaps else [])
     for what in ("touch", "impact_speed", "deepest", "duration", "restitution", "peak_force"):

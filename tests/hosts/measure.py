@@ -46,7 +46,7 @@ def worst_impact(fmu, drive, options, lookahead):
 
 
 def made_up(fmu, steps, lookahead):
-    """(energy told less work done, error of the rebound's energy), as shares of the impact's energy, in a loop that
+    """(energy reported less work done, error of the rebound's energy), as shares of the impact's energy, in a loop that
     moves a body of 1 kg exactly under the force held."""
     h = cases.DURATION / steps
     contact = Contact(fmu, **cases.LAW, lookahead=lookahead)
@@ -57,9 +57,9 @@ def made_up(fmu, steps, lookahead):
         work += force * (at - x)
         x = at
         force = contact.force(x, v, h)
-    told = contact.get("stored_energy") + contact.get("dissipated_energy")
+    reported = contact.get("stored_energy") + contact.get("dissipated_energy")
     contact.close()
-    return 2.0 * (told - work), v * v - cases.RESTITUTION**2
+    return 2.0 * (reported - work), v * v - cases.RESTITUTION**2
 
 
 def rest(fmu, drive, options, lookahead, gravity=9.81):

@@ -89,9 +89,9 @@ def test_groups_units_clock_and_properties(dump, tmp_path):
     assert channels(fast)["force"][0] == "kN" and channels(fast)["acceleration"][0] == "m/s²"
     assert channels(fast)["force"][1] == list(RAMP * 0.5) and channels(fast)["acceleration"][1] == list(RAMP * -1.0)
     assert fast["clock"] == {"start": 0, "step": 1 / 51200} and slow["clock"] == {"start": 0, "step": 0.25} and other["clock"] is None
-    told = dict(map(tuple, fast["properties"]))
-    assert told["instrument"] == "DAQ 7" and told["date"] == "2024-03-12" and told["comment"] == "soft ground" and told["mass"] == "3.5"
-    assert told["force.sensor"] == "9331B" and told["limits"] == "1.5, 2.5"
+    properties = dict(map(tuple, fast["properties"]))
+    assert properties["instrument"] == "DAQ 7" and properties["date"] == "2024-03-12" and properties["comment"] == "soft ground" and properties["mass"] == "3.5"
+    assert properties["force.sensor"] == "9331B" and properties["limits"] == "1.5, 2.5"
 
 
 def test_waveform_attributes(dump, tmp_path):
@@ -180,7 +180,7 @@ def test_values_that_were_never_written_and_user_block(dump, tmp_path):
     assert channels(groups[""])["x"][1] == [7] * 15 + [-1] * 85 and channels(groups["deep"])["y"] == ("m", [0, 1, 2, 3, 4])
 
 
-def test_what_is_left_out_is_told(dump, tmp_path):
+def test_what_is_left_out_is_reported(dump, tmp_path):
     with h5py.File(tmp_path / "a.h5", "w") as f:
         f["x"] = np.arange(5.0)
         f["cube"] = np.zeros((3, 4, 5))
@@ -193,7 +193,7 @@ def test_what_is_left_out_is_told(dump, tmp_path):
         assert any(f'"{left}"' in note for note in result["notes"]), (left, result["notes"])
 
 
-def test_unknown_compression_is_told(dump, tmp_path):
+def test_unknown_compression_is_reported(dump, tmp_path):
     with h5py.File(tmp_path / "a.h5", "w") as f:
         f.create_dataset("x", data=np.zeros(1000), compression="lzf")
     data = (tmp_path / "a.h5").read_bytes()

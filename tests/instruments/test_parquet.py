@@ -75,8 +75,8 @@ def test_dates_and_old_timestamps(dump, tmp_path):
     pq.write_table(pa.table({"day": days, "stamp": stamps}), tmp_path / "a.parquet", use_deprecated_int96_timestamps=True)
     group = one(dump(tmp_path / "a.parquet"))
     assert channels(group) == {"day": ("s", [0, 86400]), "stamp": ("s", [0, 0.25])}
-    told = dict(map(tuple, group["properties"]))
-    assert told["day.first"] == "2024-03-12T00:00:00" and told["stamp.first"] == "2024-03-12T10:00:00"
+    properties = dict(map(tuple, group["properties"]))
+    assert properties["day.first"] == "2024-03-12T00:00:00" and properties["stamp.first"] == "2024-03-12T10:00:00"
 
 
 def test_units_properties_and_what_is_left_out(dump, tmp_path):

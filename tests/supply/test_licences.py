@@ -14,7 +14,7 @@ def test_an_expression_is_allowed_where_its_licences_can_be_chosen_so():
         assert not is_allowed(expression, ALLOWED), expression
 
 
-def test_a_crate_of_another_source_or_without_a_licence_is_told():
+def test_a_crate_of_another_source_or_without_a_licence_is_reported():
     crate = {"name": "a", "version": "1", "license": "MIT", "source": f"registry+{REGISTRY}"}
     assert faults([crate, crate | {"source": None}], DENY) == []
     assert "licence None" in faults([crate | {"license": None}], DENY)[0]

@@ -9,7 +9,7 @@ import tomllib
 from pathlib import Path
 
 from tests.concealed.prove import built, diagnose_all
-from tests.concealed.systems import told
+from tests.concealed.systems import in_words
 from tests.systems.convert import convert
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -36,7 +36,7 @@ def named(out, campaign):
     if not path.exists():
         return None
     v = json.loads(path.read_text())
-    return told(sorted(m["mechanism"] for m in v["missing"]), v["unexplained"]["detected"])
+    return in_words(sorted(m["mechanism"] for m in v["missing"]), v["unexplained"]["detected"])
 
 
 def main():

@@ -269,7 +269,7 @@ pub struct Mechanism {
     pub parameters: &'static [Parameter],
     /// Its forms, in the order they are tried.
     pub forms: &'static [Form],
-    /// Names of mechanisms it can hardly be told apart from.
+    /// Names of mechanisms that are hard to distinguish from it.
     pub collinear: &'static [&'static str],
     /// Whether its effect is far from linear in its parameters, so that a score along a tangent may miss it.
     pub strongly_nonlinear: bool,

@@ -96,8 +96,8 @@ pub fn by_force(time: &[f64], force: &[f64], threshold: f64) -> Option<Bounces> 
     bounces(time, &changes(time, force, threshold, 0.5 * threshold))
 }
 
-/// Impacts by an event channel: `closed` at each sample, as a contactor's contacts or a light barrier tell it. A change
-/// is told half way between its samples. None without a touch.
+/// Impacts by an event channel: `closed` at each sample, as a contactor's contacts or a light barrier show it. A change
+/// is taken half way between its samples. None without a touch.
 pub fn by_events(time: &[f64], closed: &[bool]) -> Option<Bounces> {
     let level: Vec<f64> = closed.iter().map(|c| if *c { 1.0 } else { 0.0 }).collect();
     bounces(time, &changes(time, &level, 0.5, 0.5))

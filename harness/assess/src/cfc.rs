@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_filtered_is_told() {
+    fn what_cannot_be_filtered_is_reported() {
         assert_eq!(filter(&[0.0; 20], 1e3, 180.0), Err(CfcError::Rate { rate: 1e3, class: 180.0 }));
         assert_eq!(filter(&[0.0; 9], 1e5, 180.0), Err(CfcError::TooFew(9)));
         assert_eq!(filter(&[0.0; 20], 1e5, -1.0), Err(CfcError::Class(-1.0)));

@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_rated_is_told() {
+    fn what_cannot_be_rated_is_reported() {
         assert_eq!(rate(&[1.0; 20], &[1.0; 21]), Err(RatingError::Lengths(20, 21)));
         assert_eq!(rate(&[1.0; 10], &[1.0; 10]), Err(RatingError::TooFew(10)));
         assert_eq!(rate(&[0.0; 20], &[1.0; 20]), Err(RatingError::Zero));

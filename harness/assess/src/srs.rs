@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_spectrum_is_told() {
+    fn what_has_no_spectrum_is_reported() {
         assert_eq!(spectrum(&[1.0], 1e3, &[10.0], 0.5), Err(SrsError::Quality(0.5)));
         assert_eq!(spectrum(&[1.0], 0.0, &[10.0], 10.0), Err(SrsError::Rate(0.0)));
         for frequency in [501.0, 1e-6, -1.0] {

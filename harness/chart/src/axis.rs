@@ -1,4 +1,4 @@
-//! Axes: the unit a reader thinks in, ticks at round numbers, values in as few digits as tell.
+//! Axes: the unit a reader thinks in, ticks at round numbers, values in as few digits as distinguish them.
 
 use super::number::NONE;
 

@@ -1,6 +1,6 @@
 //! The card on top of a diagnosis: what is wrong, how sure that is, what it does, what to do next.
 
-use super::page::{tight, told, LEAD};
+use super::page::{safe_text, tight, LEAD};
 
 /// A cause and its probability.
 pub struct Chance {
@@ -40,7 +40,7 @@ pub(super) const CLOSE: &str = "</section>";
 
 impl Card {
     pub(super) fn html(&self) -> String {
-        let mut s = format!("{OPEN}\n{LEAD}{}</p>\n{}<dl>", told(&self.wrong), paragraphs(&self.detail));
+        let mut s = format!("{OPEN}\n{LEAD}{}</p>\n{}<dl>", safe_text(&self.wrong), paragraphs(&self.detail));
         let sure = self.chances() + &paragraphs(&self.sure);
         let does = self.effects() + &paragraphs(&self.does);
         for (name, inner) in [("How sure", sure), ("What it does", does), ("What to do next", self.next())] {
@@ -57,8 +57,8 @@ impl Card {
             format!(
                 "<li><span class=\"said\">{}</span><span class=\"bar\" aria-hidden=\"true\"><i style=\"width:{share:.1}%\"></i>\
                  </span><span>{}</span></li>",
-                told(&c.said),
-                told(&c.name)
+                safe_text(&c.said),
+                safe_text(&c.name)
             )
         };
         let rows: String = self.chances.iter().map(row).collect();
@@ -71,9 +71,10 @@ impl Card {
 
     fn effects(&self) -> String {
         let one = |e: &Effects| {
-            let name = if e.of.is_empty() { String::new() } else { format!("<p>{}</p>", told(&e.of)) };
-            let change =
-                |(what, by): &(&str, String)| format!("<li><b>{}</b><span>{}</span></li>", told(by), told(what));
+            let name = if e.of.is_empty() { String::new() } else { format!("<p>{}</p>", safe_text(&e.of)) };
+            let change = |(what, by): &(&str, String)| {
+                format!("<li><b>{}</b><span>{}</span></li>", safe_text(by), safe_text(what))
+            };
             let changes: String = e.changes.iter().map(change).collect();
             format!("{name}<ul class=\"effects\">{changes}</ul>")
         };
@@ -81,7 +82,7 @@ impl Card {
     }
 
     fn next(&self) -> String {
-        let steps: String = self.next.iter().map(|n| format!("<li>{}</li>", told(n))).collect();
+        let steps: String = self.next.iter().map(|n| format!("<li>{}</li>", safe_text(n))).collect();
         if steps.is_empty() {
             steps
         } else {
@@ -91,7 +92,7 @@ impl Card {
 }
 
 fn paragraphs(all: &[String]) -> String {
-    all.iter().map(|t| format!("<p>{}</p>", told(t))).collect()
+    all.iter().map(|t| format!("<p>{}</p>", safe_text(t))).collect()
 }
 
 #[cfg(test)]

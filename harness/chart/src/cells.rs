@@ -1,6 +1,6 @@
 //! Many things by kind: a small square for each, and tables of shares.
 
-use super::page::{escape, told};
+use super::page::{escape, safe_text};
 
 /// Colours of the kinds, over again beyond.
 const COLOURS: usize = 8;
@@ -30,7 +30,7 @@ impl Cells {
     pub(crate) fn html(&self) -> String {
         let one = |c: &Cell| {
             let u = if c.strength.is_nan() { 0.0 } else { 100.0 * c.strength.clamp(0.0, 1.0) };
-            let said = told(&c.said);
+            let said = safe_text(&c.said);
             match &c.to {
                 Some(to) => {
                     format!(
@@ -45,7 +45,7 @@ impl Cells {
             let all: String = cells.iter().map(one).collect();
             format!(
                 "<div><dt>{}<span>{}</span></dt><dd class=\"cells\" style=\"--c:var(--l{})\">{all}</dd></div>\n",
-                told(name),
+                safe_text(name),
                 cells.len(),
                 i % COLOURS
             )

@@ -5,7 +5,7 @@
 
 use super::axis::{Axis, Scale, LARGEST};
 use super::line::{drawn, Stretch};
-use super::page::{escape, told};
+use super::page::{escape, safe_text};
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ const BESIDE: usize = 2;
 const LINES: usize = 8;
 
 impl Style {
-    /// Shape of its marks, from their middle on, told apart without colour: a dot, a cross, a diamond.
+    /// Shape of its marks, from their middle on, distinguished without colour: a dot, a cross, a diamond.
     fn mark(self) -> &'static str {
         match self {
             Style::Given => "m-4,-4l8,8m0,-8l-8,8",
@@ -273,8 +273,8 @@ impl Chart {
         let Some(f) = self.frame() else { return String::new() };
         let title = match (self.title.is_empty(), caption.is_empty()) {
             (true, true) => String::new(),
-            (true, false) => format!("<figcaption>{}</figcaption>", told(caption)),
-            _ => format!("<figcaption><b>{}</b> {}</figcaption>", escape(&self.title), told(caption)),
+            (true, false) => format!("<figcaption>{}</figcaption>", safe_text(caption)),
+            _ => format!("<figcaption><b>{}</b> {}</figcaption>", escape(&self.title), safe_text(caption)),
         };
         format!("<figure>{title}{}{}{}</figure>\n", self.keys(), self.picture(&f), self.table(&f))
     }

@@ -21,7 +21,7 @@ impl Heat {
         Heat { title: title.into(), columns: columns.to_vec(), rows: Vec::new() }
     }
 
-    /// Adds a row; None where there is nothing to tell.
+    /// Adds a row; None where there is nothing to show.
     pub fn row(mut self, name: &str, values: &[Option<f64>]) -> Heat {
         self.rows.push((name.into(), values.to_vec()));
         self

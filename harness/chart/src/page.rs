@@ -36,8 +36,8 @@ pub(super) fn escape(s: &str) -> String {
     s.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A text that is told, safe inside HTML and SVG: a number in it that is not finite is a dash.
-pub(super) fn told(s: &str) -> String {
+/// A text of the page, safe inside HTML and SVG: a number in it that is not finite is a dash.
+pub(super) fn safe_text(s: &str) -> String {
     escape(&dashed(s))
 }
 
@@ -101,7 +101,7 @@ impl Page {
 
     /// The sentence a reader should take away.
     pub fn sentence(self, text: &str) -> Page {
-        self.add(&format!("{LEAD}{}</p>\n", told(text))).list_below()
+        self.add(&format!("{LEAD}{}</p>\n", safe_text(text))).list_below()
     }
 
     /// What is wrong, how sure that is, what it does, what to do next.
@@ -131,19 +131,19 @@ impl Page {
 
     /// A paragraph.
     pub fn paragraph(self, text: &str) -> Page {
-        self.add(&format!("<p>{}</p>\n", tight(&told(text))))
+        self.add(&format!("<p>{}</p>\n", tight(&safe_text(text))))
     }
 
     /// A list.
     pub fn list(self, items: &[String]) -> Page {
-        let items: String = items.iter().map(|t| format!("<li>{}</li>", told(t))).collect();
+        let items: String = items.iter().map(|t| format!("<li>{}</li>", safe_text(t))).collect();
         self.add(&format!("<ul class=\"plain\">{items}</ul>\n"))
     }
 
     /// A table.
     pub fn table(self, head: &[&str], rows: &[Vec<String>]) -> Page {
         let cells = |tag: &str, cells: &mut dyn Iterator<Item = &str>| -> String {
-            cells.map(|c| format!("<{tag}>{}</{tag}>", told(c))).collect()
+            cells.map(|c| format!("<{tag}>{}</{tag}>", safe_text(c))).collect()
         };
         let name = head.first().copied().unwrap_or("table");
         let mut s = format!(
@@ -160,16 +160,16 @@ impl Page {
     /// A table whose rows begin with a link each: where to (none: no link), and the cells.
     pub fn ledger(self, head: &[&str], rows: &[(Option<String>, Vec<String>)]) -> Page {
         let name = head.first().copied().unwrap_or("table");
-        let heads: String = head.iter().map(|c| format!("<th>{}</th>", told(c))).collect();
+        let heads: String = head.iter().map(|c| format!("<th>{}</th>", safe_text(c))).collect();
         let mut s = format!(
             "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Table by {}\"><table><thead><tr>{heads}</tr></thead><tbody>",
             escape(name)
         );
         for (to, cells) in rows {
             let mut cells = cells.iter();
-            let first = cells.next().map_or(String::new(), |c| told(c));
+            let first = cells.next().map_or(String::new(), |c| safe_text(c));
             let first = to.as_ref().map_or(first.clone(), |to| format!("<a href=\"{}\">{first}</a>", escape(to)));
-            let rest: String = cells.map(|c| format!("<td>{}</td>", tight(&told(c)))).collect();
+            let rest: String = cells.map(|c| format!("<td>{}</td>", tight(&safe_text(c)))).collect();
             s += &format!("<tr><td>{first}</td>{rest}</tr>\n");
         }
         self.add(&(s + "</tbody></table></div>\n"))
@@ -225,7 +225,7 @@ impl Page {
             "<article class=\"entry\"><h2><a href=\"{}\">{}</a></h2><p>{}</p></article>\n",
             escape(to),
             escape(name),
-            told(text)
+            safe_text(text)
         ))
     }
 

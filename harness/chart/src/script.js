@@ -196,15 +196,15 @@
         const x = (this.width * (value - this.view[0])) / (this.view[1] - this.view[0]);
         make("line", { x1: x, x2: x, y1: 0, y2: this.height }, g);
         const shown = `${digits(this.log ? 10 ** value : value * this.x.factor)} ${this.x.unit}`.trim();
-        this.tell(x, [[null, this.svg.querySelector(".name.end")?.textContent.split(",")[0] || "at", shown], ...rows]);
+        this.readout(x, [[null, this.svg.querySelector(".name.end")?.textContent.split(",")[0] || "at", shown], ...rows]);
         return `${shown}: ${said.join(", ")}`;
       }
-      this.tell(rows.length ? mean / rows.length : 0, rows);
+      this.readout(rows.length ? mean / rows.length : 0, rows);
       return said.join(", ");
     }
 
     // the values under the cursor, in a box on the other side of the plot
-    tell(x, rows) {
+    readout(x, rows) {
       if (!this.box) {
         this.box = document.createElement("div");
         this.box.className = "readout";

@@ -1,4 +1,4 @@
-//! A campaign taken in, and what is wrong with it told, for every command alike.
+//! A campaign taken in, and what is wrong with it reported, for every command alike.
 
 use anyhow::{Context, Result};
 use host::{Fmus, Isolation};
@@ -33,7 +33,7 @@ pub fn machine(c: &mut Campaign, isolation: &Isolation) -> Result<Option<Arc<dyn
             if refused.is_empty() || refused.len() == c.recordings.len() {
                 return Err(e);
             }
-            // what the others tell stays
+            // what the other FMUs describe stays
             let files: Vec<String> = refused.iter().map(|(r, _)| c.recordings[*r].file.clone()).collect();
             let notes = files.iter().zip(&refused).map(|(f, (_, why))| format!("{f}: {why:#}: it was left out."));
             c.warnings.extend(notes.collect::<Vec<_>>());

@@ -58,7 +58,7 @@ impl Place<'_> {
     }
 }
 
-/// Writes an answer of `command`: all the files into `folder`, or none. What was found in its way is to be told.
+/// Writes an answer of `command`: all the files into `folder`, or none. What was found in its way is to be reported.
 ///
 /// # Errors
 /// As the file system gives them, with the folder.
@@ -66,7 +66,7 @@ pub fn write(folder: &Path, command: &str, files: &[(&str, &[u8])]) -> Result<Ve
     fill(folder, Answer::begin(folder, command), files)
 }
 
-/// Writes files into the answer that is in `folder`; its others stay. What was found in its way is to be told.
+/// Writes files into the answer that is in `folder`; its others stay. What was found in its way is to be reported.
 ///
 /// # Errors
 /// As the file system gives them, with the folder.

@@ -44,7 +44,7 @@ pub const CLOSED_CODE: u8 = 141;
 pub struct Unprinted(#[from] std::io::Error);
 
 impl Unprinted {
-    /// Whether the reader has gone: nobody is left to tell.
+    /// Whether the reader has gone: nobody is left to print to.
     pub fn is_closed(&self) -> bool {
         self.0.kind() == ErrorKind::BrokenPipe
     }
@@ -61,7 +61,7 @@ pub fn answer(text: &str) -> Result<(), Unprinted> {
 }
 
 /// Prints what a command says beside the files it writes. It goes on where nobody reads; why else nothing could be printed
-/// is told.
+/// is reported.
 pub fn beside(text: &str) {
     if let Err(e) = answer(text) {
         if !e.is_closed() {
@@ -80,7 +80,7 @@ pub fn with_lead(text: &str) -> String {
 
 /// Prints a line on standard error, where somebody reads it.
 pub fn line(text: &str) {
-    // nobody is left to tell that nobody reads
+    // nobody is left to hear of it
     drop(writeln!(anstream::stderr().lock(), "{text}"));
 }
 
@@ -91,12 +91,12 @@ pub fn question(text: &str) {
     drop(write!(out, "{text}").and_then(|()| out.flush()));
 }
 
-/// Tells what is wrong, each line with `error:` before it.
+/// Prints what is wrong, each line with `error:` before it.
 pub fn error(text: &str) {
     text.lines().for_each(|l| line(&format!("{ERROR}error:{ERROR:#} {l}")));
 }
 
-/// Tells what is to be known beside the answer, each line with `warning:` before it; nothing where quiet was asked for.
+/// Prints what is to be known beside the answer, each line with `warning:` before it; nothing where quiet was asked for.
 pub fn warning(text: &str) {
     if is_quiet() {
         return;
@@ -104,7 +104,7 @@ pub fn warning(text: &str) {
     text.lines().for_each(|l| line(&format!("{WARNING}warning:{WARNING:#} {l}")));
 }
 
-/// Tells each of `notes` as a [`warning`].
+/// Prints each of `notes` as a [`warning`].
 pub fn warnings(notes: &[String]) {
     notes.iter().for_each(|n| warning(n));
 }

@@ -1,7 +1,7 @@
 //! Progress of what lasts, and Ctrl-C that loses nothing.
 //!
 //! Nothing is shown in the first second. After it a terminal shows a bar, anything else gets a plain line every
-//! five seconds; both on standard error, with the stage, and with the time left where parts done tell it. Safe to call from
+//! five seconds; both on standard error, with the stage, and with the time left where parts done allow an estimate. Safe to call from
 //! many threads.
 
 use crate::print;
@@ -64,7 +64,7 @@ fn catch_termination() -> std::io::Result<()> {
     Ok(())
 }
 
-/// Whether the process was started to ignore a signal, as Linux tells it.
+/// Whether the process was started to ignore a signal, as Linux reports it.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -61,7 +61,7 @@ fn heights_in_millimetres_that_say_metres_are_told_by_what_the_push_adds_up_to()
         None => format!("{l}\n"),
     };
     std::fs::write(&head, text.lines().map(line).collect::<String>()).unwrap();
-    // a penetration would tell it too: force and acceleration alone
+    // a penetration would show it too: force and acceleration alone
     for file in std::fs::read_dir(dir.path()).unwrap().map(|f| f.unwrap().path()) {
         if file.extension().is_some_and(|e| e == "csv") {
             let text = std::fs::read_to_string(&file).unwrap();

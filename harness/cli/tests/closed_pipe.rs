@@ -78,7 +78,7 @@ fn a_diagnosis_answers_every_campaign() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_full_disk_is_told() {
+fn a_full_disk_is_reported() {
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let o = Command::new(env!("CARGO_BIN_EXE_touchdown")).arg("mechanisms").stdout(full).output().unwrap();
     assert_eq!(o.status.code(), Some(2));

@@ -2,8 +2,8 @@
 
 use std::process::Command;
 
-/// What is told of a command that is refused, and the help, with these variables set.
-fn told(variables: &[(&str, &str)]) -> (String, String) {
+/// What is printed of a command that is refused, and the help, with these variables set.
+fn printed(variables: &[(&str, &str)]) -> (String, String) {
     let run = |arguments: &[&str]| {
         let mut c = Command::new(env!("CARGO_BIN_EXE_touchdown"));
         for name in ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE"] {
@@ -17,7 +17,7 @@ fn told(variables: &[(&str, &str)]) -> (String, String) {
 
 #[test]
 fn a_pipe_gets_plain_text() {
-    let (error, help) = told(&[]);
+    let (error, help) = printed(&[]);
     assert!(error.starts_with("error: none is no mechanism"), "{error}");
     assert!(!error.contains('\x1b') && !help.contains('\x1b'));
 }
@@ -25,9 +25,9 @@ fn a_pipe_gets_plain_text() {
 #[test]
 fn colours_that_are_asked_for_are_given_and_no_color_forbids_them() {
     // CLICOLOR_FORCE stands for the terminal that a test has not
-    let (error, help) = told(&[("CLICOLOR_FORCE", "1")]);
+    let (error, help) = printed(&[("CLICOLOR_FORCE", "1")]);
     assert!(error.starts_with("\x1b[1m\x1b[31merror:\x1b[0m none"), "{error:?}");
     assert!(help.contains("\x1b[1m\x1b[32mUsage:\x1b[0m"), "{help:?}");
-    let (error, help) = told(&[("NO_COLOR", "1")]);
+    let (error, help) = printed(&[("NO_COLOR", "1")]);
     assert!(!error.contains('\x1b') && !help.contains('\x1b'));
 }

@@ -78,8 +78,8 @@ fn equal_files_rate_one() {
 #[test]
 fn faults_of_both_files_are_told_at_once() {
     let f = Files::new(&pulse(400).replace("[N]", "[mm]"), &pulse(400).replacen("\n0,", "\nNaN,", 1));
-    let told = ["r.csv:1", "unit \"mm\" does not measure force", "s.csv:2", "time holds \"NaN\"", "remove the rows"];
-    refused(f.compare(&[]), &told);
+    let wanted = ["r.csv:1", "unit \"mm\" does not measure force", "s.csv:2", "time holds \"NaN\"", "remove the rows"];
+    refused(f.compare(&[]), &wanted);
 }
 
 #[test]
@@ -124,7 +124,7 @@ fn classes_and_qualities_that_cannot_be_had() {
 }
 
 #[test]
-fn what_was_done_to_the_files_is_told() {
+fn what_was_done_to_the_files_is_reported() {
     // the simulation: fewer samples, and a pause
     let head = pulse(0);
     let rows: Vec<String> = pulse(400).lines().skip(1).map(|l| l.to_string() + "\n").collect();

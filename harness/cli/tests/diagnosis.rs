@@ -47,7 +47,7 @@ fn only(recipe: &Recipe, channel: &str) -> Outcome {
 }
 
 #[test]
-fn one_channel_alone_raises_no_alarm_and_says_what_it_cannot_tell() {
+fn one_channel_alone_raises_no_alarm_and_says_what_it_cannot_show() {
     for (channel, seed) in [("force", 5), ("acceleration", 5), ("penetration", 2), ("penetration", 5)] {
         let o = only(&Recipe { seed, ..Recipe::default() }, channel);
         assert!(!o.verdict.mismatch.detected, "{channel} {seed}: {:?}", o.verdict.posterior.first());

@@ -4,8 +4,8 @@ use plant::recipe::{write_campaign, Recipe};
 use std::path::Path;
 use std::process::Command;
 
-/// What is told of a command that is refused.
-fn told(arguments: &[&str], folder: &Path) -> String {
+/// What is printed of a command that is refused.
+fn printed(arguments: &[&str], folder: &Path) -> String {
     let run = Command::new(env!("CARGO_BIN_EXE_touchdown")).args(arguments).current_dir(folder).output().unwrap();
     assert_eq!(run.status.code(), Some(2), "{arguments:?}");
     String::from_utf8(run.stderr).unwrap()
@@ -39,7 +39,7 @@ fn words_of_the_command_line() {
         (&["import", "c/r01.csv", "--list", "--names", "r{heigth:mm}"], "\"height\""),
         (&["import", "c/r01.csv", "--list", "--mass", "3 kgg"], "\"kg\""),
     ] {
-        let e = told(arguments, dir.path());
+        let e = printed(arguments, dir.path());
         let says = if meant.starts_with('\'') { "tip: a similar " } else { "did you mean " };
         assert!(e.contains(says) && e.contains(meant), "{arguments:?}: {e}");
     }
@@ -57,7 +57,7 @@ fn keys_and_names_of_scenarios_and_systems() {
         ("contactor_system.toml", "logContact", "logContakt", "\"logContact\""),
     ] {
         example(name, from, to, dir.path());
-        let e = told(&["run", name, "--out", "o"], dir.path());
+        let e = printed(&["run", name, "--out", "o"], dir.path());
         assert!(e.contains(&format!("did you mean {meant}?")), "{from} as {to}: {e}");
     }
 }

@@ -161,18 +161,22 @@ impl Bench {
             let said = String::from_utf8_lossy(&o.stderr).into_owned();
             let what = format!("{:?}, {kind} at call {at} of {calls}: {said}", case.command);
             let now = tree(&work);
-            let told = |part: &str| said.lines().any(|l| l.starts_with("error: ") && l.contains(part));
+            let complained = |part: &str| said.lines().any(|l| l.starts_with("error: ") && l.contains(part));
             if kind == "kill" {
                 assert_eq!(o.status.code(), None, "{what}");
             } else if o.status.success() {
                 assert!(now == after, "done, but the answer is not there: {what}");
             } else {
-                assert!(o.status.code() == Some(2) && told(""), "{what}");
+                assert!(o.status.code() == Some(2) && complained(""), "{what}");
             }
             if !case.is_fixed {
                 assert!(now == before || now == after, "neither old nor new: {what}, {:?}", now.keys());
             } else if now != before && now != after {
-                assert!(kind == "kill" || told("the next command"), "neither old nor new: {what}, {:?}", now.keys());
+                assert!(
+                    kind == "kill" || complained("the next command"),
+                    "neither old nor new: {what}, {:?}",
+                    now.keys()
+                );
             }
             let mine =
                 |t: &Tree| case.mine.iter().all(|(name, text)| t.get(*name).is_some_and(|b| b == text.as_bytes()));

@@ -42,7 +42,7 @@ fn what_is_under_way_is_named_and_leaves_nothing() {
     // the last as `timeout` does, which signals a process and then its group
     for (names, wanted) in [(&["INT"][..], 130), (&["TERM"], 143), (&["HUP"], 129), (&["INT", "INT"], 130)] {
         let name = names.join(" and ");
-        // the nulls alone take hours: that it ends at all tells that it was asked
+        // the nulls alone take hours: that it ends at all shows that it was asked
         let mut child = started(dir.path(), &["diagnose", "first", "second", "--out", "out", "--bootstrap", "9999"]);
         let mut err = BufReader::new(child.stderr.take().unwrap());
         wait_for(", first: ", &mut err);

@@ -57,8 +57,8 @@ fn check_tells_programs_what_is_understood_and_what_is_wrong() {
     let o = run(&["check", "c", "--json"], dir.path());
     assert_eq!(o.status.code(), Some(2));
     let v: Value = serde_json::from_slice(&o.stdout).unwrap();
-    let told = v[0]["errors"][0].as_str().unwrap();
-    assert!(told.contains("r03.csv") && String::from_utf8_lossy(&o.stderr).contains(&format!("error: {told}")));
+    let reported = v[0]["errors"][0].as_str().unwrap();
+    assert!(reported.contains("r03.csv") && String::from_utf8_lossy(&o.stderr).contains(&format!("error: {reported}")));
 }
 
 #[test]
@@ -123,12 +123,12 @@ fn quiet_leaves_out_warnings_and_nothing_of_the_answer() {
     let mut lines: Vec<String> = std::fs::read_to_string(&path).unwrap().lines().map(str::to_string).collect();
     lines.insert(50, lines[50].clone());
     std::fs::write(&path, lines.join("\n") + "\n").unwrap();
-    let told = |more: &[&str]| {
+    let reported = |more: &[&str]| {
         let o = run(&[&["fit", "c", "--out", "fit"][..], more].concat(), dir.path());
         assert!(o.status.success());
         (String::from_utf8(o.stdout).unwrap(), String::from_utf8(o.stderr).unwrap())
     };
-    let (loud, quiet) = (told(&[]), told(&["--quiet"]));
+    let (loud, quiet) = (reported(&[]), reported(&["--quiet"]));
     assert!(loud.1.contains("warning: c: "), "{}", loud.1);
     assert_eq!((quiet.1.as_str(), quiet.0), ("", loud.0));
 }

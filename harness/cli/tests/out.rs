@@ -18,8 +18,8 @@ const COMMANDS: [(&[&str], bool); 11] = [
     (&["study", "coupling"], false),
 ];
 
-/// What is told of a place that cannot be written.
-fn told(command: &[&str], out: &Path) -> String {
+/// What is printed of a place that cannot be written.
+fn printed(command: &[&str], out: &Path) -> String {
     let o = Command::new(env!("CARGO_BIN_EXE_touchdown")).args(command).arg("--out").arg(out).output().unwrap();
     assert_eq!(o.status.code(), Some(2), "{command:?}");
     assert!(o.stdout.is_empty(), "{command:?} printed an answer");
@@ -35,9 +35,9 @@ fn a_file_or_folder_in_the_way_is_named() {
     let file = dir.path().join("mine");
     std::fs::write(&file, "mine").unwrap();
     for (command, writes_file) in COMMANDS {
-        let e = told(command, if writes_file { dir.path() } else { &file });
+        let e = printed(command, if writes_file { dir.path() } else { &file });
         assert!(e.contains("is in the way"), "{e}");
-        let e = told(command, &file.join("below/it"));
+        let e = printed(command, &file.join("below/it"));
         assert!(e.contains(&format!("{} is no folder", file.display())), "{e}");
     }
     assert_eq!(std::fs::read_to_string(&file).unwrap(), "mine");
@@ -49,7 +49,7 @@ fn a_file_or_folder_in_the_way_is_named() {
 fn a_place_where_nobody_may_write_is_named() {
     // not even root makes files there
     for (command, _) in COMMANDS {
-        let e = told(command, Path::new("/proc/none/out"));
+        let e = printed(command, Path::new("/proc/none/out"));
         assert!(e.contains("cannot be written (") && e.contains("give --out a place that can"), "{e}");
     }
 }

@@ -300,7 +300,7 @@ fn relaxation_converges_to_the_motion_that_carries_it_as_a_state() {
     assert!(b.force_ends.is_some(), "it lets go before it leaves the surface");
 }
 
-/// An element that tells no energies and has a law of its own.
+/// An element that reports no energies and has a law of its own.
 struct Foreign;
 
 impl Element for Foreign {

@@ -1,4 +1,4 @@
-//! `harness/touchdown` where something is missing to build with: it tells what, and what installs it.
+//! `harness/touchdown` where something is missing to build with: it prints what, and what installs it.
 #![cfg(unix)]
 
 use std::os::unix::fs::PermissionsExt;
@@ -27,7 +27,7 @@ fn with_tools(tools: &[(&str, &str)]) -> Output {
     run.env("PATH", &bin).env("HOME", dir.path()).output().unwrap()
 }
 
-fn told(tools: &[(&str, &str)]) -> String {
+fn printed(tools: &[(&str, &str)]) -> String {
     let o = with_tools(tools);
     assert_eq!(o.status.code(), Some(2));
     String::from_utf8(o.stderr).unwrap()
@@ -35,7 +35,7 @@ fn told(tools: &[(&str, &str)]) -> String {
 
 #[test]
 fn all_that_is_missing_is_told_at_once() {
-    let e = told(&[]);
+    let e = printed(&[]);
     for part in ["Rust 1.", "https://sh.rustup.rs", "a C compiler", "Python 3.11 or newer with venv", "package manager"]
     {
         assert!(e.contains(part), "{part:?} is not in {e}");
@@ -45,14 +45,18 @@ fn all_that_is_missing_is_told_at_once() {
 
 #[test]
 fn what_is_there_is_not_told_and_debian_gets_its_commands() {
-    let e =
-        told(&[("apt-get", ""), ("cargo", ""), ("rustc", "echo 'rustc 1.95.0 (x 2026-04-14)'"), ("python3", "exit 1")]);
+    let e = printed(&[
+        ("apt-get", ""),
+        ("cargo", ""),
+        ("rustc", "echo 'rustc 1.95.0 (x 2026-04-14)'"),
+        ("python3", "exit 1"),
+    ]);
     assert!(
         e.contains("sudo apt-get install gcc libc6-dev") && e.contains("sudo apt-get install python3 python3-venv"),
         "{e}"
     );
     assert!(!e.contains("Rust"), "{e}");
-    let e = told(&[("cc", ""), ("cargo", ""), ("rustc", "echo 'rustc 1.63.0'"), ("rustup", ""), ("python3", "")]);
+    let e = printed(&[("cc", ""), ("cargo", ""), ("rustc", "echo 'rustc 1.63.0'"), ("rustup", ""), ("python3", "")]);
     assert!(e.contains("(here is 1.63.0)") && e.contains("rustup update stable"), "{e}");
     assert!(!e.contains("C compiler") && !e.contains("Python"), "{e}");
 }

@@ -135,7 +135,7 @@ mod tests {
         for freedom in [3.0, 5.0, 10.0] {
             assert!(p(10.0, freedom) > 0.9, "{freedom}: {}", p(10.0, freedom));
         }
-        // more repeats tell more
+        // more repeats hold more information
         assert!(p(6.0, 10.0) > p(6.0, 2.0));
     }
 }

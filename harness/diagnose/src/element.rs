@@ -1,5 +1,5 @@
 //! Back into the simulator: the element packed with what was found as its start values, and the recordings run
-//! through that very FMU: its libraries and start values; what it tells of itself is put in when the answer is written.
+//! through that very FMU: its libraries and start values; its description of itself is put in when the answer is written.
 
 use super::heldout::HeldOut;
 use super::predictions::Predictions;
@@ -32,7 +32,7 @@ pub struct Packed {
 }
 
 impl Packed {
-    /// The bytes of HysteresisContact.fmu, which tells what `label` says.
+    /// The bytes of HysteresisContact.fmu, described as `label` says.
     ///
     /// # Errors
     /// As [`Model::labelled`].
@@ -41,7 +41,7 @@ impl Packed {
         Model::contact().labelled(&self.values, &self.binaries, &label)
     }
 
-    /// The bytes of HysteresisContact.fmu with nothing to tell but its start values.
+    /// The bytes of HysteresisContact.fmu with no description but its start values.
     ///
     /// # Errors
     /// As [`Model::archive`].

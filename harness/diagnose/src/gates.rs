@@ -34,7 +34,7 @@ pub fn gates(d: &Decision, left: &Remainder) -> Vec<String> {
     v
 }
 
-/// What one recording alone, or one level alone, cannot tell; None where there is more.
+/// What one recording alone, or one level alone, cannot show; None where there is more.
 pub fn little_measured(d: &Decision) -> Option<String> {
     if d.base.data.records.len() < 2 {
         Some(

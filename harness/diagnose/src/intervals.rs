@@ -4,7 +4,7 @@ use estimate::fitted::Fitted;
 use estimate::problem::{Options, Point, Problem};
 use rayon::prelude::*;
 
-/// An interval of one described parameter, SI; NaN to NaN where the recordings do not tell it.
+/// An interval of one described parameter, SI; NaN to NaN where the recordings do not determine it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interval {
     pub name: &'static str,
@@ -17,7 +17,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// Its ends, where it was estimated and the recordings tell them.
+    /// Its ends, where it was estimated and the recordings determine them.
     pub fn ends(&self) -> Option<[f64; 2]> {
         (!self.held && self.low.is_finite() && self.high.is_finite()).then_some([self.low, self.high])
     }
@@ -156,7 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ends_are_those_of_what_was_estimated_and_can_be_told() {
+    fn ends_are_those_of_what_was_estimated_and_can_be_determined() {
         let i = Interval { name: "friction", value: 2.0, unit: "N", low: 1.5, high: 2.5, held: false };
         assert_eq!(i.ends(), Some([1.5, 2.5]));
         assert_eq!(Interval { low: f64::NAN, high: f64::NAN, ..i.clone() }.ends(), None);

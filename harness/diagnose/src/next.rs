@@ -146,7 +146,7 @@ fn calibration(f: &Findings) -> Option<String> {
     })
 }
 
-/// What would tell what is named from what fits as well.
+/// What would distinguish what is named from what fits as well.
 fn against_others(c: &Campaign, d: &Decision, f: &Findings, named: &[&'static Mechanism]) -> Vec<String> {
     let mut v = Vec::new();
     let mut settled: Vec<&str> = named.iter().map(|m| m.name).collect();
@@ -249,7 +249,7 @@ fn levels(c: &Campaign) -> String {
 fn without_force(c: &Campaign, d: &Decision) -> Option<String> {
     d.base.structure.base().machine.as_ref().filter(|m| !m.facts().takes_force())?;
     let system = c.system.as_ref()?;
-    let told = match system.bonds.first() {
+    let place = match system.bonds.first() {
         Some(b) => format!("on the body whose motion {} and {} are", b.penetration.text, b.velocity.text),
         None => {
             let outputs: Vec<&str> = system.channels.iter().flatten().map(|w| w.text.as_str()).collect();
@@ -259,7 +259,7 @@ fn without_force(c: &Campaign, d: &Decision) -> Option<String> {
             )
         }
     };
-    Some(told)
+    Some(place)
 }
 
 fn unexplained(c: &Campaign, d: &Decision, f: &Findings) -> Option<String> {

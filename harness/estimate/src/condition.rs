@@ -89,7 +89,7 @@ pub fn spikes_of_course(y: &[f64], sigma: f64) -> Vec<usize> {
 pub struct Conditioned {
     pub data: Data,
     pub guess: Guess,
-    /// Channels whose noise could not be told from stretches in which nothing touches, which are too short: it is taken for
+    /// Channels whose noise could not be estimated from stretches in which nothing touches, which are too short: it is taken for
     /// white, and may be wider and slower.
     pub unsure: [bool; 3],
 }
@@ -398,13 +398,13 @@ fn out_of_contact(depth: &[f64]) -> Vec<Range<usize>> {
 
 /// Least sigma believed, as a share of the channel's range.
 const FLOOR: f64 = 1e-5;
-/// Samples of a stretch up to which it tells nothing about noise.
+/// Samples of a stretch up to which it shows nothing about noise.
 const LEAST_QUIET: usize = 16;
-/// Samples from which a stretch that is known to be free tells something, and for each degree of the path taken out of it.
+/// Samples from which a stretch that is known to be free shows something, and for each degree of the path taken out of it.
 const LEAST_FREE: usize = 8;
 const SAMPLES_A_DEGREE: usize = 8;
 
-/// Noise of every channel, from the stretches in which nothing touches; and whether these were too short to tell it.
+/// Noise of every channel, from the stretches in which nothing touches; and whether these were too short to show it.
 fn noise_of(
     kind: Kind,
     readings: &[[Option<Vec<f64>>; 3]],

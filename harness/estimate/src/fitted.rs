@@ -115,7 +115,7 @@ impl Fitted {
         self.overdispersion_up_to(MOST)
     }
 
-    /// The same where single batches count up to `most`: infinity tells how much wider the noise would have to be to
+    /// The same where single batches count up to `most`: infinity gives how much wider the noise would have to be to
     /// hold what the model leaves.
     pub fn overdispersion_up_to(&self, most: f64) -> f64 {
         let Some(left) = self.residuals() else { return 1.0 };

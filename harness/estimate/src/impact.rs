@@ -8,7 +8,7 @@ use statrs::function::erf::erfc;
 const SHARE: f64 = 0.04;
 /// Times the noise that a peak has to reach.
 const STANDS_OUT: f64 = 8.0;
-/// Samples from which the noise before a pulse can be told.
+/// Samples from which the noise before a pulse can be estimated.
 const QUIET: usize = 8;
 /// Samples in a row that make a touch, so that a spike is none.
 const IN_A_ROW: i32 = 3;
@@ -81,7 +81,7 @@ fn pulse_in(y: &[f64]) -> Option<Pulse> {
     Some(Pulse { first, last, peak, level })
 }
 
-/// Whether a channel tells the push itself, not the way alone.
+/// Whether a channel reads the push itself, not the way alone.
 fn pushes(r: &Recording) -> bool {
     r.channels[0].is_some() || r.channels[1].is_some()
 }
@@ -165,7 +165,7 @@ mod tests {
             let p = pulse(&y).unwrap();
             let at = |i: usize| i as f64 / n as f64;
             assert!((at(p.first) - 0.8).abs() < 0.02 && (at(p.last) - 0.9).abs() < 0.02, "{n}: {} {}", p.first, p.last);
-            // without the pulse its noise is told to be nothing else
+            // without the pulse its noise is taken to be nothing else
             y.truncate(n * 7 / 10);
             let time: Vec<f64> = (0..y.len()).map(|i| 1e-5 * i as f64).collect();
             let noise = Recording {

@@ -217,7 +217,7 @@ fn off_path(base: &Fitted, r: usize, read: &[f64]) -> (Vec<f64>, Vec<f64>) {
 
 /// Samples on either side of one over which the slope of force over penetration is taken.
 const SLOPE_SAMPLES: usize = 8;
-/// Range of penetration from which the readings themselves tell that slope, in standard deviations of its noise.
+/// Range of penetration from which the readings themselves determine that slope, in standard deviations of its noise.
 const SLOPE_RANGE: f64 = 8.0;
 
 /// Slope of `force` over `path` around sample `i`, N/m, of samples with some weight; None where the path covers less than

@@ -30,7 +30,7 @@ struct Contacts {
 }
 
 /// Values at the middle of each `m` samples: their mean less what the curvature of a smooth course adds to it, which the
-/// means on either side tell (LeVeque 2002, Finite Volume Methods, section 17: a cell's mean and the value at its middle
+/// means on either side determine (LeVeque 2002, Finite Volume Methods, section 17: a cell's mean and the value at its middle
 /// differ by h^2 y''/24).
 fn middles(y: &[f64], m: usize) -> Vec<f64> {
     let mean = means(y, m);

@@ -1,7 +1,7 @@
 //! modelDescription.xml, as far as a host needs it.
 //!
 //! Read here with quick-xml, not with the schema of the crate `fmi`: that one refuses a file for any attribute it does
-//! not know, which vendors' files have, and it cannot tell an output without a list of dependencies (FMI 2.0: depends
+//! not know, which vendors' files have, and it cannot distinguish an output without a list of dependencies (FMI 2.0: depends
 //! on everything) from one with an empty list (depends on nothing).
 
 use super::xml::{self, Walk};
@@ -108,7 +108,7 @@ pub struct Variable {
     pub start: Option<Start>,
     /// Name of the unit, its own or its type's.
     pub unit: Option<String>,
-    /// Least and largest value of a Real, where the file tells them.
+    /// Least and largest value of a Real, where the file gives them.
     pub bounds: (Option<f64>, Option<f64>),
     /// The items of an Enumeration: name, number.
     pub items: Vec<(String, i32)>,
@@ -469,7 +469,7 @@ impl Description {
     }
 
     /// Whether `output` depends on `input` at a communication point (FMI 2.0 section 2.2.8): None where the file does
-    /// not tell, which FMI wants taken as yes.
+    /// not say, which FMI wants taken as yes.
     pub fn feedthrough(&self, output: &str, input: &str) -> Option<bool> {
         let (o, i) = (*self.by_name.get(output)?, *self.by_name.get(input)?);
         let known = self.outputs.iter().find(|u| u.variable == o)?.dependencies.as_ref()?;

@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::PathBuf;
 
-/// What an FMU tells of a step it discarded.
+/// What an FMU reports of a step it discarded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Discarded {
-    /// End of the part of the step that was done, s; None where the FMU does not tell.
+    /// End of the part of the step that was done, s; None where the FMU does not report it.
     pub last_successful_time: Option<f64>,
     /// Whether the FMU wants the simulation to end.
     pub terminated: bool,
@@ -79,7 +79,7 @@ pub enum HostError {
         instance: String,
         /// C function under way, or what else was done.
         function: &'static str,
-        /// Simulation time, s; None before it is told the start.
+        /// Simulation time, s; None before it is given the start.
         time: Option<f64>,
         /// How, with the signal, the exit code or the limit.
         how: String,

@@ -45,7 +45,7 @@ impl std::fmt::Debug for Fmu {
 }
 
 impl Loaded {
-    /// Keeps what went wrong where nobody could be told.
+    /// Keeps what went wrong where there was nobody to report it to.
     pub(super) fn complain(&self, what: String) {
         self.complaints.lock().unwrap_or_else(PoisonError::into_inner).push(what);
     }
@@ -63,7 +63,7 @@ impl Fmu {
     }
 
     /// As [`Fmu::open`]. With [`Isolation::Process`] each instance gets a process of its own, which loads the binary,
-    /// so that what is wrong with the binary is told by [`Fmu::instantiate`]; but for the libraries of our own FMUs,
+    /// so that what is wrong with the binary is reported by [`Fmu::instantiate`]; but for the libraries of our own FMUs,
     /// known by their bytes, which are loaded here.
     ///
     /// # Errors
@@ -128,7 +128,7 @@ impl Fmu {
         self.0.folder.path()
     }
 
-    /// What went wrong while instances in processes of their own were freed and unloaded, each told once.
+    /// What went wrong while instances in processes of their own were freed and unloaded, each reported once.
     pub fn complaints(&self) -> Vec<String> {
         std::mem::take(&mut *self.0.complaints.lock().unwrap_or_else(PoisonError::into_inner))
     }

@@ -278,7 +278,7 @@ impl FmuElement {
     }
 
     /// (dF/dx, dF/dv) from the FMU at its inputs; the second is 0 where it takes no velocity.
-    fn told_derivatives(&mut self) -> Result<(f64, f64)> {
+    fn given_derivatives(&mut self) -> Result<(f64, f64)> {
         let mut d = [0.0; 2];
         for i in 0..self.inputs.len() {
             let mut answer = [0.0];
@@ -340,12 +340,12 @@ impl Element for FmuElement {
             Coupling::Held { .. } => Ok((0.0, 0.0)),
             Coupling::Direct if declared => {
                 self.set(x, v)?;
-                self.told_derivatives()
+                self.given_derivatives()
             }
             Coupling::Trial { step } if declared => {
                 self.set(x, v)?;
                 self.instance.do_step(self.time, step)?;
-                let d = self.told_derivatives()?;
+                let d = self.given_derivatives()?;
                 self.back()?;
                 Ok(d)
             }

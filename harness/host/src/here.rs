@@ -138,7 +138,7 @@ impl Here {
     /// Makes a slave; `fatal` is shared by the FMU's slaves.
     ///
     /// # Errors
-    /// The binary has no fmi2Instantiate, or makes none; the log may tell why.
+    /// The binary has no fmi2Instantiate, or makes none; the log may say why.
     pub(super) fn new(
         binding: Arc<Fmi2Binding>,
         making: &Making,

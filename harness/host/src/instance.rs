@@ -269,7 +269,7 @@ impl Instance {
         call!(self, "fmi2SetDebugLogging", set_debug_logging(on, &names))
     }
 
-    /// Tells start, stop and tolerance of the simulation; times in s.
+    /// Gives start, stop and tolerance of the simulation; times in s.
     ///
     /// # Errors
     /// Where the FMU refuses.

@@ -83,7 +83,7 @@ fn lock<T>(m: &Mutex<T>) -> MutexGuard<'_, T> {
     m.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A text that is at most so long, with what is left out of it told.
+/// A text that is at most so long, with a count of what is left out.
 fn text(s: *const c_char, whole: usize) -> String {
     if s.is_null() {
         return String::new();

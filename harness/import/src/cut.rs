@@ -21,7 +21,7 @@ const PER_CONTACT: u64 = 400;
 const ZERO: f64 = 0.25;
 /// Share of the largest push up to which it counts as rising.
 const RISING: f64 = 0.6;
-/// Share of the range by which force may miss zero before the touch, and the samples there that tell it.
+/// Share of the range by which force may miss zero before the touch, and the samples there that show it.
 const TARE: f64 = 0.01;
 const LEARNT: usize = 20;
 
@@ -358,7 +358,7 @@ mod tests {
         let middle = s.time.partition_point(|t| *t < 0.101);
         let at = |c: usize| s.channels[c].as_ref().unwrap()[middle];
         assert!((at(0) - 2000.0).abs() < 10.0 && (at(1) + 400.0 * 9.80665).abs() < 20.0);
-        // the way from the touch to the deepest point, 50 rows of 0.02 mm, as far as a law of another power tells it
+        // the way from the touch to the deepest point, 50 rows of 0.02 mm, as far as a law of another power gives it
         assert!((at(2) - 1e-3).abs() < 2e-4, "{}", at(2));
         assert!(s.notes.iter().any(|n| n.contains("set to zero")), "{:?}", s.notes);
     }

@@ -15,7 +15,7 @@ const QUIET: usize = 3;
 const SPAN: f64 = 0.861;
 /// Buckets below the level that part two runs.
 const GAP: usize = 4;
-/// Rows in a bucket from which its own scatter tells the noise.
+/// Rows in a bucket from which its own scatter gives the noise.
 const MANY: u64 = 8;
 /// Longest time from one contact of a drop to the next, s: a body bounces half a metre up in 0.64 s.
 const FLIGHT: f64 = 1.0;

@@ -22,7 +22,7 @@ pub struct Taken {
     plain: u8,
 }
 
-/// The columns of a group, told apart.
+/// The columns of a group, each with its role.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Columns {
     pub taken: Vec<Taken>,
@@ -93,12 +93,12 @@ fn guess(channel: &Channel, column: usize) -> Result<Taken, (String, Option<Role
             format!("by its name {}, but its unit {} does not measure that", role.name(), channel.unit),
             Some(role),
         )),
-        _ if channel.unit.is_empty() => Err(("neither name nor unit tells what it is".into(), None)),
+        _ if channel.unit.is_empty() => Err(("neither name nor unit says what it is".into(), None)),
         _ => Err((format!("its unit {} measures no channel of a campaign", channel.unit), None)),
     }
 }
 
-/// Tells the columns of a group apart. Roles that `map` gives are given to no other column.
+/// Gives the columns of a group their roles. Roles that `map` gives are given to no other column.
 ///
 /// # Errors
 /// What is wrong with the map.

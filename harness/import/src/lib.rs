@@ -1,6 +1,6 @@
 //! From the files that instruments write to a campaign of format `recordings/1`.
 //!
-//! Data go one way: a file's columns are told apart (`guess`), parted into recordings that lie side by side (`split`), read
+//! Data go one way: a file's columns get their roles (`guess`), parted into recordings that lie side by side (`split`), read
 //! once for where the impacts lie (`survey`, `find`), made into a plan with what is known of each recording (`plan`), read a
 //! second time for the samples around the impacts (`cut`), and written (`write`). Memory does not grow with the length of a
 //! file. Nothing is asked here: what is missing is in the plan.

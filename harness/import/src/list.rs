@@ -28,7 +28,7 @@ pub struct ListedGroup {
     /// As in the file; empty where it has none.
     pub name: String,
     pub samples: u64,
-    /// Time between samples, s, where the file tells it beside its columns.
+    /// Time between samples, s, where the file gives it beside its columns.
     pub step: Option<f64>,
     /// The first few of its properties.
     pub properties: Vec<(String, String)>,

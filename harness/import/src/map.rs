@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn entries_are_parted_and_wrong_ones_told() {
+    fn entries_are_parted_and_wrong_ones_reported() {
         let all = parse("force=a, b:kN,time=t:ms,displacement=#3").unwrap();
         assert_eq!(all.len(), 3);
         assert_eq!((all[0].text(), all[2].role.name()), ("a, b:kN", "penetration"));

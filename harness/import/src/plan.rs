@@ -29,7 +29,7 @@ pub struct Planned {
     pub span: Span,
     /// Its CSV.
     pub name: String,
-    /// What tells it from others of its file.
+    /// What distinguishes it from others of its file.
     pub label: String,
     pub facts: Facts,
 }
@@ -43,7 +43,7 @@ pub struct Given {
     pub from: String,
 }
 
-/// What no file tells.
+/// What no file holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Missing {
     /// A key of `[rig]`, or of a recording.
@@ -435,7 +435,7 @@ fn rig(p: &mut Plan, files: &[File], o: &Options) {
     }
 }
 
-/// What no file tells of recordings.
+/// What no file holds of recordings.
 fn missing(p: &mut Plan, files: &[File]) {
     let lacking = |p: &Plan, lacks: &dyn Fn(&Facts) -> bool| -> Vec<PathBuf> {
         let mut of: Vec<PathBuf> =
@@ -519,7 +519,7 @@ mod tests {
     }
 
     #[test]
-    fn names_give_levels_and_order_and_what_is_missing_is_told() {
+    fn names_give_levels_and_order_and_what_is_missing_is_reported() {
         let mut files = vec![
             file("drop_200mm_10.csv", &[500.0], &[]),
             file("drop_200mm_2.csv", &[500.0], &[]),

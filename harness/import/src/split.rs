@@ -16,7 +16,7 @@ pub enum Time {
 /// The columns of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
-    /// What tells it from the others of its group; empty where it is alone.
+    /// What distinguishes it from the others of its group; empty where it is alone.
     pub label: String,
     pub time: Time,
     /// By `record::Channel::index`.
@@ -78,7 +78,7 @@ pub fn tracks(group: &Group, columns: &Columns, rate: Option<f64>, all_split: bo
     Ok(tracks)
 }
 
-/// What tells the `i`-th recording from the others.
+/// What distinguishes the `i`-th recording from the others.
 fn label(name: &str, i: usize) -> String {
     let number = parted(name).1;
     if number.is_empty() {
@@ -112,9 +112,10 @@ fn several(
     let unit = worst.first().map_or("", |t| group.channels[t.column].unit.as_str());
     let first = worst.first().map_or("", |t| t.name.as_str());
     let more = if alike { ", or --split-columns where each is a recording of its own" } else { "" };
-    let told = if columns.taken.len() > 8 { String::new() } else { format!(". Its columns are {}", listed(group)) };
+    let its_columns =
+        if columns.taken.len() > 8 { String::new() } else { format!(". Its columns are {}", listed(group)) };
     Err(format!(
-        "{} may be {}: say which, such as {}{more}{told}",
+        "{} may be {}: say which, such as {}{more}{its_columns}",
         names.join(", "),
         role.name(),
         example_of(role, first, unit)

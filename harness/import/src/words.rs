@@ -55,7 +55,7 @@ const FORCE: Role = Role::Reading(Channel::Force);
 const ACCELERATION: Role = Role::Reading(Channel::Acceleration);
 const PENETRATION: Role = Role::Reading(Channel::Penetration);
 
-/// Words that tell another quantity whatever stands beside them; a part of a word from four letters on.
+/// Words that name another quantity whatever stands beside them; a part of a word from four letters on.
 const OTHERS: [(&str, &[&str]); 7] = [
     ("temperature", &["temperature", "temperatur", "temperatura", "temp", "温度"]),
     ("a trigger", &["trigger", "trig", "sync"]),

@@ -10,7 +10,7 @@ use std::path::Path;
 
 pub(crate) const FORMAT: Format = Format { name: "WAV", is, open };
 
-/// Bytes that the sizes in a RIFF file can tell.
+/// Bytes that the sizes in a RIFF file can hold.
 const LARGEST: u64 = u32::MAX as u64 + 8;
 const PCM: u16 = 1;
 const FLOAT: u16 = 3;

@@ -121,7 +121,7 @@ fn in_folder(name: &str) -> (tempfile::TempDir, PathBuf) {
 }
 
 /// A group of five samples and more that was cut holds the samples of the whole one, but for the last, whose last number
-/// may be cut where nothing tells.
+/// may be cut where nothing shows it.
 fn check_prefix(cut: &[Vec<f64>], whole: &[Vec<f64>], of: &str) {
     let sure = cut[0].len().saturating_sub(1);
     if sure < 4 {

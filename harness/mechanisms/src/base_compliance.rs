@@ -59,7 +59,7 @@ impl Part for BaseCompliance {
     }
 }
 
-/// Logarithm of the damping ratio up to which a hardening spring is told from damping in the contact: a stop that does
+/// Logarithm of the damping ratio up to which a hardening spring is distinguished from damping in the contact: a stop that does
 /// not swing only gives way and takes energy.
 const MOST_DAMPED: f64 = -1.2;
 

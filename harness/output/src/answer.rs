@@ -31,7 +31,7 @@ pub struct Committed {
 }
 
 impl Committed {
-    /// What is to be told of it, a line each.
+    /// What is to be reported of it, a line each.
     pub fn notes(&self) -> impl Iterator<Item = String> + '_ {
         let line = |k: &Kept| format!("{} was not as touchdown writes it, and is kept as {}", k.name, k.kept_as);
         self.kept.iter().map(line)
@@ -82,7 +82,7 @@ impl Answer {
         Ok(a)
     }
 
-    /// Tells what the answer depends on, as a hash, by which a later command knows that it need not work it out again.
+    /// Records what the answer depends on, as a hash, by which a later command knows that it need not work it out again.
     #[must_use]
     pub fn of_input(mut self, hash: Option<String>) -> Answer {
         self.manifest.input = hash;

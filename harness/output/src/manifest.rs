@@ -29,7 +29,7 @@ pub struct Manifest {
     pub touchdown: String,
     /// The command that wrote last; files of others lie beside its own.
     pub command: String,
-    /// SHA-256 of all that the answer depends on, where the command tells it.
+    /// SHA-256 of all that the answer depends on, where the command gives it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input: Option<String>,
     /// Files by their names below the folder, parted by `/`.

@@ -35,7 +35,7 @@ impl Scratch {
 
     fn within(within: &Path, what: &str) -> std::io::Result<Scratch> {
         let folder = tempfile::Builder::new().prefix(&format!("{PREFIX}{what}-")).tempdir_in(within)?;
-        // a file system without locks has none to tell a live folder by, and there none is cleared away
+        // a file system without locks has none to recognize a live folder by, and there none is cleared away
         let lock = File::create(folder.path().join(LOCK))?;
         drop(lock.try_lock());
         let content = folder.path().join(CONTENT);

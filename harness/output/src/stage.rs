@@ -54,7 +54,7 @@ impl Stage {
             // no longer has the name holds nobody off
             Ok(()) if !is_named(&lock, &path.join(LOCK)) => Err(Error::new(ErrorKind::NotFound, "cleared away")),
             Err(TryLockError::WouldBlock) => Err(Error::new(ErrorKind::NotFound, "cleared away")),
-            // file systems without locks have none to tell a live stage by, and there none is cleared away
+            // file systems without locks have none to recognize a live stage by, and there none is cleared away
             Ok(()) | Err(TryLockError::Error(_)) => Ok(lock),
         });
         match locked {

@@ -64,8 +64,8 @@ fn an_answer_replaces_the_one_before_and_leaves_the_users_files() {
         answer(&place, &[("x", "1"), ("below/y", "1"), ("below/z", "1")]);
         std::fs::write(place.join("my.txt"), "mine").unwrap();
         std::fs::write(place.join("below/my.txt"), "mine").unwrap();
-        let told = answer(&place, &[("x", "2"), ("below/z", "2")]);
-        assert!(told.kept.is_empty());
+        let written = answer(&place, &[("x", "2"), ("below/z", "2")]);
+        assert!(written.kept.is_empty());
         let mine = [("my.txt", "mine"), ("below/my.txt", "mine")];
         assert_eq!(files(&place), texts(&[("x", "2"), ("below/z", "2"), mine[0], mine[1]]));
         answer(&place, &[("x", "3")]);
@@ -76,17 +76,17 @@ fn an_answer_replaces_the_one_before_and_leaves_the_users_files() {
 }
 
 #[test]
-fn a_file_that_was_changed_since_is_kept_and_told() {
+fn a_file_that_was_changed_since_is_kept_and_reported() {
     let (_t, places) = both_kinds();
     for place in places {
         answer(&place, &[("x.csv", "1"), ("y", "1")]);
         for change in ["a", "b"] {
             std::fs::write(place.join("x.csv"), change).unwrap();
             std::fs::write(place.join("y"), change).unwrap();
-            let told = answer(&place, &[("x.csv", "2")]);
+            let written = answer(&place, &[("x.csv", "2")]);
             let name = if change == "a" { "x.kept.csv" } else { "x.kept-2.csv" };
             assert_eq!(
-                told.notes().collect::<Vec<_>>(),
+                written.notes().collect::<Vec<_>>(),
                 [format!("x.csv was not as touchdown writes it, and is kept as {name}")]
             );
         }

@@ -6,7 +6,7 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, Writer, XmlVersion};
 
 impl Model {
-    /// The description with its GUID and start values, and what `label` tells. A start value other than 0 is a
+    /// The description with its GUID and start values, and what `label` holds. A start value other than 0 is a
     /// parameter's nominal value too.
     pub(super) fn described(&self, guid: &str, values: &[f64], label: &Label) -> Result<String> {
         let head = label.attributes(self.name, guid);

@@ -24,7 +24,7 @@ pub(super) fn plain(text: &str) -> Result<String> {
     page(text, None, None)
 }
 
-/// The element's page with the values it is packed with: start values, its loop, and what `label` tells.
+/// The element's page with the values it is packed with: start values, its loop, and what `label` holds.
 ///
 /// # Errors
 /// A text without a heading, or without a passage that is written from the parts.
@@ -122,8 +122,8 @@ mod tests {
     fn a_page_has_our_style_the_values_packed_their_loop_and_no_script() {
         let mut law = Parameters::power_law(2.5e9, 1.7, 3e8);
         law.adhesion.form = 4;
-        let told = Page::new("").section("What was found").paragraph("a pull");
-        let label = Label { page: Some(told), speeds: vec![0.25], ..Label::default() };
+        let page = Page::new("").section("What was found").paragraph("a pull");
+        let label = Label { page: Some(page), speeds: vec![0.25], ..Label::default() };
         let html = contact(crate::PAGE, &law, 0.3, &label).unwrap();
         for wanted in
             ["<td>2.5e9</td>", "<td>growing</td>", "0.2500 m/s: restitution", "What was found", "@media print", "<svg"]

@@ -1,10 +1,10 @@
-//! What tells one FMU from another: the campaign that it comes from, and when it was made.
+//! What distinguishes one FMU from another: the campaign that it comes from, and when it was made.
 
 use anyhow::{Context, Result};
 use chart::Page;
 use chrono::{DateTime, SecondsFormat};
 
-/// What an FMU tells of itself beside what every one of its model tells. The default tells nothing more.
+/// How an FMU describes itself beside what every one of its model says. The default says nothing more.
 #[derive(Clone, Default)]
 pub struct Label {
     /// What the model is called, in words; becomes a part of the model's name.
@@ -15,7 +15,7 @@ pub struct Label {
     pub made: Option<i64>,
     /// Typical sizes of variables by name, in the variables' units.
     pub nominals: Vec<(&'static str, f64)>,
-    /// What its documentation tells first.
+    /// What its documentation says first.
     pub page: Option<Page>,
     /// Speeds at touch that its loop is drawn for, m/s; empty: some.
     pub speeds: Vec<f64>,

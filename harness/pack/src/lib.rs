@@ -206,7 +206,7 @@ impl Model {
         Ok(values)
     }
 
-    /// The bytes of an FMU with the libraries given and `starts` as start values, and nothing else to tell.
+    /// The bytes of an FMU with the libraries given and `starts` as start values, and nothing else described.
     ///
     /// # Errors
     /// As [`Model::labelled`].
@@ -233,7 +233,7 @@ impl Model {
         Ok(out)
     }
 
-    /// The bytes of an FMU with the libraries given and `starts` as start values, which tells what `label` says.
+    /// The bytes of an FMU with the libraries given and `starts` as start values, described as `label` says.
     ///
     /// # Errors
     /// As [`Model::values`]; a library that is not the model's; description and variable table at odds;
@@ -362,7 +362,7 @@ mod tests {
             nominals: vec![("force", 812.0), ("velocity", 0.0)],
             ..Label::default()
         };
-        let told = element.described("", &values, &label).unwrap();
+        let described = element.described("", &values, &label).unwrap();
         for wanted in [
             "modelName=\"HysteresisContact_drop\"",
             "modelIdentifier=\"HysteresisContact\"",
@@ -370,10 +370,10 @@ mod tests {
             "&lt; &quot;b&quot; &amp; c",
             "nominal=\"812\"",
         ] {
-            assert!(told.contains(wanted), "{wanted}: {told}");
+            assert!(described.contains(wanted), "{wanted}: {described}");
         }
-        assert!(!told.contains("nominal=\"0\""));
-        assert_ne!(guid(&plain), guid(&told));
+        assert!(!described.contains("nominal=\"0\""));
+        assert_ne!(guid(&plain), guid(&described));
     }
 
     #[test]
@@ -382,13 +382,13 @@ mod tests {
         let number = |name, text| element.number(name, text).map_err(|e| format!("{e:#}"));
         assert_eq!((number("adhesion_form", "leaving"), number("adhesion_form", "3")), (Ok(3.0), Ok(3.0)));
         assert_eq!(number("stiffness", "2e9"), Ok(2e9));
-        let told = |name, text, wanted: &str| {
+        let refused = |name, text, wanted: &str| {
             let e = number(name, text).unwrap_err();
             assert!(e.contains(wanted), "{e}");
         };
-        told("adhesion_form", "leavin", "adhesion_form \"leavin\" is not known; did you mean \"leaving\"?");
-        told("adhesion_from", "1", "did you mean \"adhesion_form\"?");
-        told("stiffness", "hard", "stiffness is \"hard\": give a number");
+        refused("adhesion_form", "leavin", "adhesion_form \"leavin\" is not known; did you mean \"leaving\"?");
+        refused("adhesion_from", "1", "did you mean \"adhesion_form\"?");
+        refused("stiffness", "hard", "stiffness is \"hard\": give a number");
         assert_eq!(
             (item("adhesion_form", 4.0), item("adhesion_form", 5.0), item("stiffness", 1.0)),
             (Some("growing"), None, None)

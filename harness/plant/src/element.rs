@@ -23,7 +23,7 @@ pub trait Element {
     /// As [`Element::force`].
     fn advance(&mut self, from: (f64, f64), to: (f64, f64), dt: f64) -> Result<()>;
 
-    /// (stored J, dissipated J) so far; None where the element does not tell.
+    /// (stored J, dissipated J) so far; None where the element does not report them.
     ///
     /// # Errors
     /// As [`Element::force`].

@@ -165,7 +165,7 @@ fn stages<S: System>(s: &S, n: usize, t: f64, y: &State, h: f64, k: &mut [State;
 pub enum Locate {
     /// On the dense polynomial of the step that they fall in: next to no cost, exact to the polynomial's order.
     Polynomial,
-    /// By shortening the step itself until it ends on the event, in steps whose lengths the clock tells exactly.
+    /// By shortening the step itself until it ends on the event, in steps whose lengths the clock holds exactly.
     /// Forwards in time only; backwards events are located on the polynomial.
     Step,
 }
@@ -203,12 +203,12 @@ impl Control {
     }
 }
 
-/// `h` as far as the clock can tell it at `t`.
+/// `h` as far as the clock can resolve it at `t`.
 fn on_clock(t: f64, h: f64) -> f64 {
     (t + h) - t
 }
 
-/// The shortest step the clock can tell at `t` that is no shorter than `h`: an event stays behind it.
+/// The shortest step the clock can resolve at `t` that is no shorter than `h`: an event stays behind it.
 fn beyond(t: f64, h: f64) -> f64 {
     let end = t + h;
     if end - t < h {
@@ -573,7 +573,7 @@ mod tests {
             for h in [1e-30, 1e-18, 1e-17, 3.3e-13, 1e-7, 0.02] {
                 let taken = beyond(t, h);
                 assert!(taken >= h && t + taken > t, "{t} {h}: {taken}");
-                assert!(t + taken - t == taken, "the clock tells it exactly");
+                assert!(t + taken - t == taken, "the clock holds it exactly");
                 assert!(taken <= h + 4.0 * f64::EPSILON * (t + h), "{t} {h}: {taken}");
             }
         }

@@ -101,8 +101,8 @@ pub struct BondFacts {
     pub turned: bool,
     /// Whether the contact acts inside the FMU; else the force it is given is all there is.
     pub inside: bool,
-    /// Whether the force of that contact is told.
-    pub told: bool,
+    /// Whether the force of that contact is reported.
+    pub reported: bool,
     /// Whether another FMU gives a force here that is no contact's.
     pub fed: bool,
     /// ln of the mass that a force here moves at once, kg.
@@ -118,7 +118,7 @@ pub struct BondFacts {
 pub enum Reads {
     /// The same quantity of that bond: its contact's force, its acceleration, its penetration.
     Bond(usize),
-    /// Something else that the FMUs tell.
+    /// Something else that the FMUs report.
     Output,
 }
 
@@ -221,10 +221,10 @@ pub trait Running {
     /// As [`Running::advance`].
     fn follow(&mut self, faces: &[(f64, f64)]) -> Result<()>;
 
-    /// Force that the contact of a bond is told to have, N.
+    /// Force that the contact of a bond is reported to have, N.
     fn contact(&self, bond: usize) -> f64;
 
-    /// What the output of a channel tells, SI; NaN where the channel has none.
+    /// The output of a channel, SI; NaN where the channel has none.
     fn output(&self, channel: usize) -> f64;
 }
 

@@ -104,20 +104,20 @@ fn every_form_starts_within_its_bounds_is_named_once_and_described_in_numbers() 
         for m in ALL {
             let forms = m.forms(&c);
             for (i, f) in forms.iter().enumerate() {
-                let told = format!("{} ({}), {kind:?}", m.name, f.label);
-                assert!(forms[i + 1..].iter().all(|g| g.label != f.label), "{told} is there twice");
-                assert!(!f.starts.is_empty(), "{told} starts nowhere");
+                let which = format!("{} ({}), {kind:?}", m.name, f.label);
+                assert!(forms[i + 1..].iter().all(|g| g.label != f.label), "{which} is there twice");
+                assert!(!f.starts.is_empty(), "{which} starts nowhere");
                 // a simulation that holds a mechanism already takes its first form: behind the plain one stands what extends it
                 let lead = f.extends.map_or(0, |_| extended(&forms[..i], f).parameters.len());
                 for s in &f.starts {
-                    assert_eq!(s.len() + lead, f.parameters.len(), "{told}");
+                    assert_eq!(s.len() + lead, f.parameters.len(), "{which}");
                     for (v, q) in s.iter().zip(&f.parameters[lead..]) {
-                        assert!(q.lower <= *v && *v <= q.upper, "{told}: {} = {v}", q.name);
+                        assert!(q.lower <= *v && *v <= q.upper, "{which}: {} = {v}", q.name);
                     }
                 }
                 for s in starts(&forms, f) {
                     let said = f.describe(&s, &c);
-                    assert!(!said.is_empty() && said.iter().all(|(_, v, _)| v.is_finite()), "{told}: {said:?}");
+                    assert!(!said.is_empty() && said.iter().all(|(_, v, _)| v.is_finite()), "{which}: {said:?}");
                 }
             }
         }
@@ -172,16 +172,16 @@ fn what_extends_a_form_is_that_form_where_its_further_parameters_are_neutral() {
         for m in ALL {
             let forms = m.forms(&context(kind));
             for f in forms.iter().filter(|f| f.extends.is_some()) {
-                let told = format!("{} ({}), {kind:?}", m.name, f.label);
-                let (_, further, near) = neutral.iter().find(|n| n.0 == f.label).unwrap_or_else(|| panic!("{told}"));
+                let which = format!("{} ({}), {kind:?}", m.name, f.label);
+                let (_, further, near) = neutral.iter().find(|n| n.0 == f.label).unwrap_or_else(|| panic!("{which}"));
                 let plain = extended(&forms, f);
                 for (a, b) in plain.parameters.iter().zip(&f.parameters) {
-                    assert_eq!((&a.name, a.lower, a.upper), (&b.name, b.lower, b.upper), "{told}");
+                    assert_eq!((&a.name, a.lower, a.upper), (&b.name, b.lower, b.upper), "{which}");
                 }
                 for s in starts(&forms, plain).into_iter().take(3) {
                     let Some(want) = read(plain, &s, kind) else { continue };
-                    let got = read(f, &[s.as_slice(), further].concat(), kind).expect(&told);
-                    assert!(apart(&got, &want) <= *near, "{told} at {s:?}: {:e}", apart(&got, &want));
+                    let got = read(f, &[s.as_slice(), further].concat(), kind).expect(&which);
+                    assert!(apart(&got, &want) <= *near, "{which} at {s:?}: {:e}", apart(&got, &want));
                     seen += 1;
                 }
             }
@@ -196,10 +196,10 @@ fn the_clipping_level_told_is_the_one_that_acts() {
     for form in clipping.forms(&c).iter().filter(|f| f.extends.is_none()) {
         let mut p = Physics::default();
         form.apply(&form.starts[0], &c, &mut p);
-        let told = form.describe(&form.starts[0], &c)[0].1;
+        let stated = form.describe(&form.starts[0], &c)[0].1;
         assert!(
-            (told / p.clipping.level - 1.0).abs() < 1e-12,
-            "{}: {told} told, {} acts",
+            (stated / p.clipping.level - 1.0).abs() < 1e-12,
+            "{}: {stated} stated, {} acts",
             form.label,
             p.clipping.level
         );

@@ -19,7 +19,7 @@ const GRACE: Duration = Duration::from_millis(500);
 /// Least time between two notes.
 const BETWEEN_NOTES: Duration = Duration::from_millis(100);
 
-/// What a task tells.
+/// What a task reports.
 enum Said {
     Begin(String, u64),
     Stage(String),
@@ -34,7 +34,7 @@ enum Said {
     Over,
 }
 
-/// Passes on what a task tells.
+/// Passes on what a task reports.
 struct Listener {
     said: Mutex<Sender<Said>>,
     stop: &'static AtomicBool,
@@ -123,14 +123,14 @@ fn flag() -> &'static AtomicBool {
     flag
 }
 
-/// What `work` comes to. `tell(kind, text, number)` is called with what it tells: begin (of so many parts, 0 where nobody
+/// What `work` comes to. `notify(kind, text, number)` is called with what it reports: begin (of so many parts, 0 where nobody
 /// knows), stage, add (so many parts), end, warning, error, answer.
 ///
 /// # Errors
-/// What `work` ends with, as `TouchdownError`; what `tell` raises; what Python was asked to end with.
+/// What `work` ends with, as `TouchdownError`; what `notify` raises; what Python was asked to end with.
 pub fn followed<T: Send + 'static>(
     py: Python<'_>,
-    tell: &Py<PyAny>,
+    notify: &Py<PyAny>,
     work: impl FnOnce(Arc<dyn Follow>) -> Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let (say, said) = channel();
@@ -143,7 +143,7 @@ pub fn followed<T: Send + 'static>(
         done
     });
     let said = Mutex::new(said);
-    match listen(py, tell, &said) {
+    match listen(py, notify, &said) {
         Ok(()) => {
             let done = py.detach(|| task.join());
             FREE.lock().unwrap_or_else(PoisonError::into_inner).push(stop);
@@ -174,7 +174,7 @@ impl Drop for Over {
     }
 }
 
-/// What is told next, waited for so long.
+/// What is reported next, waited for so long.
 fn next(said: &Mutex<Receiver<Said>>, longest: Duration) -> Result<Said, RecvTimeoutError> {
     said.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(longest)
 }
@@ -191,8 +191,8 @@ fn ends(said: &Mutex<Receiver<Said>>, longest: Duration) -> bool {
     }
 }
 
-/// Passes on what the task tells until it is over.
-fn listen(py: Python<'_>, tell: &Py<PyAny>, said: &Mutex<Receiver<Said>>) -> PyResult<()> {
+/// Passes on what the task reports until it is over.
+fn listen(py: Python<'_>, notify: &Py<PyAny>, said: &Mutex<Receiver<Said>>) -> PyResult<()> {
     let mut limit: Option<(Instant, String)> = None;
     let mut looked = Instant::now();
     loop {
@@ -223,6 +223,6 @@ fn listen(py: Python<'_>, tell: &Py<PyAny>, said: &Mutex<Receiver<Said>>) -> PyR
             Ok(Said::Error(text)) => ("error", text, 0),
             Ok(Said::Answer(text)) => ("answer", text, 0),
         };
-        tell.call1(py, (kind, text, number))?;
+        notify.call1(py, (kind, text, number))?;
     }
 }

@@ -84,7 +84,7 @@ mod native {
     }
 
     #[pyfunction]
-    #[pyo3(signature = (campaigns, out, platforms, jobs, bootstrap, seconds, resume, fmus, tell))]
+    #[pyo3(signature = (campaigns, out, platforms, jobs, bootstrap, seconds, resume, fmus, notify))]
     #[allow(clippy::too_many_arguments)]
     fn diagnose(
         py: Python<'_>,
@@ -96,9 +96,9 @@ mod native {
         seconds: Option<f64>,
         resume: bool,
         fmus: Fmus,
-        tell: Py<PyAny>,
+        notify: Py<PyAny>,
     ) -> PyResult<String> {
-        followed(py, &tell, move |follow| {
+        followed(py, &notify, move |follow| {
             let isolation = fmus.isolation(follow.stop())?;
             let o = tasks::diagnose::Options {
                 campaigns,
@@ -126,9 +126,9 @@ mod native {
         out: PathBuf,
         method: String,
         seconds: f64,
-        tell: Py<PyAny>,
+        notify: Py<PyAny>,
     ) -> PyResult<String> {
-        followed(py, &tell, move |follow| {
+        followed(py, &notify, move |follow| {
             let methods = [("simplex", Method::Simplex), ("lm", Method::LevenbergMarquardt)];
             let i = record::words::place("method", &method, &methods.map(|m| m.0)).map_err(anyhow::Error::msg)?;
             let o = tasks::fit::Options { campaign, out, method: methods[i].1, seconds };
@@ -147,9 +147,9 @@ mod native {
         direct: bool,
         parquet: bool,
         fmus: Fmus,
-        tell: Py<PyAny>,
+        notify: Py<PyAny>,
     ) -> PyResult<String> {
-        followed(py, &tell, move |follow| {
+        followed(py, &notify, move |follow| {
             let isolation = fmus.isolation(follow.stop())?;
             let o = tasks::run::Options { scenario, out, fmu, direct, parquet, isolation };
             let done = tasks::run::simulated(&o, follow.as_ref())?;
@@ -212,7 +212,7 @@ mod native {
     }
 
     #[pyfunction]
-    fn import_(py: Python<'_>, files: Vec<PathBuf>, out: PathBuf, i: Import, tell: Py<PyAny>) -> PyResult<String> {
+    fn import_(py: Python<'_>, files: Vec<PathBuf>, out: PathBuf, i: Import, notify: Py<PyAny>) -> PyResult<String> {
         let o = tasks::import::Options {
             files,
             out: Some(out),
@@ -235,7 +235,7 @@ mod native {
             least: i.least,
             skip_bad: i.skip_bad,
         };
-        followed(py, &tell, move |follow| {
+        followed(py, &notify, move |follow| {
             let taken = tasks::import::imported(&o, None, follow.as_ref())?;
             text(&json!({ "taken": taken, "words": tasks::import::words(&taken) }))
         })

@@ -80,6 +80,6 @@ def found(example: Example) -> td.Diagnosis:
 
 
 def files(folder: Path) -> dict[str, bytes]:
-    """Every file below a folder by its path, but the manifest, which tells the program that wrote it."""
+    """Every file below a folder by its path, but the manifest, which names the program that wrote it."""
     paths = (p for p in folder.rglob("*") if p.is_file() and p.name != "manifest.json")
     return {str(p.relative_to(folder)): p.read_bytes() for p in paths}

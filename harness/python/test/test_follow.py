@@ -1,4 +1,4 @@
-"""While Rust works Python goes on: other threads run, progress is told, Ctrl-C ends it."""
+"""While Rust works Python goes on: other threads run, progress is reported, Ctrl-C ends it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ import touchdown_impact as td
 ENDLESS = """
 import sys, time
 import touchdown_impact as td
-def tell(p):
+def progress(p):
     if p.stage:
         print("stage", p.stage, flush=True)
 try:
-    td.diagnose(sys.argv[1], out=sys.argv[2], bootstrap=9999, progress=tell)
+    td.diagnose(sys.argv[1], out=sys.argv[2], bootstrap=9999, progress=progress)
 except KeyboardInterrupt:
     print("interrupted", flush=True)
 """
@@ -31,7 +31,7 @@ def test_ctrl_c_raises_within_a_second_and_nothing_is_written(campaign: Path, tm
         [sys.executable, "-c", ENDLESS, str(campaign), str(out)], stdout=subprocess.PIPE, text=True
     )
     assert child.stdout is not None
-    # the nulls alone take hours: that it ends at all tells that it was asked
+    # the nulls alone take hours: that it ends at all shows that it was asked
     assert child.stdout.readline().startswith("stage")
     child.send_signal(signal.SIGINT)
     asked = time.monotonic()
@@ -65,10 +65,10 @@ def test_other_threads_run_while_rust_works(campaign: Path) -> None:
 
 
 def test_progress_is_told_and_what_it_raises_ends_the_work(campaign: Path) -> None:
-    told: list[td.Progress] = []
-    td.fit(campaign, progress=told.append)
-    assert told[0] == td.Progress("fit bench_drop", "", 0, 0)
-    assert any(p.stage == "level by level" for p in told)
+    reported: list[td.Progress] = []
+    td.fit(campaign, progress=reported.append)
+    assert reported[0] == td.Progress("fit bench_drop", "", 0, 0)
+    assert any(p.stage == "level by level" for p in reported)
 
     class Enough(Exception):
         pass

@@ -99,7 +99,7 @@ def test_a_campaign_tells_what_it_holds(campaign: Path) -> None:
     assert first.force is not None and len(first.force) == len(first.time) and (np.diff(first.time) > 0).all()
 
 
-def test_tables_that_cannot_be_taken_are_told() -> None:
+def test_tables_that_cannot_be_taken_are_reported() -> None:
     course = pa.table({"time": [0.0, 1.0], "force": [0.0, 1.0]})
     with pytest.raises(ValueError, match="impact_speed: 2 values for 1 recordings"):
         td.Campaign.of(course, speed=[1.0, 2.0])
@@ -117,11 +117,11 @@ def test_what_is_to_be_known_is_a_warning(campaign: Path) -> None:
     clock = recordings["r01.csv"]["time [s]"]
     recordings["r01.csv"]["time [s]"] = clock.where(clock.index != 7, clock.shift())
     made = td.Campaign.of(recordings, mass=0.32622, speed=0.315)
-    told = made.warnings
-    assert told and told[0].startswith("r01.csv: ")
+    noted = made.warnings
+    assert noted and noted[0].startswith("r01.csv: ")
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         td.fit(made, seconds=60)
     ours = [w for w in said if issubclass(w.category, td.TouchdownWarning)]
-    assert [str(w.message) for w in ours] == [f"{made.folder}: {t}" for t in told]
+    assert [str(w.message) for w in ours] == [f"{made.folder}: {t}" for t in noted]
     assert ours[0].filename == __file__

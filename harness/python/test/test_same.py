@@ -33,19 +33,19 @@ def test_a_diagnosis_is_that_of_the_command_file_by_file(found: td.Diagnosis, by
 
 @pytest.mark.parametrize("library", ["pandas", "polars"])
 def test_tables_give_the_verdict_of_their_folder(library: str, campaign: Path, by_command: Path, tmp_path: Path) -> None:
-    told = tomllib.loads((campaign / "campaign.toml").read_text(encoding="utf-8"))
+    campaign_file = tomllib.loads((campaign / "campaign.toml").read_text(encoding="utf-8"))
     read = pd.read_csv if library == "pandas" else pl.read_csv
-    each = {key: [r[key] for r in told["recording"]] for key in ("order", "impact_speed", "impact_speed_std", "drop_height")}
+    each = {key: [r[key] for r in campaign_file["recording"]] for key in ("order", "impact_speed", "impact_speed_std", "drop_height")}
     made = td.Campaign.of(
-        {r["file"]: read(campaign / r["file"]) for r in told["recording"]},
-        mass=told["rig"]["moving_mass"],
+        {r["file"]: read(campaign / r["file"]) for r in campaign_file["recording"]},
+        mass=campaign_file["rig"]["moving_mass"],
         speed=each["impact_speed"],
         speed_std=each["impact_speed_std"],
         height=each["drop_height"],
         order=each["order"],
-        name=told["campaign"]["name"],
-        material=told["campaign"]["material"],
-        **told["simulation"],
+        name=campaign_file["campaign"]["name"],
+        material=campaign_file["campaign"]["material"],
+        **campaign_file["simulation"],
     )
     if library == "polars":
         # the diagnosis of the same recordings is tried above already
@@ -94,7 +94,7 @@ def test_a_run_is_that_of_the_command(command: Command, tmp_path: Path) -> None:
         assert 0.99 * ran.impacts[0]["peak_force"] < largest <= ran.impacts[0]["peak_force"]
 
 
-def test_an_fmu_that_takes_too_long_is_told(tmp_path: Path) -> None:
+def test_an_fmu_that_takes_too_long_is_reported(tmp_path: Path) -> None:
     fmu = somebody_elses(tmp_path)
     with pytest.raises(td.TouchdownError, match="no answer for"):
         td.run(EXAMPLES / "drop_test.toml", fmu=fmu, fmus=td.Fmus(fmu_seconds=1e-6))

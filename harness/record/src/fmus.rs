@@ -49,9 +49,9 @@ pub struct Bond {
     pub kind: BondKind,
     /// The input that takes a force, N; None where the model has none.
     pub force: Option<Written>,
-    /// The output that tells the penetration, m.
+    /// The output for the penetration, m.
     pub penetration: Written,
-    /// The output that tells its rate, m/s.
+    /// The output for its rate, m/s.
     pub velocity: Written,
 }
 

@@ -323,7 +323,7 @@ pub fn range(y: &[f64]) -> f64 {
     high - low
 }
 
-/// Share of the largest reading from which a pulse is told from what lies around it.
+/// Share of the largest reading from which a pulse is distinguished from what lies around it.
 const PULSE: f64 = 0.05;
 
 /// First and last time, in s, of the stretch about the largest magnitude of `y` in which readings stay above 5 % of it; None

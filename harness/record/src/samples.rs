@@ -34,7 +34,7 @@ pub struct Signals {
     pub time: Vec<f64>,
     /// Indexed by `Channel::index`.
     pub channels: [Option<Vec<f64>>; 3],
-    /// Whether the contact is closed, by sample, as a contactor's contacts or a light barrier tell it.
+    /// Whether the contact is closed, by sample, as a contactor's contacts or a light barrier show it.
     pub closed: Option<Vec<bool>>,
     /// What was merged or left out, each naming the file.
     pub notes: Vec<String>,
@@ -60,7 +60,7 @@ pub fn read_file(path: &Path) -> Result<Signals, RecordErrors> {
     Ok(Signals { time: std::mem::take(&mut data[table.clock]), channels, closed, notes })
 }
 
-/// What to tell of the columns of the file `name` that are not known: the likely slips, then all of them.
+/// What to report of the columns of the file `name` that are not known: the likely slips, then all of them.
 fn left_out(name: &str, columns: &[String]) -> Vec<String> {
     let slip = |c: &String| {
         // of many words one may well be a known one
@@ -441,10 +441,10 @@ fn header(path: &Path, head: &csv::StringRecord, purpose: Use) -> Header {
     Header { columns, fields, left_out, errors }
 }
 
-/// One thing wrong with rows, told where it stands first.
+/// One thing wrong with rows, reported where it stands first.
 struct Fault {
     section: Section,
-    /// What tells it from others: with the cure, one fault.
+    /// What distinguishes it from others: with the cure, one fault.
     of: String,
     line: usize,
     what: String,
@@ -635,17 +635,17 @@ mod tests {
         }
         let e = read_text(&text, Kind::Indentation).unwrap_err();
         let said: Vec<(usize, &str, &str)> = e.iter().map(|e| (e.line, e.what.as_str(), e.cure.as_str())).collect();
-        let told = |line: usize, what: &str, cure: &str| {
+        let refused = |line: usize, what: &str, cure: &str| {
             assert!(
                 said.iter().any(|s| s.0 == line && s.1.contains(what) && s.2.contains(cure)),
                 "{line} {what} {cure}: {said:#?}"
             );
         };
-        told(1, "column \"Force\" is not known", "did you mean \"force\"?");
-        told(1, "unit \"mN\" does not measure penetration", "it measures force");
-        told(1, "column \"force\" has no unit", "name [unit]");
-        told(5, "Force holds \"NaN\", not a finite number, and so does 1 row more", "remove the rows");
-        told(11, "another number of cells", "complete or remove it");
+        refused(1, "column \"Force\" is not known", "did you mean \"force\"?");
+        refused(1, "unit \"mN\" does not measure penetration", "it measures force");
+        refused(1, "column \"force\" has no unit", "name [unit]");
+        refused(5, "Force holds \"NaN\", not a finite number, and so does 1 row more", "remove the rows");
+        refused(11, "another number of cells", "complete or remove it");
         assert_eq!(e.len(), 5, "{said:#?}");
         let back: Vec<(f64, f64)> = (0..20).map(|i| (f64::from(if i == 5 { 2 } else { i }), 0.0)).collect();
         let e = read_text(&force(&back), Kind::DropTest).unwrap_err();

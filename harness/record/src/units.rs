@@ -122,7 +122,7 @@ fn spelling(unit: &str) -> String {
 }
 
 /// What a column in `unit` measures, and its factor to SI, in any spelling that instruments have for it; None where the
-/// unit is of none of the columns, or tells nothing, as 1 does.
+/// unit is of none of the columns, or says nothing, as 1 does.
 pub fn measured(unit: &str) -> Option<(&'static str, f64)> {
     let found = |u: &str| COLUMNS.into_iter().filter(|c| *c != CLOSED).find_map(|c| factor(c, u).map(|f| (c, f)));
     let plain = spelling(unit);

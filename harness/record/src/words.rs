@@ -41,7 +41,7 @@ pub fn instead(word: &str, known: &[&str]) -> String {
     }
 }
 
-/// The end of a message that has told all of `known`: the nearest to `word`; empty where none is near.
+/// The end of a message that has listed all of `known`: the nearest to `word`; empty where none is near.
 pub fn meant(word: &str, known: &[impl AsRef<str>]) -> String {
     let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
     nearest(word, &known).map_or(String::new(), |k| format!("; did you mean {k:?}?"))

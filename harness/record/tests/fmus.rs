@@ -54,7 +54,7 @@ fn a_system_is_read_with_its_bonds_free_variables_and_settings() {
     );
     assert_eq!(b.force.as_ref().map(|f| (f.text.as_str(), f.line)), Some(("bar.force", 15)));
     assert_eq!(c.recordings[0].set[0].value, 12.0);
-    // what differs names the level; a channel without an output is left out and told
+    // what differs names the level; a channel without an output is left out and reported
     assert_eq!(c.levels[0].1, "bar.spring_preload = 12");
     assert!(c.recordings[0].channels[2].is_none());
     assert!(c.warnings.iter().any(|w| w.starts_with("penetration is recorded")), "{:?}", c.warnings);

@@ -86,7 +86,7 @@ fn all_errors_are_told_at_once_with_file_line_and_cure() {
                     moving_mass = 0.5\n[[recording]]\nfile = \"r1.csv\"\ndrop_heigth = 0.02\nimpact_speed = 1\n\
                     [[recording]]\norder = 2\n[[recording]]\nfile = \"r1.csv\"\n[[recording]]\nfile = \"gone.csv\"\n";
     let said = errors(campaign, &[("r1.csv", csv().replace("[N]", "[Nn]"))]);
-    let told = [
+    let wanted = [
         ("campaign.toml:2: key \"colour\" is not known at the top", "known are format, campaign, rig"),
         ("campaign.toml:4: kind \"droptest\" is not known", "did you mean \"drop-test\"?"),
         ("campaign.toml:5: key \"materail\" is not known under [campaign]", "did you mean \"material\"?"),
@@ -101,10 +101,10 @@ fn all_errors_are_told_at_once_with_file_line_and_cure() {
         ("r1.csv:1: unit \"Nn\" does not measure force", "did you mean \"nN\"?"),
         ("gone.csv: cannot be read", "put the recording beside campaign.toml"),
     ];
-    for (said, (what, cure)) in said.iter().zip(told) {
+    for (said, (what, cure)) in said.iter().zip(wanted) {
         assert!(said.starts_with(what) && said.contains(cure), "{said}");
     }
-    assert_eq!(said.len(), told.len(), "{said:#?}");
+    assert_eq!(said.len(), wanted.len(), "{said:#?}");
 }
 
 #[test]
@@ -134,27 +134,27 @@ fn what_is_missing_is_told_with_its_table() {
     let campaign =
         "[campaign]\nkind = \"contactor_opening\"\n[rig]\ntravel = 0.004\n[[recording]]\nfile = \"r1.csv\"\n";
     let said = errors(campaign, &[("r1.csv", csv())]);
-    let told = [
+    let wanted = [
         "campaign.toml: format is missing; write format = \"recordings/1\"",
         "campaign.toml:3: moving_mass is missing under [rig]; add moving_mass in kg",
         "campaign.toml:3: return_spring_rate is missing under [rig]; add return_spring_rate in N/m",
         "campaign.toml:5: r1.csv: spring_preload is missing; add spring_preload in N",
     ];
-    assert_eq!(said, told);
+    assert_eq!(said, wanted);
     let said = errors("format = \"recordings/1\"\n", &[]);
     assert_eq!(said.len(), 2, "{said:#?}");
     assert!(said[0].contains("kind is missing") && said[1].contains("no [[recording]] is listed"), "{said:#?}");
 }
 
 #[test]
-fn every_line_that_is_no_toml_is_told() {
+fn every_line_that_is_no_toml_is_reported() {
     let said = errors("format = \n[campaign]\nkind = \"drop-test\"\nname = = 3\n", &[]);
     assert!(said.iter().any(|s| s.starts_with("campaign.toml:1:")), "{said:#?}");
     assert!(said.iter().any(|s| s.starts_with("campaign.toml:4:")), "{said:#?}");
 }
 
 #[test]
-fn tables_written_otherwise_are_told() {
+fn tables_written_otherwise_are_reported() {
     let campaign =
         "format = \"recordings/1\"\nrig = 3\n[campaign]\nkind = \"drop-test\"\n[recording]\nfile = \"r1.csv\"\n";
     let said = errors(campaign, &[]);

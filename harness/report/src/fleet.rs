@@ -11,7 +11,7 @@ use std::path::{Component, Path, PathBuf};
 const DRAWN: usize = 6;
 /// Comparisons in the table of what grows, and of what does not, at most.
 const TABLED: usize = 40;
-/// Classes that a column of numbers is parted into, and values of one of texts that are told apart, at most.
+/// Classes that a column of numbers is parted into, and values of one of texts that are distinguished, at most.
 const CLASSES: usize = 5;
 const VALUES: usize = 12;
 /// Names of lost campaigns in the first sentence, at most.

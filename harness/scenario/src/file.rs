@@ -88,7 +88,7 @@ pub struct PhotoInterrupters {
     pub spacing: f64,
     /// From the last one to touch, m, >= 0.
     pub last_to_touch: f64,
-    /// How many, 3 to 12 (the paper has 6); the last three tell the speed.
+    /// How many, 3 to 12 (the paper has 6); the last three give the speed.
     #[serde(default = "three")]
     pub count: usize,
     /// Step of the clock that times them, s, >= 0; 0: exact.
@@ -138,7 +138,7 @@ pub struct Scenario {
     /// One body or three.
     #[serde(default)]
     pub model: Model,
-    /// Moving mass, kg, > 0; `masses` instead where they are told apart.
+    /// Moving mass, kg, > 0; `masses` instead where they are given one by one.
     pub mass: Option<f64>,
     /// Drop height, m, > 0.
     pub drop_height: Option<f64>,

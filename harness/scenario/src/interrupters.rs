@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// What three times tell.
+/// What three times give.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Recovered {
     /// Speed at touch, m/s.

@@ -13,9 +13,9 @@ pub struct Row {
     pub state: State,
     /// Contact force, N, positive in compression.
     pub force: f64,
-    /// Energy stored in the contact, J; NaN where the element does not tell.
+    /// Energy stored in the contact, J; NaN where the element does not report it.
     pub stored: f64,
-    /// Energy the contact has turned into heat, J; NaN where the element does not tell.
+    /// Energy the contact has turned into heat, J; NaN where the element does not report it.
     pub dissipated: f64,
     /// Kinetic energy, J.
     pub kinetic: f64,
@@ -79,7 +79,7 @@ pub struct Event {
 pub struct Balance {
     /// That largest energy, J.
     pub scale: f64,
-    /// With the energies the element tells; absent where it tells none.
+    /// With the energies the element reports; absent where it reports none.
     pub residual: Option<f64>,
     /// With the contact's work integrated along the motion instead.
     pub residual_of_motion: f64,

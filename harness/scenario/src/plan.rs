@@ -24,7 +24,7 @@ pub enum Start {
 /// One run.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// What tells it from the others; empty for the only one.
+    /// What distinguishes it from the others; empty for the only one.
     pub name: String,
     /// Its tip's name.
     pub tip: Option<String>,

@@ -60,7 +60,7 @@ pub fn peak(rows: &[Row], from: f64, to: f64, value: &dyn Fn(&Row) -> f64) -> Op
 pub struct SensorPeak {
     /// Largest reading: N for the transducer, m/s^2 (of being pushed back) for the accelerometer.
     pub peak: f64,
-    /// The force it tells over the largest contact force; the accelerometer's reading times all masses.
+    /// The force it reports over the largest contact force; the accelerometer's reading times all masses.
     pub over_contact: f64,
     /// The same with rigid springs: what lies above the transducer over all masses; 1 for the accelerometer.
     pub over_contact_if_rigid: f64,

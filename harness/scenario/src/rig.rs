@@ -123,7 +123,7 @@ impl Rig {
         self.masses().iter().sum()
     }
 
-    /// The bodies and the forces on them, under `gravity` along +x, m/s^2. Of the law only what tells a depth from a
+    /// The bodies and the forces on them, under `gravity` along +x, m/s^2. Of the law only what distinguishes a depth from a
     /// speed is used: the force is the contact element's.
     pub fn physics(&self, law: &Parameters, gravity: f64) -> Physics {
         let mut p = Physics { law: *law, mass: self.mass(), gravity, ..self.parts };

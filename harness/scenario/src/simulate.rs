@@ -150,7 +150,7 @@ struct Run<'a> {
     gravity: f64,
     /// Energy that left the books when gravity was switched off, J.
     dropped: f64,
-    /// Energy at the first row, J: with what the element tells, and with the contact's work instead.
+    /// Energy at the first row, J: with what the element reports, and with the contact's work instead.
     first: Option<[f64; 2]>,
     /// Where the centre of mass last turned inside the stop, m.
     last_turn: Option<f64>,

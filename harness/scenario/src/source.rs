@@ -34,7 +34,7 @@ impl Source {
         Source { isolation, ..Source::default() }
     }
 
-    /// What went wrong while FMUs were freed and unloaded, each told once; after their elements were dropped.
+    /// What went wrong while FMUs were freed and unloaded, each reported once; after their elements were dropped.
     pub fn complaints(&self) -> Vec<String> {
         self.given.values().flat_map(Fmu::complaints).collect()
     }

@@ -4,7 +4,7 @@ use anyhow::{bail, Context, Result};
 use std::process::{Child, Command};
 use std::time::Instant;
 
-/// CPU seconds this process has taken, all threads together; seconds of the wall where the platform does not tell.
+/// CPU seconds this process has taken, all threads together; seconds of the wall where the platform does not report it.
 pub fn cpu_seconds() -> f64 {
     #[cfg(unix)]
     {
@@ -28,9 +28,9 @@ pub fn wall_seconds() -> f64 {
 pub struct Taken {
     /// From start to end, s.
     pub wall: f64,
-    /// CPU time of all its threads, s; NaN where the platform does not tell.
+    /// CPU time of all its threads, s; NaN where the platform does not report it.
     pub cpu: f64,
-    /// Most memory resident at once, bytes; NaN where the platform does not tell.
+    /// Most memory resident at once, bytes; NaN where the platform does not report it.
     pub memory: f64,
 }
 

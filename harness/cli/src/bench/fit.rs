@@ -167,7 +167,7 @@ fn theirs(a: &[f64]) -> Result<Theirs> {
 }
 
 /// Fits the base of `c` here, `rounds` times, and in scipy, in turn; both on one thread. Nelder-Mead is given up
-/// after `patience` CPU s. The JSON file that tells Python of it goes to `folder`; `at` hears what is done next.
+/// after `patience` CPU s. The JSON file that describes it to Python goes to `folder`; `at` hears what is done next.
 ///
 /// # Errors
 /// A campaign that cannot be fitted or compared; a Python that refuses; sides that do not compute the same chi^2.

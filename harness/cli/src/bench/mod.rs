@@ -198,7 +198,7 @@ impl Walker {
         self.walk_by(cpu_seconds, steps, inputs)
     }
 
-    /// As [`Walker::walk`], by a clock that tells seconds.
+    /// As [`Walker::walk`], by a clock in seconds.
     ///
     /// # Errors
     /// Where the FMU refuses.

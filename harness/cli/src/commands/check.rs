@@ -21,7 +21,7 @@ use std::process::ExitCode;
 
 const EXAMPLES: &str = "Examples:
   touchdown check my_drops                               # what a diagnosis would see, and what contradicts
-  touchdown check drops_a drops_b drops_c                # several at once; every fault of each is told
+  touchdown check drops_a drops_b drops_c                # several at once; every fault of each is reported
   touchdown check my_drops --json > my_drops.json        # the same for programs";
 
 #[derive(clap::Args)]
@@ -51,7 +51,7 @@ struct Understood {
     /// What FMUs make of the recordings before anything is fitted; empty where none simulate it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     simulated: Vec<Simulated>,
-    /// What is wrong with it, a line each; also told on standard error.
+    /// What is wrong with it, a line each; also on standard error.
     errors: Vec<String>,
 }
 
@@ -161,7 +161,7 @@ fn words(u: &Understood) -> String {
         _ => "not calibrated yet".to_string(),
     };
     let terms = if u.simulation.terms.is_empty() { "none".to_string() } else { u.simulation.terms.join(", ") };
-    // as it was given; what FMUs tell of it, to six digits
+    // as it was given; what FMUs declare of it, to six digits
     let six = |m: f64| format!("{m:.5e}").parse().unwrap_or(m);
     let mass = u.moving_mass.map_or(String::new(), |m| format!(", moving mass {} kg", six(m)));
     let mut s = format!(
@@ -217,11 +217,11 @@ fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
         simulated: Vec::new(),
         errors: Vec::new(),
     };
-    let told = |e: Invalid| of_campaign(dir, &e).lines().map(str::to_string).collect();
+    let lines = |e: Invalid| of_campaign(dir, &e).lines().map(str::to_string).collect();
     let (data, guess) = match condition_on(&c, machine.as_ref()) {
         Ok(conditioned) => (conditioned.data, conditioned.guess),
         Err(e) => {
-            u.errors = told(e);
+            u.errors = lines(e);
             return Ok(u);
         }
     };
@@ -232,7 +232,7 @@ fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
     };
     u.noise = Channel::ALL.into_iter().filter(|k| data.has(*k)).map(noise).collect();
     if let Err(e) = diagnose::plausible::check(&c, &data) {
-        u.errors = told(e);
+        u.errors = lines(e);
     }
     if let Some(m) = machine {
         u.notes.extend(m.facts().notes.iter().cloned());

@@ -69,7 +69,7 @@ pub struct Arguments {
     form: Form,
 }
 
-/// Variable by which a share tells a process of its own its number: the process ends with it.
+/// Variable by which a share gives a process of its own its number: the process ends with it.
 const SHARE: &str = "TOUCHDOWN_SHARE";
 
 /// Ends this process with the share that has started it, where one has.
@@ -83,7 +83,7 @@ fn end_with_share() {
             // a kernel that refuses leaves it to run on, which does no harm
             let _ = set_parent_process_death_signal(Some(Signal::KILL));
             if !is_above() {
-                // it was ended before it could be told
+                // it was ended before it could be reported
                 std::process::exit(2);
             }
         }

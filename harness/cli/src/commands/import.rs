@@ -151,7 +151,7 @@ fn ask(question: &str, read: &mut dyn FnMut(&str) -> Result<(), String>) -> Resu
     }
 }
 
-/// Asks for what no file tells; whether everything was answered.
+/// Asks for what no file holds; whether everything was answered.
 fn asked(missing: &[Missing], o: &mut import::Options) -> Result<bool> {
     for m in missing {
         if m.files.is_empty() {

@@ -81,7 +81,7 @@ fn markdown(table: &[Entry]) -> String {
 
 /// A mechanism for programs.
 #[derive(Serialize)]
-struct Told<'a> {
+struct Listed<'a> {
     name: &'a str,
     origin: &'a str,
     sentence: &'a str,
@@ -93,9 +93,9 @@ struct Told<'a> {
     quantities: &'a [Quantity],
 }
 
-fn told(e: &Entry) -> Told<'_> {
+fn listed(e: &Entry) -> Listed<'_> {
     let m = e.mechanism;
-    Told {
+    Listed {
         name: m.name,
         origin: m.origin.name(),
         sentence: m.sentence,
@@ -118,8 +118,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     }
     table.retain(|e| a.names.is_empty() || a.names.iter().any(|n| n == e.mechanism.name));
     let form = if a.format == Format::Json { Form { json: true } } else { a.form };
-    let all: Vec<Told<'_>> = table.iter().map(told).collect();
-    let words = |_: &Vec<Told<'_>>| match a.format {
+    let all: Vec<Listed<'_>> = table.iter().map(listed).collect();
+    let words = |_: &Vec<Listed<'_>>| match a.format {
         Format::Markdown => markdown(&table),
         _ => table.iter().map(text).collect::<Vec<_>>().join("\n"),
     };

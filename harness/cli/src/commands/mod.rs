@@ -88,7 +88,7 @@ enum Command {
     Fit(fit::Arguments),
     /// Print the exact impact of a mass on the law F = k x^p + mu_d x^p v
     Impact(impact::Arguments),
-    /// Make a campaign out of the files that instruments write: columns guessed and told, windows cut around the impacts
+    /// Make a campaign out of the files that instruments write: columns guessed and listed, windows cut around the impacts
     Import(Box<import::Arguments>),
     /// Write a campaign.toml for the recordings in a folder, with what has to be filled in
     Init(init::Arguments),

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::RwLock;
 use std::time::Instant;
 
-/// Shows how far a task is, prints what it tells, and ends it by the signals of the terminal.
+/// Shows how far a task is, prints what it reports, and ends it by the signals of the terminal.
 pub struct Terminal {
     form: Form,
     progress: RwLock<Option<Progress>>,
@@ -21,9 +21,9 @@ impl Terminal {
     }
 
     /// Does something with the job under way, where there is one.
-    fn of_job(&self, tell: impl FnOnce(&Progress)) {
+    fn of_job(&self, act: impl FnOnce(&Progress)) {
         if let Ok(Some(p)) = self.progress.read().as_deref() {
-            tell(p);
+            act(p);
         }
     }
 

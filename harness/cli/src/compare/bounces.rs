@@ -22,7 +22,7 @@ pub struct ImpactFigures {
 /// Impacts of one file.
 #[derive(Clone, Debug, Serialize)]
 pub struct BounceFigures {
-    /// The column that tells contact: closed, penetration or force.
+    /// The column that shows contact: closed, penetration or force.
     pub by: &'static str,
     /// Time of the first impact, s.
     pub first: f64,

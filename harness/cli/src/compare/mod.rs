@@ -112,7 +112,7 @@ pub struct Spectra {
     pub simulation: SpectrumValues,
 }
 
-/// All that is told of both.
+/// All that is reported of both.
 #[derive(Clone, Debug, Serialize)]
 pub struct Comparison {
     pub recording: PathBuf,

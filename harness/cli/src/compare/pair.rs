@@ -38,7 +38,7 @@ impl Side<'_> {
         }
     }
 
-    /// At an even rate and filtered; what was done to it is told in `notes`.
+    /// At an even rate and filtered; what was done to it is listed in `notes`.
     fn even(&self, class: Option<f64>, notes: &mut Vec<String>) -> Result<Even> {
         let place = || self.path.display().to_string();
         let of = &self.signals;
@@ -106,8 +106,8 @@ impl Pair {
                 files()
             ));
         }
-        tell_left_out(recording, &common, notes);
-        tell_left_out(simulation, &common, notes);
+        note_left_out(recording, &common, notes);
+        note_left_out(simulation, &common, notes);
         let (a, b) = (recording.even(s.cfc, notes)?, simulation.even(s.cfc, notes)?);
         let from = a.time[0].max(b.time[0]).max(s.from.unwrap_or(f64::MIN));
         let to = a.time[a.time.len() - 1].min(b.time[b.time.len() - 1]).min(s.to.unwrap_or(f64::MAX));
@@ -150,8 +150,8 @@ fn spans(a: &Even, b: &Even) -> String {
     format!("the recording runs from {}, the simulation from {}", span(a), span(b))
 }
 
-/// Tells which channels a file has for itself.
-fn tell_left_out(side: &Side, common: &[Channel], notes: &mut Vec<String>) {
+/// Notes which channels a file has for itself.
+fn note_left_out(side: &Side, common: &[Channel], notes: &mut Vec<String>) {
     let name = side.path.file_name().unwrap_or_default().to_string_lossy();
     for c in Channel::ALL.iter().filter(|c| side.signals.channels[c.index()].is_some() && !common.contains(c)) {
         notes.push(format!("{name}: the other file has no channel {}: it was left out.", c.name()));

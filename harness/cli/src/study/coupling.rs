@@ -24,7 +24,7 @@ pub struct Errors {
     pub peak: f64,
     /// Energy of the rebound, of the energy of the impact.
     pub energy: f64,
-    /// Energy the FMU tells to have dissipated, of the energy of the impact.
+    /// Energy the FMU reports as dissipated, of the energy of the impact.
     pub reported: f64,
     /// Macro-steps in contact, tried ones included.
     pub steps: f64,
@@ -115,7 +115,7 @@ impl Pair {
         Ok((n, y))
     }
 
-    /// The bond between them, with the work and energies both tell.
+    /// The bond between them, with the work and energies both report.
     ///
     /// # Errors
     /// Where a variable is missing.

@@ -15,7 +15,7 @@ pub struct Batch {
     pub unjudged: Vec<String>,
     /// Those whose other replicates are not there yet.
     pub waiting: Vec<String>,
-    /// Those that are bad input, or whose answer cannot be written; told as errors.
+    /// Those that are bad input, or whose answer cannot be written; reported as errors.
     pub failed: Vec<String>,
     /// The one that was under way when the user ended the command, and those not begun.
     pub left: Vec<String>,

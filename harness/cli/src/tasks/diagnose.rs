@@ -69,13 +69,13 @@ pub struct Answer {
     pub campaign: PathBuf,
     /// Folder of the answer.
     pub answer: PathBuf,
-    pub verdict: Told,
+    pub verdict: Answered,
 }
 
 /// A verdict of this run, or that of an earlier one.
 #[derive(Serialize)]
 #[serde(untagged)]
-pub enum Told {
+pub enum Answered {
     New(Box<Verdict>),
     Earlier(serde_json::Value),
 }
@@ -110,14 +110,14 @@ fn taken_in(
     Ok((c, machine))
 }
 
-/// Diagnoses campaigns, and writes the answer of each as it is there. A bad campaign does not stop the others: it is told
+/// Diagnoses campaigns, and writes the answer of each as it is there. A bad campaign does not stop the others: it is reported
 /// to `follow`, and counted as failed.
 ///
 /// # Errors
 /// Options that cannot be followed.
 pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
     let pool = threads(o.jobs)?;
-    // wrong seconds are told before anything is read
+    // wrong seconds are reported before anything is read
     deadline(o.seconds)?;
     // all input is read before any answer is written
     let mut campaigns: Vec<Campaign> = Vec::new();
@@ -174,7 +174,7 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
                     answers.push(Answer {
                         campaign: c.dir.clone(),
                         answer: dir,
-                        verdict: Told::New(Box::new(outcome.verdict)),
+                        verdict: Answered::New(Box::new(outcome.verdict)),
                     });
                 }
                 Err(e) => {
@@ -261,7 +261,7 @@ fn finished(c: &Campaign, dir: &Path, input: Option<&str>) -> Option<Answer> {
     let m = Manifest::read(dir).filter(|m| input.is_some() && m.input.as_deref() == input && m.is_whole(dir))?;
     let text = std::fs::read_to_string(dir.join("verdict.json")).ok()?;
     let verdict = serde_json::from_str(&text).ok().filter(|_| m.command == "diagnose")?;
-    Some(Answer { campaign: c.dir.clone(), answer: dir.to_path_buf(), verdict: Told::Earlier(verdict) })
+    Some(Answer { campaign: c.dir.clone(), answer: dir.to_path_buf(), verdict: Answered::Earlier(verdict) })
 }
 
 /// Nulls of a campaign that several processes judge, by files that each leaves for the others.
@@ -311,14 +311,14 @@ fn alone(
     input: Option<String>,
     follow: &Arc<dyn Follow>,
 ) -> Option<Result<Outcome, Failure>> {
-    let (campaigns, told) = (campaigns.clone(), follow.clone());
+    let (campaigns, following) = (campaigns.clone(), follow.clone());
     let (bootstrap, platforms, is_alone) = (o.bootstrap, o.platforms.clone(), o.alone);
     let nulls = o.replicates.map(|of| Nulls { of, folder: nulls_of(&o.out, &campaigns[i].folder, input) });
     let budget = Budget { stop: Some(follow.stop()), deadline: deadline(o.seconds).unwrap_or_default() };
     let (done, outcome) = channel();
     std::thread::spawn(move || {
         let c = &campaigns[i];
-        let stage = |text: &str| told.stage(&format!("{}: {text}", c.folder));
+        let stage = |text: &str| following.stage(&format!("{}: {text}", c.folder));
         let others = if is_alone { &[] } else { &campaigns[..] };
         let platforms = platforms.as_deref();
         let known = nulls.as_ref().map_or(Vec::new(), Nulls::own);

@@ -114,7 +114,7 @@ impl Options {
 }
 
 /// What is missing, as an error says it.
-fn told(m: &Missing) -> String {
+fn message(m: &Missing) -> String {
     let most = 3;
     let mut names: Vec<String> = m.files.iter().take(most).map(|f| f.display().to_string()).collect();
     if m.files.len() > most {
@@ -155,7 +155,7 @@ pub struct TakenRecording {
     pub recording: String,
     /// The file it is of.
     pub file: String,
-    /// What tells it from others of its file; empty where it is the only one.
+    /// What distinguishes it from others of its file; empty where it is the only one.
     pub label: String,
     pub samples: usize,
     /// When it touches and for how long, s.
@@ -222,10 +222,10 @@ pub fn words(t: &Taken) -> String {
     lines.join("\n")
 }
 
-/// Asks the user for what no file tells; whether everything was answered.
+/// Asks the user for what no file holds; whether everything was answered.
 pub type Ask<'a> = &'a mut dyn FnMut(&[Missing], &mut import::Options) -> Result<bool>;
 
-/// Makes a campaign. What no file tells is asked by `ask` where that is given.
+/// Makes a campaign. What no file holds is asked by `ask` where that is given.
 ///
 /// # Errors
 /// Everything wrong with the options and the files, and what is missing, a line each; a place that cannot be written.
@@ -250,7 +250,7 @@ pub fn imported(options: &Options, ask: Option<Ask<'_>>, follow: &dyn Follow) ->
         }
     }
     faults.extend(planned.faults.iter().cloned());
-    let mut missing: Vec<String> = planned.missing.iter().map(told).collect();
+    let mut missing: Vec<String> = planned.missing.iter().map(message).collect();
     if o.kind.is_none() && !missing.is_empty() {
         missing.push(format!("taken as {}, {}; --kind says another", planned.kind.name(), planned.kind_from));
     }

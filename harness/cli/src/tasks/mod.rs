@@ -18,7 +18,7 @@ pub use fmus::isolation;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Follows a task: is told how far it is, and may end it. Called from many threads.
+/// Follows a task: hears how far it is, and may end it. Called from many threads.
 pub trait Follow: Send + Sync {
     /// Set where the task has to end.
     fn stop(&self) -> &'static AtomicBool;

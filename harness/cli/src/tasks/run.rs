@@ -29,7 +29,7 @@ pub struct Options {
 /// What came of it.
 pub struct Ran {
     /// What summary.json holds; None of a system that was interrupted before its end.
-    pub summary: Option<Told>,
+    pub summary: Option<Summed>,
     /// The same for a terminal.
     pub words: String,
     /// Whether it was ended before its end.
@@ -41,7 +41,7 @@ pub struct Ran {
 /// The summary of a scenario, or that of a system.
 #[derive(Serialize)]
 #[serde(untagged)]
-pub enum Told {
+pub enum Summed {
     Scenario(Box<Summary>),
     System(serde_json::Value),
 }
@@ -143,5 +143,5 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
         let (all, out) = (cases.len(), o.out.display());
         e.context(format!("{whole} of {all} runs are whole, what there is of all is in {out}"))
     });
-    Ok(Ran { summary: Some(Told::Scenario(Box::new(summary))), words, interrupted: cut, failure })
+    Ok(Ran { summary: Some(Summed::Scenario(Box::new(summary))), words, interrupted: cut, failure })
 }

@@ -44,7 +44,7 @@ pub struct Share {
     /// Seconds it took, and campaigns that a process has worked on to an end in them.
     pub seconds: f64,
     pub worked: usize,
-    /// Most memory that one of the processes had resident, bytes; None where the platform does not tell.
+    /// Most memory that one of the processes had resident, bytes; None where the platform does not report it.
     pub memory: Option<f64>,
 }
 
@@ -122,7 +122,7 @@ pub fn campaigns(given: &[PathBuf]) -> Result<Vec<Member>> {
 /// Diagnoses the campaigns of a share. Those whose answer is there and of the same input are not done again.
 ///
 /// # Errors
-/// Campaigns that cannot be told apart, and a folder of answers that cannot be written.
+/// Campaigns that cannot be distinguished, and a folder of answers that cannot be written.
 pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Share> {
     let fleet = campaigns(&o.campaigns)?;
     let part: Vec<&Member> = fleet.iter().enumerate().filter(|(i, _)| o.shard.holds(*i)).map(|(_, m)| m).collect();

@@ -1,6 +1,6 @@
 //! A system of FMUs simulated.
 
-use super::run::{Options, Ran, Told};
+use super::run::{Options, Ran, Summed};
 use super::Follow;
 use crate::place;
 use anyhow::{Context, Result};
@@ -122,5 +122,5 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     if done.interrupted {
         words += &format!("interrupted at {} s\n", done.time);
     }
-    Ok(Ran { summary: Some(Told::System(summary)), words, interrupted: done.interrupted, failure: None })
+    Ok(Ran { summary: Some(Summed::System(summary)), words, interrupted: done.interrupted, failure: None })
 }

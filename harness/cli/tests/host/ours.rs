@@ -73,7 +73,7 @@ fn running(law: &Parameters) -> Instance {
 }
 
 /// Steps in and out of contact; the bits of every output after each.
-fn wander(i: &mut Instance, first: u32, steps: u32) -> Vec<u64> {
+fn in_and_out(i: &mut Instance, first: u32, steps: u32) -> Vec<u64> {
     let mut bits = Vec::new();
     let h = 1e-5;
     for n in first..first + steps {
@@ -126,23 +126,23 @@ fn as_an_element_it_is_the_law_bit_for_bit() {
 fn a_state_restored_or_serialized_goes_on_bit_for_bit() {
     let law = law(1.5);
     let mut i = running(&law);
-    wander(&mut i, 0, 150);
+    in_and_out(&mut i, 0, 150);
     let s = i.save().unwrap();
     let bytes = i.serialize(&s).unwrap();
-    let on = wander(&mut i, 150, 200);
+    let on = in_and_out(&mut i, 150, 200);
     // restoring twice, with reuse between
     for _ in 0..2 {
         i.restore(&s).unwrap();
-        assert_eq!(wander(&mut i, 150, 200), on);
+        assert_eq!(in_and_out(&mut i, 150, 200), on);
         i.restore(&s).unwrap();
         i.save_into(&s).unwrap();
     }
     // into an instance with other parameters and another past
     let mut other = running(&with_stiffness(law, 1e6));
-    wander(&mut other, 0, 30);
+    in_and_out(&mut other, 0, 30);
     let t = other.deserialize(&bytes).unwrap();
     other.restore(&t).unwrap();
-    assert_eq!(wander(&mut other, 150, 200), on);
+    assert_eq!(in_and_out(&mut other, 150, 200), on);
     // the bytes are the state's, wherever they went through
     assert_eq!(other.serialize(&t).unwrap(), bytes);
     let mut bad = bytes.clone();
@@ -226,7 +226,7 @@ fn what_is_not_finite_is_refused_by_name() {
 #[test]
 fn two_hundred_instances_on_eight_threads_share_nothing() {
     let stiffness = |n: usize| 1e7 * (1.0 + n as f64);
-    let alone = |n: usize| wander(&mut running(&with_stiffness(law(1.5), stiffness(n))), 0, 60);
+    let alone = |n: usize| in_and_out(&mut running(&with_stiffness(law(1.5), stiffness(n))), 0, 60);
     let got: Vec<(usize, Vec<u64>)> = std::thread::scope(|s| {
         let threads: Vec<_> = (0..8)
             .map(|t| {
@@ -237,7 +237,7 @@ fn two_hundred_instances_on_eight_threads_share_nothing() {
                     // a step each in turn, so that they lie across one another
                     for n in 0..60 {
                         for (i, b) in all.iter_mut().zip(&mut bits) {
-                            b.extend(wander(i, n, 1));
+                            b.extend(in_and_out(i, n, 1));
                         }
                     }
                     bits.into_iter().enumerate().map(move |(k, b)| (25 * t + k, b)).collect::<Vec<_>>()
@@ -261,7 +261,7 @@ fn packed() -> Vec<u8> {
 #[test]
 fn a_life_goes_from_instantiation_to_the_end_and_again() {
     let mut i = running(&law(1.5));
-    let first = wander(&mut i, 0, 80);
+    let first = in_and_out(&mut i, 0, 80);
     assert!(i.setup_experiment(None, 0.0, None).is_err(), "set up while it steps");
     i.terminate().unwrap();
     assert!(i.do_step(80e-5, 1e-5).is_err(), "stepped after its end");
@@ -284,7 +284,7 @@ fn a_life_goes_from_instantiation_to_the_end_and_again() {
     i.setup_experiment(Some(1e-6), 0.0, Some(80e-5)).unwrap();
     i.enter_initialization().unwrap();
     i.exit_initialization().unwrap();
-    assert_eq!(wander(&mut i, 0, 80), first);
+    assert_eq!(in_and_out(&mut i, 0, 80), first);
     let e = i.do_step(80e-5, 1e-5).unwrap_err().to_string();
     assert!(e.contains("stop time"), "{e}");
     // it lives on while the FMU it came from is gone
@@ -296,7 +296,7 @@ fn a_life_goes_from_instantiation_to_the_end_and_again() {
 fn it_is_never_pending_and_says_so_when_cancelled() {
     let mut i = running(&law(1.5));
     i.set_patience(std::time::Duration::ZERO).unwrap();
-    wander(&mut i, 0, 20);
+    in_and_out(&mut i, 0, 20);
     let e = i.cancel_step().unwrap_err();
     assert_eq!(e.status(), Some(Status::Error));
 }

@@ -56,7 +56,7 @@ fn a_force_that_follows_at_once_gives_half_a_period() {
     let v = ran(spring::ALL, r#"dependencies="1 2""#, "parameters = { rate = 2000.0, direct = 1 }");
     holds(&v, 1e-8);
     assert!(v["element"].as_str().unwrap().contains("Acme.Spring"));
-    // nothing is known of its law, and it tells no energy
+    // nothing is known of its law, and it reports no energy
     assert!(v["impacts"][0].get("exact").is_none() && v["energy"]["residual"].is_null());
 }
 

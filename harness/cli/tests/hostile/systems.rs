@@ -61,7 +61,7 @@ fn one_that_ends_the_thread_it_is_called_on_ends() {
 }
 
 #[test]
-fn one_that_takes_all_memory_ends_at_its_limit_which_is_told() {
+fn one_that_takes_all_memory_ends_at_its_limit_which_is_reported() {
     dies(Behaviour::TakesAllMemory, &["--fmu-memory", "300"], "it may take 300 MB of memory, more with --fmu-memory");
 }
 
@@ -112,7 +112,7 @@ fn one_that_makes_no_instance_is_bad_input() {
 }
 
 #[test]
-fn a_crash_after_the_end_touches_no_results_and_is_told() {
+fn a_crash_after_the_end_touches_no_results_and_is_reported() {
     for (place, behaviour, what) in [
         (Place::new(), Behaviour::SegfaultsInFree, "fmi2FreeInstance"),
         (Place::compiled("CRASHES_WHEN_UNLOADED"), Behaviour::Good, "the unloading of its binary"),

@@ -118,13 +118,13 @@ pub struct Bodies {
     pub takes_forces: bool,
     /// What trips its behaviour, as fixtures/machine.c names it.
     pub tripped_by: &'static str,
-    /// Whether it tells directional derivatives.
-    pub tells_derivatives: bool,
+    /// Whether it reports directional derivatives.
+    pub gives_derivatives: bool,
 }
 
 impl Default for Bodies {
     fn default() -> Bodies {
-        Bodies { takes_forces: true, tripped_by: "PRELOAD", tells_derivatives: false }
+        Bodies { takes_forces: true, tripped_by: "PRELOAD", gives_derivatives: false }
     }
 }
 
@@ -136,7 +136,7 @@ impl Bodies {
         let by = format!("BY={}", self.tripped_by);
         let mut defines = vec!["BODIES", &by];
         let mut flags = "";
-        if self.tells_derivatives {
+        if self.gives_derivatives {
             defines.push("DERIVATIVES");
             flags = "providesDirectionalDerivative=\"true\"";
         }

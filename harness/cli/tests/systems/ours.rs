@@ -132,7 +132,7 @@ fn what_is_found_out_of_the_fmus_is_what_they_were_given() {
     let m = machine(dir.path());
     let b = &m.facts().bonds[0];
     let law = b.law.unwrap();
-    assert!((b.mass.at.exp() / MASS - 1.0).abs() < 1e-6 && b.takes_force && b.told && !b.inside);
+    assert!((b.mass.at.exp() / MASS - 1.0).abs() < 1e-6 && b.takes_force && b.reported && !b.inside);
     assert!((law.stiffness.at - LAW[0].ln()).abs() < 1e-4 && (law.exponent.at - LAW[1]).abs() < 1e-5);
     assert!((law.damping.at - LAW[2] / LAW[0]).abs() < 1e-4, "{law:?}");
     assert!((b.spring.0 / RATE - 1.0).abs() < 1e-2, "{:?}", b.spring);

@@ -104,12 +104,12 @@ fn an_effect_at_one_of_two_stops_is_found_there_and_handed_back() {
 #[test]
 fn a_directional_derivative_tells_the_mass_exactly() {
     let truth = Truth::new([None, None]);
-    let told = place(STOPS_INSIDE, &INSIDE, Bodies { tells_derivatives: true, ..Bodies::default() }, &truth);
+    let reported = place(STOPS_INSIDE, &INSIDE, Bodies { gives_derivatives: true, ..Bodies::default() }, &truth);
     let shown = place(STOPS_INSIDE, &INSIDE, Bodies::default(), &truth);
-    let (told, shown) = (opened(told.path()), opened(shown.path()));
+    let (reported, shown) = (opened(reported.path()), opened(shown.path()));
     let off = |m: &host::Fmus, b: usize, mass: f64| (m.facts().bonds[b].mass.at.exp() / mass - 1.0).abs();
     for (b, mass) in [(0, 0.4), (1, 0.3)] {
-        assert!(off(&told, b, mass) < 1e-12, "{b}: {:e}", off(&told, b, mass));
+        assert!(off(&reported, b, mass) < 1e-12, "{b}: {:e}", off(&reported, b, mass));
         // a force tried over a step shows it with the error of that step
         assert!((1e-10..1e-2).contains(&off(&shown, b, mass)), "{b}: {:e}", off(&shown, b, mass));
     }

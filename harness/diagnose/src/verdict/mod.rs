@@ -233,7 +233,7 @@ pub struct Missing {
 pub struct Parameter {
     pub value: f64,
     pub unit: &'static str,
-    /// None of what was not estimated, and where the recordings do not tell it.
+    /// None of what was not estimated, and where the recordings do not determine it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ci95: Option<[f64; 2]>,
     /// Whether it is a constant of the form, not estimated.

@@ -154,7 +154,7 @@ mod tests {
             takes_force: true,
             turned: false,
             inside: false,
-            told: true,
+            reported: true,
             fed: false,
             mass: Along::default(),
             spring: (0.0, 0.0),

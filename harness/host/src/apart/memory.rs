@@ -114,7 +114,7 @@ impl Turn {
                 return Ok(());
             }
             let timeout = futex::Timespec { tv_sec: 0, tv_nsec: i64::from(nap.subsec_nanos()) };
-            // woken, or not: the number tells
+            // woken, or not: the number shows which
             let _ = futex::wait(&self.number, futex::Flags::empty(), seen, Some(&timeout));
             if here() {
                 patience.slept(began.elapsed());

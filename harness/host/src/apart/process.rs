@@ -23,7 +23,7 @@ impl Process {
         let printed = std::io::stderr().as_fd().try_clone_to_owned().map_or_else(|_| Stdio::null(), Stdio::from);
         let mut command = Command::new(&limits.program);
         if limits.arguments.is_empty() {
-            // the program may be /proc/self/exe, which tells whoever looks at processes nothing
+            // the program may be /proc/self/exe, which says nothing to whoever looks at processes
             command.arg0("touchdown");
         }
         let child =

@@ -22,7 +22,7 @@ const SCALES: f64 = 0.3;
 /// Correlation from which an output is what it is compared with.
 const ALIKE: f64 = 0.9;
 const SAME: f64 = 0.98;
-/// Times the largest acceleration told from which a difference of the speed is a jump of it.
+/// Times the largest acceleration reported from which a difference of the speed is a jump of it.
 const JUMPS: f64 = 2.0;
 /// Share of the way to the touch at which a force is tried.
 const TRIED_AT: f64 = 0.7;
@@ -63,7 +63,7 @@ impl Plain {
     }
 
     /// How the force on the body at bond `b` falls with position, N/m, and speed, N s/m, where nothing touches; `fed`: it is
-    /// told what pushes. Zero where that does not make the force steadier by far.
+    /// given what pushes. Zero where that does not make the force steadier by far.
     fn spring(&self, b: usize, mass: f64, fed: bool) -> (f64, f64) {
         let a = self.acceleration(b);
         let flight = self.bonds[b].iter().skip(1).zip(&a).filter(|(s, _)| s.0 < 0.0 && s.1 != 0.0);
@@ -203,11 +203,11 @@ impl Identify<'_> {
         TRIED_AT * touch.unwrap_or(self.recordings[set].1)
     }
 
-    /// The law of the contact at bond `b`, from where it was told, or else from how the body moved.
-    fn law(&self, plains: &[&Plain], b: usize, mass: f64, told: bool) -> Option<Law> {
+    /// The law of the contact at bond `b`, from the reported force, or else from how the body moved.
+    fn law(&self, plains: &[&Plain], b: usize, mass: f64, reported: bool) -> Option<Law> {
         let mut all = Vec::new();
         for p in plains {
-            if told {
+            if reported {
                 all.extend_from_slice(&p.bonds[b]);
                 continue;
             }
@@ -314,17 +314,17 @@ pub(super) fn identify(fmus: &Fmus, of: &FmuSystem, c: &Campaign) -> Result<Fact
         });
         let touches = plains.iter().any(|p| p.touch(b).is_some());
         let inside = at.source.is_none() && touches;
-        let told = at.source.is_some() || (inside && channel_is_contact);
+        let reported = at.source.is_some() || (inside && channel_is_contact);
         let all: Vec<&Plain> = plains.iter().collect();
         let spring = mass.map_or((0.0, 0.0), |m| p.spring(b, m.abs(), l.bonds[b].source.is_some()));
-        let found = if touches { id.law(&all, b, mass.unwrap_or(1.0).abs(), told) } else { None };
+        let found = if touches { id.law(&all, b, mass.unwrap_or(1.0).abs(), reported) } else { None };
         facts.bonds.push(BondFacts {
             name: bond.name.text.clone(),
             is_contact: bond.kind == BondKind::Contact,
             takes_force: mass.is_some(),
             turned: at.port.is_some_and(|p| p.from_si < 0.0),
             inside,
-            told: told && found.is_some(),
+            reported: reported && found.is_some(),
             fed: at.source.is_some() && found.is_none(),
             spring,
             mass: Along { at: mass.unwrap_or(1.0).abs().ln(), ..Along::default() },
@@ -337,7 +337,7 @@ pub(super) fn identify(fmus: &Fmus, of: &FmuSystem, c: &Campaign) -> Result<Fact
         let of_bond = |b: usize| match c {
             0 => {
                 l.bonds[b].source.is_some_and(|s| s.source == at.global)
-                    || (facts.bonds[b].inside && facts.bonds[b].told)
+                    || (facts.bonds[b].inside && facts.bonds[b].reported)
             }
             1 => is_acceleration(&p.outputs[1], &p.acceleration(b)),
             _ => l.bonds[b].penetration.global == at.global,
@@ -354,14 +354,14 @@ pub(super) fn identify(fmus: &Fmus, of: &FmuSystem, c: &Campaign) -> Result<Fact
     Ok(facts)
 }
 
-/// Whether `output` tells the acceleration that differences of the speed give at every instant but the first and the last. A seat
+/// Whether `output` reports the acceleration that differences of the speed give at every instant but the first and the last. A seat
 /// or a joint that stops the body at once makes a difference that is no acceleration: it does not count.
 fn is_acceleration(output: &[f64], differences: &[f64]) -> bool {
     let top = output.iter().fold(0.0f64, |m, v| m.max(v.abs()));
     let counts = |pair: &(&f64, &f64)| pair.1.abs() <= JUMPS * top;
     let inner = &output[1..output.len().max(2) - 1];
-    let (told, seen): (Vec<f64>, Vec<f64>) = inner.iter().zip(differences).filter(counts).unzip();
-    correlation(&told, &seen) > ALIKE
+    let (reported, seen): (Vec<f64>, Vec<f64>) = inner.iter().zip(differences).filter(counts).unzip();
+    correlation(&reported, &seen) > ALIKE
 }
 
 fn near(l: Law) -> NearLaw {
@@ -413,7 +413,7 @@ impl Identify<'_> {
         }
         let bonds = facts.bonds.len();
         let laws = |p: &Plain| -> Vec<Option<Law>> {
-            let of = |(b, f): (usize, &BondFacts)| f.law.and_then(|_| self.law(&[p], b, f.mass.at.exp(), f.told));
+            let of = |(b, f): (usize, &BondFacts)| f.law.and_then(|_| self.law(&[p], b, f.mass.at.exp(), f.reported));
             facts.bonds.iter().enumerate().map(of).collect()
         };
         let has_law = facts.bonds.iter().any(|b| b.law.is_some());
@@ -491,7 +491,7 @@ impl Identify<'_> {
         let scale = before.iter().filter(|v| v.is_finite()).fold(0.0f64, |m, v| m.max(v.abs()));
         for power in -9..13 {
             let size = 10f64.powi(power);
-            // what refuses a value this large has told enough
+            // what refuses a value this large has shown enough
             let Ok(p) = self.plain(set, &moved(size)) else { break };
             let change = course(&p)
                 .iter()

@@ -313,8 +313,8 @@ impl Layout {
 
 fn settable(of: &FmuSystem, s: &System, opened: &[Opened], w: &Written) -> Result<Settable> {
     let (k, v) = variable(of, s, opened, w)?;
-    let told = matches!(v.causality, Causality::Output | Causality::CalculatedParameter | Causality::Independent);
-    if v.kind != Kind::Real || told || v.variability == crate::Variability::Constant {
+    let computed = matches!(v.causality, Causality::Output | Causality::CalculatedParameter | Causality::Independent);
+    if v.kind != Kind::Real || computed || v.variability == crate::Variability::Constant {
         let names = opened[k].description().names(Causality::Parameter).join(", ");
         let cure = format!("name a Real parameter: {names}");
         return Err(of.wrong(w.line, format!("{} cannot be set to a number", w.text), cure).into());

@@ -116,7 +116,7 @@ pub fn propose(path: &Path, isolation: &Isolation) -> Result<Proposal> {
     Ok(p)
 }
 
-/// What FMUs without an input in N tell: the first output of each kind, and a bond without a force where they tell a motion.
+/// What FMUs without an input in N give: the first output of each kind, and a bond without a force where they report a motion.
 fn alone(opened: &[Opened], p: &mut Proposal) {
     for o in opened {
         let first = |exponents| {

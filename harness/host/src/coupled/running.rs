@@ -125,7 +125,7 @@ impl Moving<'_> {
         Ok(())
     }
 
-    /// Puts the faces where the bonds' outputs tell them to be.
+    /// Puts the faces where the bonds' outputs place them.
     fn read_faces(&mut self) {
         self.faces = (0..self.l.bonds.len()).map(|b| self.motion(b)).collect();
     }
@@ -137,11 +137,11 @@ impl Moving<'_> {
     }
 
     fn end_of(&self, i: &Fed) -> f64 {
-        i.feed.factor * self.told(i, &self.y, &self.faces) + i.feed.offset
+        i.feed.factor * self.source_value(i, &self.y, &self.faces) + i.feed.offset
     }
 
-    /// What a fed input's source tells: the output, or the bond's face in its unit.
-    fn told(&self, i: &Fed, y: &[f64], faces: &[(f64, f64)]) -> f64 {
+    /// The value of a fed input's source: the output, or the bond's face in its unit.
+    fn source_value(&self, i: &Fed, y: &[f64], faces: &[(f64, f64)]) -> f64 {
         match i.face {
             Some((b, true)) => faces[b].1 / self.l.bonds[b].velocity.to_si,
             Some((b, false)) => faces[b].0 / self.l.bonds[b].penetration.to_si,
@@ -182,7 +182,7 @@ impl Moving<'_> {
         let (mut references, mut starts, mut slopes) =
             (Vec::with_capacity(n), Vec::with_capacity(n), Vec::with_capacity(n));
         for i in &part.inputs {
-            let from = i.feed.factor * self.told(i, &self.before, &self.faces_before) + i.feed.offset;
+            let from = i.feed.factor * self.source_value(i, &self.before, &self.faces_before) + i.feed.offset;
             let known = i.face.is_some() || stepped[l.owner[i.feed.source]];
             let slope = if known { (self.end_of(i) - from) / h } else { i.feed.factor * self.rates[i.feed.source] };
             references.push(i.reference);

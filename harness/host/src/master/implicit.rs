@@ -162,7 +162,7 @@ impl Network {
                         rates[s] = guess.rates[t];
                     }
                 }
-                self.told_rates(k, &mut rates)?;
+                self.given_rates(k, &mut rates)?;
                 let n = self.parts[k].outputs.len();
                 o.rates[from..from + n].copy_from_slice(&rates[from..from + n]);
             }

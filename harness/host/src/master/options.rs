@@ -14,7 +14,7 @@ pub enum Method {
     Iterated,
 }
 
-/// What an explicit master tells of inputs within a step.
+/// What an explicit master gives of inputs within a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Inputs {
     /// The value at the step's start.
@@ -23,7 +23,7 @@ pub enum Inputs {
     Extrapolated,
 }
 
-/// What [`Method::Implicit`] and [`Method::Iterated`] tell of inputs within a step, from both its ends.
+/// What [`Method::Implicit`] and [`Method::Iterated`] give of inputs within a step, from both its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
     /// Their mean, held: stable however stiff.
@@ -82,9 +82,9 @@ pub struct Bond {
     pub force: usize,
     /// Global output: the velocity, of the sign that force times velocity flows to the force's owner.
     pub velocity: usize,
-    /// Where the other side tells the work done against the force: (part, reference).
+    /// Where the other side reports the work done against the force: (part, reference).
     pub work: Option<(usize, u32)>,
-    /// What of that work the force's owner tells to have stored and dissipated: (part, reference) each.
+    /// What of that work the force's owner reports as stored and dissipated: (part, reference) each.
     pub energy: Vec<(usize, u32)>,
 }
 

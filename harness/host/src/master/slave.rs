@@ -12,9 +12,9 @@ pub struct Abilities {
     pub variable_step: bool,
     /// Highest order of input derivatives it takes; 0: none.
     pub input_orders: u32,
-    /// It tells first derivatives of its outputs.
+    /// It gives first derivatives of its outputs.
     pub output_rates: bool,
-    /// It tells directional derivatives.
+    /// It gives directional derivatives.
     pub directional: bool,
 }
 

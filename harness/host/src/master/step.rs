@@ -156,13 +156,13 @@ impl Network {
         };
         for k in self.order.clone() {
             self.feed(k, &p.y)?;
-            self.told_rates(k, &mut rates)?;
+            self.given_rates(k, &mut rates)?;
         }
         Ok(rates)
     }
 
-    /// Puts the derivatives that a part tells into `rates`, its inputs changing as `rates` has it.
-    pub(super) fn told_rates(&mut self, k: usize, rates: &mut [f64]) -> Result<()> {
+    /// Puts the derivatives that a part gives into `rates`, its inputs changing as `rates` has it.
+    pub(super) fn given_rates(&mut self, k: usize, rates: &mut [f64]) -> Result<()> {
         let first = self.first[k];
         let p = &mut self.parts[k];
         let able = p.slave.abilities();
@@ -177,7 +177,7 @@ impl Network {
         }
         for (i, o) in p.outputs.iter().enumerate() {
             let mut value = [0.0];
-            // a slave may tell the rates of some outputs only: the difference stands for the others
+            // a slave may give the rates of some outputs only: the difference stands for the others
             if p.slave.rates(&[o.reference], &mut value).is_ok() && value[0].is_finite() {
                 rates[first + i] = value[0];
             }

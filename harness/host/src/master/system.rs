@@ -24,7 +24,7 @@ pub struct Component {
     #[schemars(with = "BTreeMap<String, Value>")]
     pub set: BTreeMap<String, Spanned<Value>>,
     /// Highest order of input derivatives the FMU takes, where it declares canInterpolateInputs; FMI 2.0 has no
-    /// place to tell it. 1 unless given.
+    /// place to declare it. 1 unless given.
     pub input_orders: Option<u32>,
     /// Log categories to switch on; empty: errors only.
     #[serde(default)]
@@ -38,7 +38,7 @@ impl Component {
     }
 }
 
-/// A connection: to = factor * from + offset, after conversion of the units both ends tell.
+/// A connection: to = factor * from + offset, after conversion of the units both ends declare.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Connection {

@@ -3,8 +3,8 @@
 use super::element::{is_number, Number};
 use hdf5_reader::Attribute;
 
-/// Numbers and texts of an attribute that are told; longer lists are data, not descriptions.
-const TOLD: usize = 64;
+/// Numbers and texts of an attribute that are read; longer lists are data, not descriptions.
+const LIST: usize = 64;
 
 /// A named value of a group or dataset.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +39,7 @@ pub(super) fn values(of: &[Attribute]) -> Vec<Value> {
 }
 
 fn value(of: &Attribute) -> Option<Value> {
-    if of.num_elements().ok()? > TOLD as u64 {
+    if of.num_elements().ok()? > LIST as u64 {
         return None;
     }
     if is_number(&of.datatype) {

@@ -1,13 +1,13 @@
 //! The clock that attributes and small datasets give.
 
 use super::attributes::{plain, Value};
-use crate::shared::clock::{clock as told, Quantity};
+use crate::shared::clock::{clock as of_quantities, Quantity};
 use crate::Clock;
 
 /// The clock in `values`.
 pub(super) fn clock(values: &[Value]) -> Option<Clock> {
     let quantities: Vec<Quantity> = values.iter().filter_map(|v| quantity(v, values)).collect();
-    told(&quantities, false)
+    of_quantities(&quantities, false)
 }
 
 /// A value as a number with the unit that it, its name, or a value beside it has.

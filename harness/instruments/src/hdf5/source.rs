@@ -15,8 +15,8 @@ use std::path::{Path, PathBuf};
 
 /// Bytes that one chunk, or one read, may take.
 const LARGEST: usize = 1 << 28;
-/// Elements of a list of texts or numbers that is told as a property.
-const TOLD: u64 = 64;
+/// Elements of a list of texts or numbers that is read as a property.
+const LIST: u64 = 64;
 
 /// Channels of one dataset in a group.
 struct Part {
@@ -92,7 +92,7 @@ impl Hdf5 {
             let mut channels: Vec<(String, Dataset)> = Vec::new();
             for dataset in &folder.datasets {
                 for (name, dataset) in references.resolve(dataset, &mut self.notes) {
-                    match told(&name, &dataset) {
+                    match property(&name, &dataset) {
                         Some(value) => own.push(value),
                         None => channels.push((name, dataset)),
                     }
@@ -155,13 +155,13 @@ fn channels(name: &str, layout: &Layout, own: &[Value]) -> Vec<Channel> {
 }
 
 /// A dataset that describes rather than measures: a text, a short list of texts, one number.
-fn told(name: &str, dataset: &Dataset) -> Option<Value> {
+fn property(name: &str, dataset: &Dataset) -> Option<Value> {
     let count = dataset.num_elements().ok()?;
     if let Some(text) = matlab::text(dataset) {
         return Some(Value::of_texts(name, vec![text]));
     }
     match dataset.dtype() {
-        Datatype::String { .. } | Datatype::VarLen { .. } if (1..=TOLD).contains(&count) => {
+        Datatype::String { .. } | Datatype::VarLen { .. } if (1..=LIST).contains(&count) => {
             Some(Value::of_texts(name, dataset.read_strings().ok()?))
         }
         of if is_number(of) && count == 1 => {

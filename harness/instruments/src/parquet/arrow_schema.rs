@@ -39,9 +39,9 @@ fn field(of: Table) -> Option<Field> {
         2 => 1e6,
         _ => 1e9,
     });
-    let told = of.tables(6).unwrap_or_default();
+    let pairs = of.tables(6).unwrap_or_default();
     let is_unit = |kv: &&Table| kv.text(0).is_some_and(|k| ["unit", "units"].contains(&k.to_lowercase().as_str()));
-    let unit = told.iter().find(is_unit).and_then(|kv| kv.text(1)).unwrap_or_default();
+    let unit = pairs.iter().find(is_unit).and_then(|kv| kv.text(1)).unwrap_or_default();
     Some(Field { name: of.text(0)?.to_string(), unit: unit.to_string(), per_second })
 }
 

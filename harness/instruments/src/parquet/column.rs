@@ -53,12 +53,12 @@ impl Column {
     ///
     /// # Errors
     /// Why it holds none.
-    pub(super) fn of(index: usize, of: &ColumnDescriptor, told: Option<&Field>) -> Result<Column, String> {
+    pub(super) fn of(index: usize, of: &ColumnDescriptor, field: Option<&Field>) -> Result<Column, String> {
         if of.max_rep_level() > 0 {
             return Err("it holds lists".into());
         }
-        let meaning = meaning(of, told).ok_or("it holds no numbers")?;
-        let unit = told.map_or(String::new(), |f| f.unit.clone());
+        let meaning = meaning(of, field).ok_or("it holds no numbers")?;
+        let unit = field.map_or(String::new(), |f| f.unit.clone());
         let unit = if matches!(meaning, Meaning::Time { .. } | Meaning::Days) { "s".into() } else { unit };
         Ok(Column { index, name: of.path().parts().join("."), unit, meaning, defined: of.max_def_level(), first: None })
     }
@@ -151,7 +151,7 @@ impl Column {
     }
 }
 
-fn meaning(of: &ColumnDescriptor, told: Option<&Field>) -> Option<Meaning> {
+fn meaning(of: &ColumnDescriptor, field: Option<&Field>) -> Option<Meaning> {
     let logical = of.logical_type_ref();
     let ticks = |unit: &TimeUnit| match unit {
         TimeUnit::MILLIS => 1e3,
@@ -168,7 +168,7 @@ fn meaning(of: &ColumnDescriptor, told: Option<&Field>) -> Option<Meaning> {
         (_, ConvertedType::DATE) => Some(Meaning::Days),
         (_, ConvertedType::DECIMAL) => Some(Meaning::Decimal(of.type_scale())),
         (Some(LogicalType::Integer(i)), _) if !i.is_signed => Some(Meaning::Unsigned),
-        _ => told.and_then(|f| f.per_second).map(|per_second| Meaning::Time { per_second, date: false }),
+        _ => field.and_then(|f| f.per_second).map(|per_second| Meaning::Time { per_second, date: false }),
     };
     match of.physical_type() {
         Type::BOOLEAN => Some(Meaning::Unsigned),

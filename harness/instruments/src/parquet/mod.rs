@@ -70,9 +70,9 @@ impl Table {
 
     fn take_columns(&mut self) {
         let metadata = self.file.metadata().file_metadata();
-        let told = arrow_schema::fields(metadata.key_value_metadata());
+        let fields = arrow_schema::fields(metadata.key_value_metadata());
         for (index, of) in metadata.schema_descr().columns().iter().enumerate() {
-            let field = told.iter().find(|f| f.name == of.name() && of.path().parts().len() == 1);
+            let field = fields.iter().find(|f| f.name == of.name() && of.path().parts().len() == 1);
             match Column::of(index, of, field) {
                 Ok(column) => self.columns.push(column),
                 Err(why) => self.notes.push(format!("column \"{}\" left out: {why}", of.path().string())),
@@ -95,9 +95,9 @@ impl Table {
     fn properties(&self) -> Vec<(String, String)> {
         let metadata = self.file.metadata().file_metadata();
         let own = |key: &str| !key.starts_with("ARROW:") && key != "pandas" && !key.starts_with("org.apache.");
-        let told = metadata.key_value_metadata().into_iter().flatten().filter(|kv| own(&kv.key));
-        let told = told.filter_map(|kv| Some((kv.key.clone(), kv.value.clone()?)));
-        told.chain(metadata.created_by().map(|by| ("created by".to_string(), by.to_string()))).collect()
+        let pairs = metadata.key_value_metadata().into_iter().flatten().filter(|kv| own(&kv.key));
+        let pairs = pairs.filter_map(|kv| Some((kv.key.clone(), kv.value.clone()?)));
+        pairs.chain(metadata.created_by().map(|by| ("created by".to_string(), by.to_string()))).collect()
     }
 
     fn place(&self, column: &Column, row: u64, error: &ParquetError) -> Fault {

@@ -1,4 +1,4 @@
-//! Equal steps of time that named values tell: a rate or a step, and the time of the first sample.
+//! Equal steps of time that named values give: a rate or a step, and the time of the first sample.
 
 use super::cell::{Cell, Decimal, Delimiter, Dialect};
 use super::unit;
@@ -47,7 +47,7 @@ const RATES: [&str; 11] = [
 ];
 const STARTS: [&str; 8] =
     ["t0", "start", "starttime", "firstsampletime", "wfstartoffset", "xorg", "xorigin", "hoffset"];
-/// Names that tell a step only together with a unit of time, in every file.
+/// Names that give a step only together with a unit of time, in every file.
 const WITH_UNIT: [&str; 2] = ["interval", "step"];
 /// Names that need a unit where a file holds values of any kind, and not only those of an instrument.
 const VAGUE: [&str; 6] = ["rate", "increment", "xincrement", "t0", "start", "starttime"];
@@ -93,17 +93,18 @@ impl Quantity {
     }
 }
 
-/// The steps of time that the lines above a table tell; None where they do not.
+/// The steps of time that the lines above a table give; None where they do not.
 pub(crate) fn of_properties(properties: &[(String, String)]) -> Option<Clock> {
-    let told: Vec<Quantity> = properties.iter().filter_map(|(name, text)| Quantity::of_text(name, text)).collect();
-    clock(&told, true)
+    let quantities: Vec<Quantity> =
+        properties.iter().filter_map(|(name, text)| Quantity::of_text(name, text)).collect();
+    clock(&quantities, true)
 }
 
-/// The steps of time that `told` holds; None where it does not. `vague` takes names such as `rate` and `start` without
+/// The steps of time that `quantities` hold; None where they do not. `vague` takes names such as `rate` and `start` without
 /// a unit.
-pub(crate) fn clock(told: &[Quantity], vague: bool) -> Option<Clock> {
+pub(crate) fn clock(quantities: &[Quantity], vague: bool) -> Option<Clock> {
     let of = |names: &[&str], value: fn(&Quantity, bool) -> Option<f64>| {
-        told.iter().filter(|q| names.contains(&q.name.as_str())).find_map(|q| value(q, vague))
+        quantities.iter().filter(|q| names.contains(&q.name.as_str())).find_map(|q| value(q, vague))
     };
     let steps = [STEPS.as_slice(), WITH_UNIT.as_slice()].concat();
     let rate = || of(&RATES, Quantity::hertz).filter(|r| *r > 0.0).map(f64::recip);
@@ -178,10 +179,10 @@ mod tests {
 
     #[test]
     fn texts_above_a_table_tell_steps() {
-        let told = |name: &str, text: &str| of_properties(&[(name.into(), text.into())]).map(|c| c.step);
-        assert_eq!(told("sample_rate", "51.2 kHz"), Some(1.0 / 51200.0));
-        assert_eq!(told("Increment", "1,5E-03"), Some(1.5e-3));
-        assert_eq!(told("Rate", "1000; Hz"), Some(1e-3));
-        assert_eq!((told("Rate", "fast"), told("Interval", "2")), (None, None));
+        let step = |name: &str, text: &str| of_properties(&[(name.into(), text.into())]).map(|c| c.step);
+        assert_eq!(step("sample_rate", "51.2 kHz"), Some(1.0 / 51200.0));
+        assert_eq!(step("Increment", "1,5E-03"), Some(1.5e-3));
+        assert_eq!(step("Rate", "1000; Hz"), Some(1e-3));
+        assert_eq!((step("Rate", "fast"), step("Interval", "2")), (None, None));
     }
 }

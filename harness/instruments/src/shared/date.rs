@@ -8,7 +8,7 @@ const FROM_MARCH: i64 = 719_468;
 const ERA: i64 = 146_097;
 
 /// Days since the start of 1970 and seconds of the day as `2024-03-12T10:00:00.250`; whole seconds without the
-/// fraction. A day some ten thousand years away, as damaged files tell, is given by its number.
+/// fraction. A day some ten thousand years away, as damaged files have, is given by its number.
 pub(crate) fn iso(days: i64, seconds: f64) -> String {
     if !(-DATES..DATES).contains(&days) || seconds.abs() > 1e6 {
         return format!("day {days} since 1970-01-01");

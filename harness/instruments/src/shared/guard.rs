@@ -15,10 +15,10 @@ thread_local! {
 fn silence_caught_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
-        let tell = take_hook();
+        let print = take_hook();
         set_hook(Box::new(move |info| {
             if !GUARDED.get() {
-                tell(info);
+                print(info);
             }
         }));
     });
@@ -53,10 +53,10 @@ mod tests {
     }
 
     #[test]
-    fn only_a_panic_that_is_not_caught_is_told() {
+    fn only_a_panic_that_is_not_caught_is_reported() {
         let test = ["--ignored", "--exact", "--nocapture", "shared::guard::tests::two_panics"];
         let done = Command::new(std::env::current_exe().expect("this program")).args(test).output().expect("run");
-        let told = String::from_utf8_lossy(&done.stderr).into_owned();
-        assert!(!done.status.success() && told.contains(LOOSE) && !told.contains(CAUGHT), "{told}");
+        let printed = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert!(!done.status.success() && printed.contains(LOOSE) && !printed.contains(CAUGHT), "{printed}");
     }
 }

@@ -18,7 +18,7 @@ pub(crate) struct Row {
     pub property: (String, String),
 }
 
-/// What the rows above a table tell.
+/// What the rows above a table hold.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Head {
     /// Of every column.
@@ -27,7 +27,7 @@ pub(crate) struct Head {
 }
 
 /// Reads the rows above a table, None for a blank one. `used` are the columns that may hold samples, of `columns`;
-/// `dialect` tells numbers from texts.
+/// `dialect` distinguishes numbers from texts.
 pub(crate) fn read(rows: &[Option<Row>], dialect: Dialect, used: &[usize], columns: usize) -> Head {
     let above = above(rows, used);
     let (names, units) = choose(&above, dialect, used);

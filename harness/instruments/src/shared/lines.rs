@@ -42,7 +42,7 @@ pub(crate) enum Encoding {
     Utf16(&'static encoding_rs::Encoding),
 }
 
-/// The encoding that a file's first bytes tell, and the length of its byte order mark.
+/// The encoding that a file's first bytes show, and the length of its byte order mark.
 pub(crate) fn encoding(head: &[u8]) -> (Encoding, usize) {
     match head {
         [0xEF, 0xBB, 0xBF, ..] => (Encoding::Bytes, 3),

@@ -78,8 +78,8 @@ fn check_texts(path: &Path, archive: &mut ZipArchive<BufReader<File>>) -> Result
                 Event::Eof => break,
                 _ => continue,
             };
-            let told = start.try_get_attribute("uniqueCount").map_err(|e| at(&e))?;
-            let count = told.and_then(|a| a.value.trim().parse::<u64>().ok());
+            let declared = start.try_get_attribute("uniqueCount").map_err(|e| at(&e))?;
+            let count = declared.and_then(|a| a.value.trim().parse::<u64>().ok());
             if count.is_some_and(|n| n > size) {
                 return Err(at(&"it claims more texts than it can hold"));
             }
@@ -166,8 +166,8 @@ fn date(of: &ExcelDateTime) -> Cell {
         return Cell::Time(days);
     }
     let (year, month, day, ..) = of.to_ymd_hms_milli();
-    let told = date::days(year.into(), month.into(), day.into()) as f64;
-    // calamine does not tell the calendar of the file; its date does
-    let zero = if (told - days - ZERO).abs() < 10.0 { ZERO } else { ZERO_1904 };
+    let written = date::days(year.into(), month.into(), day.into()) as f64;
+    // calamine does not give the calendar of the file; its date does
+    let zero = if (written - days - ZERO).abs() < 10.0 { ZERO } else { ZERO_1904 };
     Cell::Date(days + zero)
 }

@@ -22,7 +22,7 @@ pub(super) struct Layout {
 pub(super) fn layout(kinds: &[Vec<Kind>]) -> Option<Layout> {
     let width = kinds.iter().map(Vec::len).max()?;
     let mut columns: Vec<usize> = (0..width).filter(|&c| is_numeric(kinds, c)).collect();
-    // a column that ends early: its last cell tells
+    // a column that ends early: its last cell decides
     let last = |c: usize| kinds.iter().rposition(|row| row.get(c).is_some_and(|k| *k != Kind::Empty));
     let early = |c: &usize| last(*c).filter(|&row| kinds[row][*c] == Kind::Number);
     if columns.is_empty() {
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_of_text_and_columns_that_end_early_are_told() {
+    fn columns_of_text_and_columns_that_end_early_are_reported() {
         let found = of(&["aaa", "1a1", "1a1", "1a ", "1a ", "1a ", "1a ", "1a "]).expect("a table");
         assert_eq!(found, Layout { first: 1, numeric: vec![true, false, true] });
     }

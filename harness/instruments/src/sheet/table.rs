@@ -9,7 +9,7 @@ use crate::shared::stamp::Elapsed;
 use crate::shared::{clock, unit};
 use crate::{Group, Memory};
 
-/// Rows in which the head of a table is looked for, and which tell how texts write numbers.
+/// Rows in which the head of a table is looked for, and which show how texts write numbers.
 const HEAD: usize = 1000;
 
 /// Adds the group of a sheet to `memory`; nothing where no column holds numbers.
@@ -84,8 +84,8 @@ fn kind(cell: &Cell, mut dialect: Dialect) -> Kind {
 fn head(sheet: &Sheet, layout: &Layout, dialect: Dialect) -> Head {
     let row = |cells: &Vec<Cell>| {
         let cells: Vec<String> = cells.iter().map(text).collect();
-        let told: Vec<String> = cells.iter().filter(|c| !c.is_empty()).cloned().collect();
-        (!told.is_empty()).then(|| Row { cells, fits: true, property: property(&told) })
+        let filled: Vec<String> = cells.iter().filter(|c| !c.is_empty()).cloned().collect();
+        (!filled.is_empty()).then(|| Row { cells, fits: true, property: property(&filled) })
     };
     let rows: Vec<Option<Row>> = sheet.rows[..layout.first].iter().map(row).collect();
     let used: Vec<usize> = (0..layout.numeric.len()).filter(|c| layout.numeric[*c]).collect();
@@ -126,7 +126,7 @@ fn samples(sheet: &Sheet, from: usize, column: usize, mut dialect: Dialect) -> C
     let mut first: Option<First> = None;
     let mut first_day = None;
     let mut sample = |cell: &Cell| -> Option<f64> {
-        let told = match cell {
+        let read = match cell {
             Cell::Text(text) => dialect.cell(text.as_bytes()),
             Cell::Number(n) => Text::Number(*n),
             Cell::Empty => Text::Empty,
@@ -139,7 +139,7 @@ fn samples(sheet: &Sheet, from: usize, column: usize, mut dialect: Dialect) -> C
                 return Some((day - *first) * 86_400.0);
             }
         };
-        match told {
+        match read {
             Text::Empty | Text::Missing => Some(f64::NAN),
             Text::Number(n) => matches!(first.get_or_insert(First::Number), First::Number).then_some(n),
             Text::Stamp(stamp) => match first.get_or_insert_with(|| First::Stamp(Elapsed::default())) {
@@ -161,12 +161,12 @@ fn samples(sheet: &Sheet, from: usize, column: usize, mut dialect: Dialect) -> C
         }));
     }
     let note = bad.map(|(row, cell)| {
-        let told = match cell {
+        let read = match cell {
             Cell::Error(text) => text.to_string(),
             other => text(other),
         };
         let more = if count > 1 { format!(", and {} further cells below it", count - 1) } else { String::new() };
-        format!("{}: `{told}` is no number{more}; read as missing", place(&sheet.name, row, column))
+        format!("{}: `{read}` is no number{more}; read as missing", place(&sheet.name, row, column))
     });
     Column { samples, is_time: matches!(first, Some(First::Day(_) | First::Stamp(_))), first_day, note }
 }

@@ -13,7 +13,7 @@ const COLUMNS: u32 = 256;
 const CELLS: [u16; 11] = [0x0002, 0x0003, 0x0004, 0x0006, 0x00bd, 0x00d6, 0x00fd, 0x0203, 0x0204, 0x0205, 0x027e];
 /// The record of several cells side by side, of six bytes each.
 const SEVERAL: u16 = 0x00bd;
-/// Records with which a sheet begins and ends, and that tells where a sheet begins.
+/// Records with which a sheet begins and ends, and that says where a sheet begins.
 const BEGIN: u16 = 0x0809;
 const END: u16 = 0x000a;
 const SHEET: u16 = 0x0085;
@@ -106,8 +106,8 @@ fn double_word(bytes: &[u8], at: usize) -> Option<u32> {
 
 /// Where the cells of a sheet lie too far apart, or beyond the last column, or a sheet claims that they do.
 fn far_cell(stream: &[u8]) -> Option<usize> {
-    let told = records(stream, 0).filter(|(_, kind, _)| *kind == SHEET);
-    let starts: Vec<usize> = told.filter_map(|(_, _, of)| Some(double_word(of, 0)? as usize)).collect();
+    let declared = records(stream, 0).filter(|(_, kind, _)| *kind == SHEET);
+    let starts: Vec<usize> = declared.filter_map(|(_, _, of)| Some(double_word(of, 0)? as usize)).collect();
     starts.into_iter().find_map(|start| far_cell_of_sheet(stream, start))
 }
 
@@ -150,7 +150,7 @@ fn is_claim_fit(content: &[u8]) -> bool {
 mod tests {
     use super::far_cell;
 
-    /// A stream that tells where its sheet begins, and the sheet's records.
+    /// A stream that says where its sheet begins, and the sheet's records.
     fn book(records: &[u8]) -> Vec<u8> {
         [&[0x85, 0, 4, 0, 8, 0, 0, 0][..], &[0x09, 0x08, 0, 0], records, &[0x0a, 0, 0, 0]].concat()
     }

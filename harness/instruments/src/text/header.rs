@@ -16,7 +16,7 @@ pub(crate) fn read(lines: &[Vec<u8>], dialect: Dialect, kinds: &[Kind]) -> Head 
         (!is_blank(line, dialect.delimiter)).then(|| {
             let cells = row_cells(line, dialect, width);
             let fits = dialect.delimiter != Delimiter::Spaces || cells.len() == width;
-            Row { cells, fits, property: property(&told(line, dialect)) }
+            Row { cells, fits, property: property(&filled(line, dialect)) }
         })
     };
     let rows: Vec<Option<Row>> = lines.iter().map(row).collect();
@@ -24,7 +24,7 @@ pub(crate) fn read(lines: &[Vec<u8>], dialect: Dialect, kinds: &[Kind]) -> Head 
 }
 
 /// The cells of a line that are not empty; the whole line where it is of one.
-fn told(line: &[u8], dialect: Dialect) -> Vec<String> {
+fn filled(line: &[u8], dialect: Dialect) -> Vec<String> {
     let mut places = Vec::new();
     if let Delimiter::Byte(_) = dialect.delimiter {
         split(line, dialect.delimiter, &mut places);

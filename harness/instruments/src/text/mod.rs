@@ -15,7 +15,7 @@
 //! between numbers is a fault.
 //!
 //! The file is read line by line, once to find its tables and once for each reading of a table; memory holds a block of
-//! samples, whatever the file's length. Our own reader stands here since the crate `csv` wants the dialect told, and reads
+//! samples, whatever the file's length. Our own reader stands here since the crate `csv` wants the dialect given, and reads
 //! neither several tables nor headers of instruments.
 
 mod header;

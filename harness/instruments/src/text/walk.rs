@@ -245,7 +245,7 @@ impl Walk {
         texts.len() == count
     }
 
-    /// Keeps the form of a line, to tell whether the last one was cut.
+    /// Keeps the form of a line, to see whether the last one was cut.
     fn note_form(&mut self, line: &[u8]) {
         let tail = tail(line);
         let same = self.cells.len() == self.width && tail == self.tail;

@@ -5,7 +5,7 @@
 //! its impulse and its moment, and step. Where they have come is what holds: the rig is put there, and what it had
 //! not foreseen is the force on the body, and the difference of the contact's force, that it reckons with over the next step
 //! (a model-based corrector: Haid, Watzenig and Stettinger 2022). So a step need only
-//! resolve what the rig does not know. No step is taken back, and none straddles a touch. An acceleration that the FMU tells
+//! resolve what the rig does not know. No step is taken back, and none straddles a touch. An acceleration that the FMU reports
 //! is read at the ends of a step from the FMU, and between them as the rig has it.
 
 mod read;
@@ -106,7 +106,7 @@ fn follow(
             y,
             bare: facts.law.map(|l| l.of(&p.free)),
             inside: facts.inside,
-            told: facts.told,
+            reported: facts.reported,
             mass: of.mass,
             gravity: of.gravity,
             spring: facts.spring,
@@ -283,10 +283,11 @@ impl Run<'_, '_> {
                 side.compare(stop, faces[side.bond], self.running.contact(side.bond));
             }
             if let Some((side, f)) = self.sides.iter().zip(&foreseen).find(|(d, _)| reads_at_ends(d)) {
-                // what the FMU tells at either end is exact; the rig says how it went between
+                // what the FMU reports at either end is exact; the rig says how it went between
                 let (from, to) = (accelerated - f.acceleration.0, self.running.output(1) - f.acceleration.1);
-                let told = if side.bond == watched { Some(&mut self.out.acceleration) } else { other[1].as_mut() };
-                for (y, u) in told.into_iter().flat_map(|y| &mut y[i..done]).zip(&times[i..done]) {
+                let accelerations =
+                    if side.bond == watched { Some(&mut self.out.acceleration) } else { other[1].as_mut() };
+                for (y, u) in accelerations.into_iter().flat_map(|y| &mut y[i..done]).zip(&times[i..done]) {
                     *y += from + (to - from) * share_at(*u);
                 }
             }
@@ -303,7 +304,7 @@ impl Run<'_, '_> {
         Ok(())
     }
 
-    /// What the outputs tell at `t`.
+    /// The outputs at `t`.
     fn note(&self, t: f64, points: &mut [Vec<(f64, f64)>; 3]) {
         for (c, points) in points.iter_mut().enumerate() {
             if self.seat.machine.facts().channels[c] == Some(Reads::Output) {
@@ -324,7 +325,7 @@ impl Run<'_, '_> {
             if touches {
                 side.touched = t;
                 side.in_flight = side.drive.line.of(t);
-            } else if parts && side.inside && !side.told {
+            } else if parts && side.inside && !side.reported {
                 // what the contact's law was off by is over
                 side.drive.anew(t, side.in_flight);
                 (side.gap, side.reckoned, side.since) = (0.0, 0.0, t);

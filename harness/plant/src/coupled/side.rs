@@ -17,7 +17,7 @@ pub(super) struct Side<'a> {
     /// The law of the contact as the FMUs have it, nearly.
     pub bare: Option<Parameters>,
     pub inside: bool,
-    pub told: bool,
+    pub reported: bool,
     pub mass: f64,
     pub gravity: f64,
     pub spring: (f64, f64),
@@ -81,7 +81,7 @@ impl<'a> Side<'a> {
         self.rig.outer = Some(outer);
         let control = Control { first: self.first.min(stop - t), ..*control };
         let mut stepper = Stepper::new(&self.rig, t, &self.y, stop, &control)?;
-        let (bare, told) = (self.bare.filter(|_| self.inside), self.told);
+        let (bare, reported) = (self.bare.filter(|_| self.inside), self.reported);
         let offset = self.offset.line;
         let (mut impulse, mut moment) = (0.0, 0.0);
         let mut i = 0;
@@ -101,7 +101,7 @@ impl<'a> Side<'a> {
                     let at = st.t0 + node * st.h;
                     let (x, v) = r.body_at(at, &z);
                     if x > 0.0 {
-                        let more = if told { offset.of(at) } else { 0.0 };
+                        let more = if reported { offset.of(at) } else { 0.0 };
                         let f = weight * st.h * (law.force(&Memory::default(), x, v) + more);
                         impulse += f;
                         moment += f * (at - t);
@@ -177,7 +177,7 @@ impl<'a> Side<'a> {
     }
 
     fn offset_inside(&self, t: f64) -> f64 {
-        if self.told {
+        if self.reported {
             self.offset.line.of(t)
         } else {
             0.0
@@ -199,12 +199,12 @@ impl<'a> Side<'a> {
         off
     }
 
-    /// Keeps what the contact's force differs by at `t`, where the face is at (`x`, `v`) and the contact told `force`.
+    /// Keeps what the contact's force differs by at `t`, where the face is at (`x`, `v`) and the contact reported `force`.
     pub fn compare(&mut self, t: f64, (x, v): (f64, f64), force: f64) {
         if let Some(fed) = &mut self.fed {
             fed.take(t, force);
         }
-        if !self.told {
+        if !self.reported {
             return;
         }
         if x <= 0.0 {

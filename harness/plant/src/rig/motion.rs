@@ -67,7 +67,7 @@ pub struct Motion<'a> {
     rig: Rig<'a>,
     contact: &'a RefCell<Driven<'a>>,
     touching: &'a Physics,
-    /// Whether the force of the element has a memory that the rates do not know; the law tells without a try.
+    /// Whether the force of the element has a memory that the rates do not know; the law shows it without a try.
     remembers: bool,
     scale: State,
     inside: bool,
@@ -227,9 +227,9 @@ impl<'a> Motion<'a> {
         share * self.depth(v) / v.abs().max(LEAST[1])
     }
 
-    /// Tells the element of a step to (`x1`, `v1`), in pieces where it is in contact, and foresees how its memory goes
+    /// Informs the element of a step to (`x1`, `v1`), in pieces where it is in contact, and foresees how its memory goes
     /// on moving the force. The longest step to take next.
-    fn tell(&mut self, taken: &Taken<'_>, y: &State, a1: f64) -> f64 {
+    fn inform(&mut self, taken: &Taken<'_>, y: &State, a1: f64) -> f64 {
         let mut c = self.contact.borrow_mut();
         let (t1, h) = (taken.t0 + taken.h, taken.h);
         let (from, to) = (self.rig.face(taken.y0), self.rig.face(y));
@@ -366,7 +366,7 @@ impl System for Motion<'_> {
                 self.rig.face(&dy).1
             }
         };
-        let mut next = self.tell(taken, y, a1);
+        let mut next = self.inform(taken, y, a1);
         self.rig.accept(t1, y);
         for j in (0..self.rig.n).step_by(2) {
             for i in 0..2 {

@@ -107,13 +107,13 @@ class Campaign(Tabular):
         """A campaign of tables, one a recording.
 
         mass: moving mass, kg. speed: at touch, m/s. height: drop height, m. start_speed: at the first sample, m/s. preload:
-        of the return spring, N. level: what recordings of one level share, where neither height nor preload tells it. order:
-        in which they were taken; as given unless told. travel: of a contactor from rest to the stop, m. spring_rate: N/m.
+        of the return spring, N. level: what recordings of one level share, where neither height nor preload gives it. order:
+        in which they were taken; as given unless stated. travel: of a contactor from rest to the stop, m. spring_rate: N/m.
         terms: what the simulation holds beside k x^p, names of `touchdown mechanisms`. k, p, mu_d: its law, where it is
         calibrated. folder: where the campaign is written; a temporary folder that goes with it unless given.
 
         Raises: ValueError for as many values as there are no recordings; TypeError for what is no table; OSError where the
-        folder cannot be written. What is wrong with the recordings is told where they are used.
+        folder cannot be written. What is wrong with the recordings is reported where they are used.
         """
         named = _named(frames)
         temporary = None

@@ -125,8 +125,8 @@ class Diagnosis(Page, Tabular):
         """
         name = self.verdict.get("element", {}).get("fmu")
         if name is None:
-            told = self.verdict.get("element", {}).get("text") or self.reason or "the diagnosis wrote none"
-            raise _native.TouchdownError(f"{self.folder}: there is no FMU: {told}")
+            why = self.verdict.get("element", {}).get("text") or self.reason or "the diagnosis wrote none"
+            raise _native.TouchdownError(f"{self.folder}: there is no FMU: {why}")
         return self._file(name, path)
 
     def _columns(self) -> Columns:

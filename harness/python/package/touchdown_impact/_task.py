@@ -68,7 +68,7 @@ Follow = bool | Callable[[Progress], None]
 
 
 class Listener:
-    """Takes what a task tells: progress to whom it is for, warnings to `warnings`, errors and words kept."""
+    """Takes what a task reports: progress to whom it is for, warnings to `warnings`, errors and words kept."""
 
     def __init__(self, progress: Follow) -> None:
         self._progress = progress
@@ -117,7 +117,7 @@ class Listener:
             self._bar = None
 
     def raise_errors(self) -> None:
-        """Raises what was told as an error.
+        """Raises what was reported as an error.
 
         Raises: TouchdownError.
         """

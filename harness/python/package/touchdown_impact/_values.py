@@ -29,7 +29,7 @@ Columns: TypeAlias = Mapping[str, Any] | pa.Table
 
 @dataclass(frozen=True)
 class Quantity:
-    """A value in `unit` with its 95 % interval; `low` and `high` are None where the recordings do not tell it."""
+    """A value in `unit` with its 95 % interval; `low` and `high` are None where the recordings do not determine it."""
 
     value: float
     unit: str

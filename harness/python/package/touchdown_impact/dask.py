@@ -190,7 +190,7 @@ def _share(command: Sequence[str] | None, words: list[str]) -> None:
     done = subprocess.run(
         call, stdin=subprocess.DEVNULL, capture_output=True, text=True, env=environment, check=False
     )
-    # codes of a command that was not understood are those of a campaign that is lost: tell them apart by what was said
+    # codes of a command that was not understood are those of a campaign that is lost: distinguish them by what was said
     if done.returncode not in _ANSWERED or (done.returncode == 2 and not done.stdout):
         raise TouchdownError(_said(done.stderr) or f"the process of a share ended with code {done.returncode}")
 

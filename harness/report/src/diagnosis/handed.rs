@@ -1,4 +1,4 @@
-//! What the FMU handed back tells of itself: its campaign, what was found, and the values it holds.
+//! How the FMU handed back describes itself: its campaign, what was found, and the values it holds.
 
 use super::card::capital;
 use super::page::mechanism;
@@ -69,7 +69,7 @@ fn in_short(m: &Missing) -> String {
     format!("{} ({}): {}", plain(m.mechanism), m.form, values.join(", "))
 }
 
-/// Time of the newest of a campaign's files, s since 1970-01-01; None where no file tells.
+/// Time of the newest of a campaign's files, s since 1970-01-01; None where no file has one.
 fn newest(c: &Campaign) -> Option<i64> {
     let files = c.recordings.iter().map(|r| c.dir.join(&r.file)).chain([c.dir.join("campaign.toml")]);
     let changed = |f: std::path::PathBuf| std::fs::metadata(f).ok()?.modified().ok()?.duration_since(UNIX_EPOCH).ok();

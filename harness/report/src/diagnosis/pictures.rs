@@ -8,7 +8,7 @@ use diagnose::run::Outcome;
 use estimate::levels::nrmse;
 use record::{Campaign, Channel, Kind};
 
-/// Loops drawn at most beside that of the recording that tells most.
+/// Loops drawn at most beside that of the most informative recording.
 const LOOPS: usize = 9;
 /// Shares of the contact time shown before the touch and after leaving.
 const BEFORE: f64 = 0.15;
@@ -71,7 +71,7 @@ fn on_the_pulse(chart: Chart, c: &Campaign, o: &Outcome, i: usize) -> Chart {
 }
 
 /// The recording whose prediction gained most (or, with nothing found, fits worst).
-fn telling(c: &Campaign, o: &Outcome) -> usize {
+fn most_informative(c: &Campaign, o: &Outcome) -> usize {
     let score = |i: usize| -> f64 {
         let of = |p: &[Vec<f64>; 3]| -> f64 {
             c.recordings[i].channels.iter().zip(p).filter_map(|(y, p)| nrmse(y.as_ref()?, p)).sum()
@@ -154,11 +154,11 @@ fn key(o: &Outcome) -> String {
     )
 }
 
-/// The recording that tells most: its loop, and every channel over time with what is left of it.
+/// The most informative recording: its loop, and every channel over time with what is left of it.
 pub fn first_sight(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
-    let i = telling(c, o);
+    let i = most_informative(c, o);
     page = page.section("Force over penetration, and over time").paragraph(&key(o));
-    let shown = hysteresis(c, o, i, &named(c, i)).size(600, 425).linked("telling");
+    let shown = hysteresis(c, o, i, &named(c, i)).size(600, 425).linked("most-informative");
     let source = if o.courses.penetration_recorded { "" } else { "penetration measured: the force integrated twice" };
     page = page.stack(vec![(shown, source)]);
     for ch in Channel::ALL {
@@ -174,16 +174,16 @@ pub fn first_sight(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
         };
         let (Some(of), Some(left)) = (readings(c, o, i, ch, title), residual(c, o, i, ch)) else { continue };
         page = page.stack(vec![
-            (of.size(600, 270).linked("telling"), "over time"),
-            (left.size(600, 165).linked("telling"), ""),
+            (of.size(600, 270).linked("most-informative"), "over time"),
+            (left.size(600, 165).linked("most-informative"), ""),
         ]);
     }
     loops(page, c, o, i)
 }
 
-/// The loop of every level but that of recording `told`.
-fn loops(mut page: Page, c: &Campaign, o: &Outcome, told: usize) -> Page {
-    let mut seen = vec![c.recordings[told].level];
+/// The loop of every level but that of recording `shown`.
+fn loops(mut page: Page, c: &Campaign, o: &Outcome, shown: usize) -> Page {
+    let mut seen = vec![c.recordings[shown].level];
     let mut first = true;
     for (i, r) in c.recordings.iter().enumerate() {
         if seen.contains(&r.level) || seen.len() > LOOPS {

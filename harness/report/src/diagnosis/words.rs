@@ -11,7 +11,7 @@ use diagnose::run::Outcome;
 use diagnose::sensors::{Against, Reading};
 use diagnose::verdict::{Cause, Missing, Unclipped, Verdict};
 
-/// Causes told where none is more likely than not, at most.
+/// Causes listed where none is more likely than not, at most.
 const LIKELIEST: usize = 3;
 
 /// The sentence that sums a verdict up.
@@ -69,8 +69,8 @@ pub fn between(v: &Verdict) -> Option<String> {
     if !v.mismatch.detected || !v.missing.is_empty() || v.posterior.iter().any(|c| c.probability > 0.5) {
         return None;
     }
-    let told = |c: &Cause| format!("{} {}", cause(&c.mechanisms), probability(c.probability));
-    let causes: Vec<String> = v.posterior.iter().take(LIKELIEST).map(told).collect();
+    let listed = |c: &Cause| format!("{} {}", cause(&c.mechanisms), probability(c.probability));
+    let causes: Vec<String> = v.posterior.iter().take(LIKELIEST).map(listed).collect();
     (!causes.is_empty()).then(|| causes.join(", "))
 }
 
