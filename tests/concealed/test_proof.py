@@ -74,7 +74,7 @@ def test_the_sentence_counts_what_the_tables_count(answered):
     out, rows = answered
     got = scores.figures(rows)
     said = page.sentence(head(out), rows)
-    for key, words in page.TOLD.items():
+    for key, words in page.SENTENCES.items():
         assert (words.format(n=got[key][2], k=got[key][1]) in said) if key in got else words.rpartition("}")[2] not in said
     assert "wrong" in got
     for what, *_, kept in scores.lines(rows):
