@@ -26,7 +26,7 @@ STAGES = [
     [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
 ]
 TIMES = [0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1]
-PIECES = 8  # in which the harness divides a step of the element in contact
+PIECES = 8  # into which the harness divides a step of the element in contact
 
 PLASTIC = """kind = "drop_test"
 mass = 0.8

@@ -1,8 +1,8 @@
 //! Progress of what lasts, and Ctrl-C that loses nothing.
 //!
 //! Nothing is shown in the first second. After it a terminal shows a bar, anything else gets a plain line every
-//! five seconds; both on standard error, with the stage, and with the time left where parts done allow an estimate. Safe to call from
-//! many threads.
+//! five seconds; both on standard error, with the stage, and with the time left where parts done allow an estimate. Safe
+//! to call from many threads.
 
 use crate::print;
 use anyhow::{ensure, Result};

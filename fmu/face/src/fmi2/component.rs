@@ -165,6 +165,21 @@ pub(super) unsafe fn call<M: Model>(c: *mut c_void, f: impl FnOnce(&mut Componen
     }
 }
 
+/// Runs what hosts ask at every step, without the way through Results: `f` says whether it has done it. None where it has
+/// not, or where `c` is no component in use: the call has to be run by [`call`].
+///
+/// # Safety
+/// As [the module](super) says.
+#[inline]
+pub(super) unsafe fn at_once<M: Model>(c: *mut c_void, f: impl FnOnce(&mut M) -> bool) -> Option<Status> {
+    let p = component::<M>(c).ok()?;
+    match catch_unwind(AssertUnwindSafe(|| f(&mut (*p).model))) {
+        Ok(true) => Some(OK),
+        Ok(false) => None,
+        Err(panic) => Some(conclude(p, Err(panic))),
+    }
+}
+
 /// An error with this message.
 #[cold]
 pub(super) fn refuse<T>(message: &str) -> Outcome<T> {

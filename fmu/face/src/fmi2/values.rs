@@ -1,13 +1,12 @@
 //! Values of variables, and their derivatives.
 
-use super::component::{call, component, conclude, refuse};
-use super::{Status, OK};
+use super::component::{at_once, call, refuse};
+use super::Status;
 use crate::arrays::{slice, slice_mut, MOST_VALUES};
 use crate::life::{Outcome, Refusal};
 use crate::model::{Kind, Model};
 use crate::text;
 use std::os::raw::{c_char, c_int, c_uint, c_void};
-use std::panic::{catch_unwind, AssertUnwindSafe};
 
 /// Does `one` for each of `n` entries; where one is refused, those before it are undone.
 fn all_or_none<M: Model>(m: &mut M, n: usize, mut one: impl FnMut(&mut M, usize) -> Outcome<()>) -> Outcome<()> {
@@ -51,17 +50,17 @@ fn finite(value: f64, what: impl FnOnce() -> String) -> Outcome<f64> {
 /// values to write, apart from them.
 #[inline]
 pub unsafe fn get_real<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, values: *mut f64) -> Status {
-    // one value, as most hosts ask, without the way through Results
+    // one value, as most hosts ask
     if n == 1 && !vr.is_null() && !values.is_null() {
-        if let Ok(p) = component::<M>(c) {
-            match catch_unwind(AssertUnwindSafe(|| (*p).model.real_at_once(*vr))) {
-                Ok(Some(value)) => {
-                    *values = value;
-                    return OK;
-                }
-                Ok(None) => {}
-                Err(panic) => return conclude(p, Err(panic)),
+        let get = |m: &mut M| match m.real_at_once(*vr) {
+            Some(value) => {
+                *values = value;
+                true
             }
+            None => false,
+        };
+        if let Some(status) = at_once(c, get) {
+            return status;
         }
     }
     get_reals::<M>(c, vr, n, values)
@@ -140,15 +139,11 @@ pub unsafe fn get_string<M: Model>(
 /// values.
 #[inline]
 pub unsafe fn set_real<M: Model>(c: *mut c_void, vr: *const c_uint, n: usize, values: *const f64) -> Status {
-    // what hosts set at every step, without the way through Results
+    // what hosts set at every step
     if n > 0 && n <= MOST_VALUES && !vr.is_null() && !values.is_null() {
-        if let Ok(p) = component::<M>(c) {
-            let (references, values) = (std::slice::from_raw_parts(vr, n), std::slice::from_raw_parts(values, n));
-            match catch_unwind(AssertUnwindSafe(|| (*p).model.set_reals(references, values))) {
-                Ok(true) => return OK,
-                Ok(false) => {}
-                Err(panic) => return conclude(p, Err(panic)),
-            }
+        let (references, values) = (std::slice::from_raw_parts(vr, n), std::slice::from_raw_parts(values, n));
+        if let Some(status) = at_once(c, |m: &mut M| m.set_reals(references, values)) {
+            return status;
         }
     }
     set_reals::<M>(c, vr, n, values)
