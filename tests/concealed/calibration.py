@@ -143,6 +143,8 @@ def main():
     table = {**{k: round(float(v), 4) for k, v in zip(weights.PARAMETERS, theta)}, "level": round(level, 4)}
     print(json.dumps(table, indent=1))
     if not o.dry:
+        # what laws learned as functions are weighed by is not fitted here
+        table["learned"] = json.loads(TABLE.read_text())["learned"]
         TABLE.write_text(json.dumps(table, indent=1) + "\n")
         picture(bins, error)
         print(f"{TABLE.relative_to(ROOT)} and {PICTURE.relative_to(ROOT)} written")

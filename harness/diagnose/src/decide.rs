@@ -4,11 +4,13 @@
 use super::candidate::Candidate;
 use super::evidence::Evidences;
 use super::heldout::{folds, held_out, windows, Folds, HeldOut};
+use super::learned::{learned, Learned};
 use super::material::remainder;
 use super::posterior::{Cause, Posterior, POSSIBLE};
 use super::propose::Pool;
 use super::table::Table;
 use estimate::fitted::Fitted;
+use record::{Campaign, Kind};
 
 /// Structures at most whose predictions of levels not seen are worked out.
 const PREDICTED: usize = 6;
@@ -46,6 +48,8 @@ pub struct Decision {
     pub folds: Option<Folds>,
     /// Names that recordings give which end so many contact times after the touch.
     pub windows: Vec<(f64, Vec<&'static str>)>,
+    /// What was learned as functions, whatever its shape; None where that was not done.
+    pub learned: Option<Learned>,
 }
 
 impl Decision {
@@ -93,6 +97,7 @@ impl Decision {
             after: predicted[at].take(),
             folds: None,
             windows: Vec::new(),
+            learned: None,
             base,
             chosen,
             singles,
@@ -108,6 +113,36 @@ impl Decision {
     /// Whether a mechanism of the vocabulary is named.
     pub fn names_something(&self) -> bool {
         self.detected && self.chosen.structure.terms().iter().any(|t| t.mechanism.named)
+    }
+
+    /// Names that were given for what was learned, with no form.
+    pub fn names_by_shape(&self) -> &[super::learned::Named] {
+        self.learned.as_ref().map_or(&[], |l| &l.names)
+    }
+
+    /// Whether what was learned takes the place of every form.
+    pub fn is_learned(&self) -> bool {
+        self.learned.as_ref().is_some_and(|l| l.leads)
+    }
+
+    /// Takes the unknown cause apart into classes of forces that are learned as functions, where the motion is imposed and such a
+    /// cause is possible.
+    pub fn learn(&mut self, c: &Campaign) {
+        if c.kind != Kind::Indentation || self.posterior.unknown() <= POSSIBLE {
+            return;
+        }
+        let Some(l) = learned(c, self) else { return };
+        self.posterior = l.posterior.clone();
+        if l.leads {
+            // what stood in for the unknown is known now
+            self.chosen = self.base.clone();
+            self.overdispersion.1 = self.overdispersion.0;
+            self.ties = Vec::new();
+            self.after = Some(l.heldout.clone());
+            self.unexplained = l.names.is_empty() || l.leaves_more;
+        }
+        self.detected |= !l.names.is_empty();
+        self.learned = Some(l);
     }
 
     /// Gain of the best structure tried over the overdispersion of what is left: how far the recordings are from the

@@ -83,7 +83,10 @@ pub fn gather(c: &Campaign, search: &Search, d: &Decision, stage: &dyn Fn(&str))
             f.ties = ties(search, d);
         }
     }
-    f.remainder = remainder(&d.chosen, d.unexplained);
+    f.remainder = match &d.learned {
+        Some(l) if l.leads => Remainder::of_a_law_learned(l.misfit, d.unexplained),
+        _ => remainder(&d.chosen, d.unexplained),
+    };
     // a stiffness that scatters between recordings is no force within one
     if d.unexplained && d.excess_scatter.is_none() {
         stage("finding the force it takes");
@@ -92,11 +95,25 @@ pub fn gather(c: &Campaign, search: &Search, d: &Decision, stage: &dyn Fn(&str))
     f.gates = gates(d, &f.remainder);
     f.caveats.extend(disagreement(c, d));
     f.caveats.extend(cut_short(d));
+    f.caveats.extend(learned_shape(d));
     if !d.names_something() {
         f.caveats.extend(little_measured(d));
     }
     f.caveats.extend(f.gates.iter().cloned());
     f
+}
+
+/// What a reader has to know of names whose shape was learned; None where there are none.
+fn learned_shape(d: &Decision) -> Option<String> {
+    let l = d.learned.as_ref().filter(|l| l.leads && !l.names.is_empty())?;
+    let predicts = match d.before.nrmse >= l.heldout.nrmse {
+        true => "",
+        false => " What the fit did not see it would predict worse than the simulation as given, which predicts it.",
+    };
+    Some(format!(
+        "No equation of the vocabulary has the shape of what is named: the shape is learned, and drawn below. \
+         HysteresisContact.fmu does not hold it.{predicts}"
+    ))
 }
 
 /// Which folds chose other names, in words; None where all agree.

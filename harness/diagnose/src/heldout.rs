@@ -69,7 +69,7 @@ const FOLDS: usize = 10;
 
 /// Recordings left out together: a level, or where there is one only, each recording by itself; of more than [`FOLDS`]
 /// every tenth with the first, with the second, and so on.
-fn groups(data: &Data) -> Vec<Vec<usize>> {
+pub(crate) fn groups(data: &Data) -> Vec<Vec<usize>> {
     let n = data.records.len();
     let levels = data.levels();
     let place = |r: usize| levels.partition_point(|l| *l < data.records[r].level);

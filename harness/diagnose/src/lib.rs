@@ -21,6 +21,7 @@ pub mod heldout;
 mod impulse;
 pub mod intervals;
 pub mod latent;
+pub mod learned;
 pub mod map;
 pub mod material;
 pub mod next;

@@ -36,6 +36,13 @@ pub struct Remainder {
 const MATERIAL: f64 = 1e-3;
 
 impl Remainder {
+    /// What a law that was learned leaves: its misfit, rms over the range of force; `unknown`: whether that is more than laws are
+    /// off by, or has no name.
+    pub fn of_a_law_learned(misfit: f64, unknown: bool) -> Remainder {
+        let of = if unknown { "beyond what is named" } else { "of no single cause" };
+        Remainder { share_of_range: misfit, peak_force: 0.0, text: format!("{:.2} % of range, {of}", 100.0 * misfit) }
+    }
+
     /// Whether it is more than what the best instruments err by.
     pub fn is_material(&self) -> bool {
         self.share_of_range >= MATERIAL

@@ -33,6 +33,9 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
             [one] => v.push(one.cure.into()),
             all => v.extend(all.iter().map(|m| format!("{}: {}", plain(m.name), m.cure))),
         }
+        if !d.names_by_shape().is_empty() {
+            v.push(super::learned::CURE.into());
+        }
         v.extend(at_bonds(c, d, f));
         v.extend(on_body(c, f));
     }
@@ -42,6 +45,7 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
             "Until the channel has a wider range, take its peaks from without_clipping/, with their intervals.".into(),
         );
     }
+    v.extend(other_rates(d));
     v.extend(against_others(c, d, f, &named));
     v.extend(unexplained(c, d, f));
     v.extend(more_recordings(c, d, f));
@@ -86,6 +90,16 @@ fn at_bonds(c: &Campaign, d: &Decision, f: &Findings) -> Vec<String> {
         }
     };
     d.chosen.structure.terms().iter().filter(|t| t.mechanism.named).filter_map(of).collect()
+}
+
+/// What parts friction from what depends on the rate, where that is open.
+fn other_rates(d: &Decision) -> Option<String> {
+    let open = d.names_by_shape().iter().any(|n| n.also_possible.len() > 1);
+    open.then(|| {
+        "Press ten times faster, and hold the deepest point: friction stays as it is, damping grows with the rate, and relaxation \
+         fades in the hold."
+            .into()
+    })
 }
 
 /// What to do with the forces on the body that were found, where no system of FMUs is handed back.
@@ -150,6 +164,7 @@ fn calibration(f: &Findings) -> Option<String> {
 fn against_others(c: &Campaign, d: &Decision, f: &Findings, named: &[&'static Mechanism]) -> Vec<String> {
     let mut v = Vec::new();
     let mut settled: Vec<&str> = named.iter().map(|m| m.name).collect();
+    settled.extend(d.names_by_shape().iter().flat_map(|n| n.also_possible.iter().copied().chain([n.mechanism.name])));
     for t in f.ties.iter().flatten().filter(|t| t.p_right <= SURE) {
         if let Some(text) = by_experiment(t) {
             settled.extend(&t.set);

@@ -4,7 +4,8 @@
 //! hundreds of nats. How small, how large, and how much more a name needs than nothing is what `calibration.json` holds;
 //! `tests/calibrate` writes it from campaigns of the laboratory whose cause is known.
 
-use crate::causes::{Causes, Gathered, UNKNOWN};
+pub use crate::causes::UNKNOWN;
+use crate::causes::{Causes, Gathered};
 use crate::evidence::{ln_sum, Evidences};
 use crate::table::Table;
 use mechanisms::named;
@@ -119,15 +120,40 @@ impl Posterior {
             let large = (ln_sum(&c.large) - mass).exp();
             Cause { names, probability: (score - whole).exp(), structure, large }
         };
-        let mut causes: Vec<Cause> = causes.all.into_iter().zip(&mass).zip(&score).map(cause).collect();
+        let causes: Vec<Cause> = causes.all.into_iter().zip(&mass).zip(&score).map(cause).collect();
+        Posterior::of_causes(causes, table.level, counted)
+    }
+
+    /// Of causes with their probabilities; `level`: what those have to add up to that hold the cause with 95 %.
+    fn of_causes(mut causes: Vec<Cause>, level: f64, counted: Counted) -> Posterior {
         causes.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         let mut sum = 0.0;
         let holds = |c: &Cause| {
             sum += c.probability;
-            sum >= table.level
+            sum >= level
         };
         let credible = causes.iter().position(holds).map_or(causes.len(), |i| i + 1);
         Posterior { causes, credible, counted }
+    }
+
+    /// The same with the unknown cause taken apart into `sets` of names, sorted, with the probability of each given that no
+    /// form of the vocabulary explains what was read.
+    pub fn refined(&self, sets: impl Iterator<Item = (Vec<&'static str>, f64)>, level: f64) -> Posterior {
+        let unknown = self.unknown();
+        let sorted = |names: &[&'static str]| {
+            let mut v = names.to_vec();
+            v.sort_unstable();
+            v
+        };
+        let mut causes: Vec<Cause> = self.causes.iter().filter(|c| !c.is_unknown()).cloned().collect();
+        for (names, share) in sets {
+            let probability = unknown * share;
+            match causes.iter_mut().find(|c| sorted(&c.names) == names) {
+                Some(c) => c.probability += probability,
+                None => causes.push(Cause { names, probability, structure: None, large: 0.0 }),
+            }
+        }
+        Posterior::of_causes(causes, level, self.counted)
     }
 
     /// Probabilities of alternatives that are as likely beforehand, by their ln evidence, as differences of it count here; all
@@ -245,6 +271,7 @@ mod tests {
             needed: 0.0,
             completed: 0.0,
             level: 0.95,
+            learned: Table::calibrated().learned,
         }
     }
 
@@ -446,6 +473,24 @@ mod tests {
         };
         let odds = |p: &Posterior| p.of("clipping") / p.of("gravity");
         assert!((odds(&of(false)) - 1.0).abs() < 1e-9 && (odds(&of(true)) - 2f64.exp()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_unknown_cause_is_taken_apart_into_what_was_learned() {
+        let cause = |names: &[&'static str], probability: f64| Cause {
+            names: names.to_vec(),
+            probability,
+            structure: Some(0),
+            large: 0.0,
+        };
+        let causes = vec![cause(&[UNKNOWN], 0.8), cause(&["gravity", "adhesion"], 0.1), cause(&[], 0.1)];
+        let p = Posterior { causes, credible: 3, ..Posterior::default() };
+        let sets = [(vec!["adhesion", "gravity"], 0.5), (vec!["clipping"], 0.25), (vec![UNKNOWN], 0.25)];
+        let r = p.refined(sets.into_iter(), 0.95);
+        assert!((r.of("gravity") - 0.5).abs() < 1e-12 && (r.of("clipping") - 0.2).abs() < 1e-12, "{r:?}");
+        assert!((r.unknown() - 0.2).abs() < 1e-12 && (r.nothing() - 0.1).abs() < 1e-12, "{r:?}");
+        assert!((r.causes.iter().map(|c| c.probability).sum::<f64>() - 1.0).abs() < 1e-12);
+        assert_eq!(r.causes[0].names, ["gravity", "adhesion"]);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use super::decide::Decision;
 use super::element::{packed, Packed};
 use super::findings::{gather, Findings};
 use super::heldout::{held_out, HeldOut};
+use super::learned::Learned;
 use super::propose::Pool;
 use super::search::Search;
 use super::sensors::against;
@@ -36,6 +37,8 @@ pub struct Outcome {
     /// The law to put into the FMU.
     pub law: law::Parameters,
     pub findings: Findings,
+    /// What was learned as functions, whatever its shape; None where that was not done.
+    pub learned: Option<Learned>,
     /// The element with that law; or why it could not be packed or run.
     pub element: Result<Packed, String>,
     /// The forces on the body that were found; None where none was.
@@ -234,6 +237,10 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     let mut decision = Decision::new(pool);
     stage("choosing names without each level, and in shorter windows")?;
     decision.choose_again();
+    if c.kind == Kind::Indentation {
+        stage("learning what is missing as a function")?;
+        decision.learn(c);
+    }
     stage("working out the answer")?;
     let mut findings = gather(c, &search, &decision, settings.stage);
     findings.sensors = against(c, settings.others);
@@ -270,7 +277,7 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     let replaces = c.system.as_ref().is_none_or(|s| host::replaceable(s, calibrated.structure.bond()));
     let element = if settings.element && replaces && law.elastic.stiffness > 0.0 {
         stage("running the recordings through the element")?;
-        let through = decision.after.as_ref().filter(|_| relied_on && c.kind != Kind::System);
+        let through = decision.after.as_ref().filter(|_| relied_on && c.kind != Kind::System && !decision.is_learned());
         let through = through.map(|a| (&decision.chosen, a));
         let binaries = pack::Model::contact().libraries(settings.platforms);
         let overdispersion = decision.overdispersion.1.max(1.0);
@@ -320,8 +327,20 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     let system =
         system.and_then(|s| s.map_err(|e| findings.caveats.push(format!("system/ is not written: {e:#}."))).ok());
     let verdict = Verdict::new(c, &decision, &findings, element.as_ref().ok());
-    let Decision { before, after, .. } = decision;
-    Ok(Outcome { verdict, before, after, courses, law, findings, element, body: on_body, system, data: prepared.data })
+    let Decision { before, after, learned, .. } = decision;
+    Ok(Outcome {
+        learned,
+        verdict,
+        before,
+        after,
+        courses,
+        law,
+        findings,
+        element,
+        body: on_body,
+        system,
+        data: prepared.data,
+    })
 }
 
 /// The user's system with the element `e` in the place of the contact at the bond of `f`, the forces `on_body` beside it, and
@@ -356,6 +375,7 @@ fn unjudged(c: &Campaign, data: Arc<Data>, reason: String, before: Option<HeldOu
         before,
         after: None,
         courses: Courses::default(),
+        learned: None,
         law: Default::default(),
         findings: Findings { caveats: c.warnings.clone(), ..Findings::default() },
         element: Err("nothing was judged".into()),

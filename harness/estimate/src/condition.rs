@@ -28,6 +28,9 @@ pub struct Guess {
 /// Standard deviation of the stiffness between repeats, as a logarithm.
 const REPEATS: f64 = 0.006;
 
+/// Samples on either side over which the step of time at one is taken.
+const STAMPS: usize = 8;
+
 /// Share of the noise's low frequencies below which what precedes the impact is believed alone.
 const CALM: f64 = 0.5;
 
@@ -45,11 +48,16 @@ pub fn impose(record: &mut Record, sigma: f64) -> Vec<usize> {
     }
     let read = &read;
     let time = &record.setup.time;
-    let dt = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+    // the step around a sample: stamps scatter, and machines change how often they read
+    let step = |i: usize| {
+        let (a, b) = (i.saturating_sub(STAMPS), (i + STAMPS).min(time.len() - 1));
+        (time[b] - time[a]) / (b - a) as f64
+    };
     let corners = corners(read, sigma);
     let (path, slope) = smooth_between(read, &corners, sigma);
     record.setup.imposed = path;
-    record.setup.imposed_rate = slope.iter().map(|v| v / dt).collect();
+    let rate = slope.iter().enumerate().map(|(i, v)| v / step(i)).collect();
+    record.setup.imposed_rate = rate;
     corners.into_iter().flat_map(|c| c - 1..=c + 1).collect()
 }
 

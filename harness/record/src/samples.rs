@@ -8,6 +8,8 @@ use std::path::Path;
 const FEWEST: usize = 16;
 /// Median steps beyond which a step is a pause.
 const PAUSE: f64 = 5.0;
+/// Share of its range by which an imposed penetration moves unseen where something was missed.
+const MOVED: f64 = 0.1;
 /// Samples in a row that have to read as much: a spike is no impact.
 const IN_A_ROW: usize = 3;
 /// Largest reading in SI: no instrument reads more, and powers of more leave the range of a double.
@@ -89,7 +91,8 @@ pub fn read(dir: &Path, name: &str, kind: Option<Kind>) -> Result<Samples, Vec<R
     if n < FEWEST {
         return Err(too_few(n, ""));
     }
-    let pieces = pieces(&data[table.clock]);
+    let imposed = table.column(Channel::Penetration).filter(|_| kind == Some(Kind::Indentation));
+    let pieces = pieces(&data[table.clock], imposed.map(|i| &data[i][..]));
     if pieces.len() > 1 {
         let kept = kept_piece(&table, &data, &pieces, kind);
         let (from, to) = pieces[kept];
@@ -130,13 +133,16 @@ pub fn short(v: f64) -> String {
     (v as f32).to_string()
 }
 
-/// Stretches without a pause: first sample, and the one behind the last.
-fn pieces(time: &[f64]) -> Vec<(usize, usize)> {
+/// Stretches without a pause: first sample, and the one behind the last. An `imposed` penetration is known on either side of
+/// a pause: where it has hardly moved, nothing was missed, and a machine that only reads less often has made no pause.
+fn pieces(time: &[f64], imposed: Option<&[f64]>) -> Vec<(usize, usize)> {
     let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
     steps.sort_by(f64::total_cmp);
     let longest = PAUSE * steps[steps.len() / 2];
+    let most = imposed.map_or(0.0, |x| MOVED * crate::range(x));
+    let moved = |i: usize| imposed.is_none_or(|x| (x[i] - x[i - 1]).abs() > most);
     let mut starts = vec![0];
-    starts.extend((1..time.len()).filter(|i| time[*i] - time[*i - 1] > longest));
+    starts.extend((1..time.len()).filter(|i| time[*i] - time[*i - 1] > longest && moved(*i)));
     let ends = starts.iter().skip(1).copied().chain([time.len()]);
     starts.iter().copied().zip(ends).collect()
 }
@@ -509,6 +515,19 @@ mod tests {
             "{:?}",
             s.notes
         );
+    }
+
+    #[test]
+    fn an_indentation_that_is_read_less_often_while_it_moves_slowly_has_no_pause() {
+        let mut time: Vec<f64> = (0..50).map(|i| 4.0 * f64::from(i)).collect();
+        time.extend((1..200).map(|i| 196.0 + 0.1 * f64::from(i)));
+        let depth: Vec<f64> =
+            (0..time.len()).map(|i| if i < 50 { 1e-8 * i as f64 } else { 5e-7 * (1.0 + i as f64) }).collect();
+        assert_eq!(pieces(&time, Some(&depth)), [(0, time.len())]);
+        // of a motion that is not imposed nobody knows what was missed
+        assert!(pieces(&time, None).len() > 1);
+        let jumps: Vec<f64> = (0..time.len()).map(|i| if i < 20 { 0.0 } else { 1.0 }).collect();
+        assert_eq!(pieces(&time, Some(&jumps)), [(0, 20), (20, time.len())]);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use crate::evidence::LARGE;
 use crate::evidence::{self, Evidences};
 use crate::experiment;
 use crate::findings::Findings;
+use crate::learned::{self, Named, CURE, OF_ITS_OWN};
 use crate::map;
 use crate::next;
 use crate::phases::{by_strongest, of_force, phases, shares, strongest, PHASES};
@@ -33,7 +34,7 @@ impl Verdict {
             columns: c.columns.clone(),
             invalid: None,
             mismatch: mismatch(d, f, places(c, d, f, &terms)),
-            missing: named.map(|(i, _)| missing(d, f, *i)).collect(),
+            missing: named.map(|(i, _)| missing(d, f, *i)).chain(d.names_by_shape().iter().map(by_shape)).collect(),
             unexplained: Unexplained { detected: d.unexplained, text: unexplained(d, f) },
             next: next::steps(c, d, f, packed.is_some()),
             fit: FitQuality {
@@ -71,6 +72,7 @@ impl Verdict {
             material: Some(d.chosen.names().into_iter().zip(f.material.iter().copied()).collect()),
             remainder: Some(f.remainder.clone()),
             evidence: Some(evidence(&d.evidence)),
+            learned: d.learned.as_ref().map(learned),
         }
     }
 
@@ -114,6 +116,7 @@ impl Verdict {
             material: None,
             remainder: None,
             evidence: None,
+            learned: None,
         }
     }
 }
@@ -164,6 +167,56 @@ fn missing(d: &Decision, f: &Findings, i: usize) -> Missing {
         }),
     }
 }
+
+/// A name of what was learned, with no form.
+fn by_shape(n: &Named) -> Missing {
+    let m = n.mechanism;
+    let largest = Parameter { value: n.largest, unit: "N", ci95: None, held: false };
+    Missing {
+        mechanism: m.name,
+        form: OF_ITS_OWN,
+        probability: n.probability,
+        parameters: BTreeMap::from([("largest_force".to_string(), largest)]),
+        intervals_by: "none",
+        also_possible: n.also_possible.clone(),
+        text: format!("{}. {CURE}", m.sentence),
+        sentence: m.sentence,
+        cure: CURE,
+        equation: m.equation,
+        source: m.source,
+        tie: None,
+    }
+}
+
+fn learned(l: &learned::Learned) -> LearnedLaw {
+    let class = |c: usize| &learn::ALL[c];
+    let words = |c: &[usize]| c.iter().map(|c| class(*c).name).collect();
+    LearnedLaw {
+        leads: l.leads,
+        misfit_elastic: l.of.elastic,
+        misfit: l.misfit,
+        heldout_nrmse: l.heldout.nrmse.is_finite().then_some(l.heldout.nrmse),
+        classes: (0..learn::ALL.len())
+            .filter(|c| l.of.of(*c) > SHOWN)
+            .map(|c| LearnedClass {
+                class: class(c).name,
+                mechanism: class(c).mechanism,
+                depends_on: class(c).depends,
+                probability: l.of.of(c),
+            })
+            .collect(),
+        sets: l
+            .of
+            .sets
+            .iter()
+            .filter(|s| s.probability > SHOWN)
+            .map(|s| LearnedSet { classes: words(&s.classes), probability: s.probability, misfit: s.misfit })
+            .collect(),
+    }
+}
+
+/// Probability from which classes and sets of them are listed.
+const SHOWN: f64 = 0.01;
 
 fn promised(p: &experiment::Proposal) -> Experiment {
     Experiment { name: p.name, text: p.text.clone(), separation_sigmas: p.sigmas, p_right: p.p_right }
@@ -282,6 +335,12 @@ fn unexplained(d: &Decision, f: &Findings) -> String {
             100.0 * d.chosen.data.repeat_scatter
         );
     }
+    if let Some(l) = d.learned.as_ref().filter(|l| l.leads) {
+        let beside = if l.names.is_empty() { "a force" } else { "beside what is named a force is left" };
+        let of = l.law().classes().filter(|c| c.mechanism.is_none()).map(|c| format!(" that depends on {}", c.depends));
+        let of: Vec<String> = of.collect();
+        return format!("{beside}{}; the law learned leaves {:.1} % of range", of.join(", and one"), 100.0 * l.misfit);
+    }
     let what = match d.chosen.structure.terms().iter().find(|t| !t.mechanism.named) {
         Some(t) => format!("{} (a stand-in, fitted as: {})", t.mechanism.sentence, t.form.label),
         None if d.names_something() => {
@@ -347,6 +406,7 @@ fn places(c: &Campaign, d: &Decision, f: &Findings, terms: &[(usize, [f64; 4])])
         place(c, d, f, &cause, shares)
     };
     let mut v: Vec<Place> = terms.iter().map(of_term).collect();
+    v.extend(d.names_by_shape().iter().map(|n| of_shape(c, n)));
     if d.unexplained && terms.iter().all(|(i, _)| all[*i].mechanism.named) {
         if d.excess_scatter.is_some() {
             let cause = Located { origin: Origin::Contact.name(), what: "what differs between recordings", bond: None };
@@ -357,6 +417,26 @@ fn places(c: &Campaign, d: &Decision, f: &Findings, terms: &[(usize, [f64; 4])])
         }
     }
     v
+}
+
+/// Where a name sits whose shape was learned.
+fn of_shape(c: &Campaign, n: &Named) -> Place {
+    let strongest = strongest(&n.shares);
+    let phase = PHASES[strongest];
+    Place {
+        origin: n.mechanism.origin.name(),
+        bond: None,
+        fmu: None,
+        bonds: Vec::new(),
+        phase,
+        channel: Channel::Force.name(),
+        share: n.shares[strongest],
+        levels: c.levels.iter().filter(|l| l.0.is_finite()).map(|l| l.0).collect(),
+        recording: None,
+        t_start: None,
+        t_end: None,
+        text: format!("{} acts most in the {phase} phase and shows most clearly in force", n.mechanism.name),
+    }
 }
 
 /// A cause to be placed.

@@ -72,6 +72,44 @@ pub struct Verdict {
     /// The evidence of every structure weighed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub evidence: Option<Evidence>,
+    /// What was learned as functions, whatever its shape, where the motion is imposed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub learned: Option<LearnedLaw>,
+}
+
+/// What was learned as functions: classes of forces, each with a shape of its own.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LearnedLaw {
+    /// Whether it takes the place of every form: `fit.after` and `predictions/after` are its own.
+    pub leads: bool,
+    /// Misfit of an elastic law alone and of the law learned, rms over the range of force, 1.
+    pub misfit_elastic: f64,
+    pub misfit: f64,
+    /// Misfit over range on what laws learned without it predict, 1.
+    pub heldout_nrmse: Option<f64>,
+    /// Classes that are possible.
+    pub classes: Vec<LearnedClass>,
+    /// Sets of classes that are possible, the likeliest first.
+    pub sets: Vec<LearnedSet>,
+}
+
+/// A class of forces.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LearnedClass {
+    pub class: &'static str,
+    /// The mechanism of the vocabulary that it is.
+    pub mechanism: Option<&'static str>,
+    pub depends_on: &'static str,
+    pub probability: f64,
+}
+
+/// A set of classes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LearnedSet {
+    pub classes: Vec<&'static str>,
+    pub probability: f64,
+    /// rms over the range of force, 1.
+    pub misfit: f64,
 }
 
 /// A set of names with its probability; none: nothing is missing.

@@ -49,6 +49,34 @@ fn latent(o: &Outcome, answer: &Answer) -> std::io::Result<()> {
     Ok(())
 }
 
+/// Rows of the law learned.
+const ROWS: usize = 201;
+
+/// learned/<recording>.csv: time, depth, force as read, of the law learned, and of each class of it; learned/law.csv: the force
+/// over depth.
+fn learned(o: &Outcome, answer: &Answer) -> std::io::Result<()> {
+    let Some(l) = o.learned.as_ref().filter(|l| l.leads) else { return Ok(()) };
+    let classes: Vec<&str> = l.law().classes().map(|c| c.name).collect();
+    for c in &l.courses {
+        let mut s = String::from("time [s],penetration [m],read [N],law [N]");
+        classes.iter().for_each(|n| s += &format!(",{n} [N]"));
+        s.push('\n');
+        for i in 0..c.time.len() {
+            let _ = write!(s, "{:e},{:e},{:e},{:e}", c.time[i], c.depth[i], c.read[i], c.force[i]);
+            for p in &c.parts {
+                let _ = write!(s, ",{:e}", p[i]);
+            }
+            s.push('\n');
+        }
+        answer.write(&format!("learned/{}", c.file), s.as_bytes())?;
+    }
+    let mut s = String::from("penetration [m],loading [N],unloading [N]\n");
+    for [x, on, back] in l.table(ROWS).unwrap_or_default() {
+        let _ = writeln!(s, "{x:e},{on:e},{back:e}");
+    }
+    answer.write("learned/law.csv", s.as_bytes())
+}
+
 /// without_clipping/<recording>.csv: the clipped channel as its chain would have read it without a limit, a row for each
 /// of the file's.
 fn unclipped(c: &Campaign, o: &Outcome, answer: &Answer) -> std::io::Result<()> {
@@ -99,6 +127,7 @@ pub fn write(c: &Campaign, o: &Outcome, dir: &Path, input: Option<String>) -> st
         predictions(c, o.after.as_ref().unwrap_or(&o.before), &answer, "predictions/after")?;
     }
     latent(o, &answer)?;
+    learned(o, &answer)?;
     unclipped(c, o, &answer)?;
     if let Ok(e) = &o.element {
         let fmu = e.fmu(handed::label(c, o, e)).map_err(|e| std::io::Error::other(format!("{e:#}")))?;

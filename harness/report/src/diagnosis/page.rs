@@ -27,6 +27,7 @@ pub fn html(c: &Campaign, o: &Outcome) -> String {
         page = clipping(page, c, o);
         page = other_sensors(page, o);
         page = experiments(page, o);
+        page = learned(page, o);
         page = latent(page, o);
         page = bias_table(page, c, o);
         page = element(page, o);
@@ -230,6 +231,38 @@ fn experiments(mut page: Page, o: &Outcome) -> Page {
         page = page.table(&["experiment", "what to do", "separation after refit [sigma]", "P(right) then"], &rows);
     }
     page
+}
+
+/// The law that was learned where no form explains what was read: its force beside the readings, and its classes.
+fn learned(mut page: Page, o: &Outcome) -> Page {
+    let Some(l) = o.learned.as_ref().filter(|l| l.leads) else { return page };
+    page = page.section("What was learned: the force over depth").paragraph(&format!(
+        "A sum of functions of depth, direction and time was fitted to the force, the least set that explains it. An elastic law \
+         alone leaves {:.2} % of range, the law learned {:.2} %.",
+        100.0 * l.of.elastic,
+        100.0 * l.misfit
+    ));
+    let mut shown = Vec::new();
+    for c in &l.courses {
+        if shown.contains(&c.level) {
+            continue;
+        }
+        shown.push(c.level);
+        let mut chart = Chart::new(&c.file, "penetration [m]", "force [N]")
+            .curve("read", &c.depth, &c.read, &c.time, Style::Measured)
+            .curve("law learned", &c.depth, &c.force, &c.time, Style::Inferred);
+        for (class, part) in l.law().classes().zip(&c.parts) {
+            chart = chart.curve(class.name, &c.depth, part, &c.time, Style::Given);
+        }
+        page = page.chart(&chart, "");
+    }
+    let classes = o.verdict.learned.iter().flat_map(|l| &l.classes);
+    let row = |c: &diagnose::verdict::LearnedClass| {
+        let name = c.mechanism.map_or("no name of the vocabulary".into(), plain);
+        vec![c.class.to_string(), name, c.depends_on.to_string(), probability(c.probability)]
+    };
+    page.table(&["class", "mechanism", "depends on", "probability"], &classes.map(row).collect::<Vec<_>>())
+        .paragraph("learned/ holds every recording's curves, and the law over depth.")
 }
 
 fn latent(mut page: Page, o: &Outcome) -> Page {

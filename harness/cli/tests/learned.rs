@@ -1,0 +1,70 @@
+//! A press whose missing force has no form of the vocabulary: its shape is learned, and it is named for what it depends on.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::process::Command;
+
+/// Writes a campaign of two presses of a sprung key, at one rate and without a hold: a preload, friction that varies along the
+/// way, and a stop; noise from a linear congruence.
+fn press(dir: &Path) {
+    let mut toml = String::from(
+        "format = \"recordings/1\"\n[campaign]\nname = \"key\"\nkind = \"indentation\"\n[simulation]\nterms = []\n",
+    );
+    let mut seed = 7u64;
+    for (k, travel) in [3.9e-3, 4.0e-3].into_iter().enumerate() {
+        let mut s = String::from("time [s],force [N],penetration [m]\n");
+        for i in 0..=600 {
+            let x: f64 = travel * (1.0 - f64::from((i - 300i32).abs()) / 300.0);
+            let way = if i < 300 { 1.0 } else { -1.0 };
+            seed = (seed * 16807 + 11) % 2_147_483_647;
+            let noise = 2e-3 * (seed as f64 / 2_147_483_647.0 - 0.5);
+            let friction = way * (0.03 + 0.02 * (1500.0 * x).sin().abs());
+            let force = 0.3 * (1.0 - (-x / 3e-5).exp()) + 70.0 * x + friction + 4e3 * (x - 3.75e-3).max(0.0);
+            writeln!(s, "{},{:e},{x:e}", 0.1 * f64::from(i), force.max(0.0) + noise).unwrap();
+        }
+        std::fs::write(dir.join(format!("r{}.csv", k + 1)), s).unwrap();
+        write!(toml, "[[recording]]\nfile = \"r{}.csv\"\norder = {}\nlevel = {}\n", k + 1, k + 1, 1e3 * travel)
+            .unwrap();
+    }
+    std::fs::write(dir.join("campaign.toml"), toml).unwrap();
+}
+
+#[test]
+fn a_key_with_preload_friction_and_stop_is_named_by_what_its_force_depends_on() {
+    let dir = tempfile::tempdir().unwrap();
+    let campaign = dir.path().join("key");
+    std::fs::create_dir(&campaign).unwrap();
+    press(&campaign);
+    let out = dir.path().join("answer");
+    let run = Command::new(env!("CARGO_BIN_EXE_touchdown"))
+        .args(["diagnose", campaign.to_str().unwrap(), "--out", out.to_str().unwrap()])
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let answer = out.join("key");
+    let v: serde_json::Value = serde_json::from_slice(&std::fs::read(answer.join("verdict.json")).unwrap()).unwrap();
+    let missing = v["missing"].as_array().unwrap();
+    let mut names: Vec<&str> = missing.iter().map(|m| m["mechanism"].as_str().unwrap()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["contact_preload", "guide_friction", "secondary_stiffening"], "{}", v["learned"]);
+    assert!(missing.iter().all(|m| m["form"] == "of a shape of its own"));
+    // one rate and no hold part friction from nothing that depends on the rate
+    let friction = missing.iter().find(|m| m["mechanism"] == "guide_friction").unwrap();
+    assert_eq!(friction["also_possible"][0], "viscoelastic_relaxation");
+    let largest = friction["parameters"]["largest_force"]["value"].as_f64().unwrap();
+    assert!((0.02..0.08).contains(&largest), "{largest}");
+    let sum: f64 = v["posterior"].as_array().unwrap().iter().map(|c| c["probability"].as_f64().unwrap()).sum();
+    assert!(sum < 1.0 + 1e-9 && sum > 0.99, "{sum}");
+    // what was not seen is predicted better by a law that was learned without it
+    let [before, after] = ["before", "after"].map(|k| v["fit"][k]["heldout_nrmse"].as_f64().unwrap());
+    assert!(after < 0.5 * before, "{before} {after}");
+    assert_eq!(v["learned"]["leads"], true);
+    let law = std::fs::read_to_string(answer.join("learned/law.csv")).unwrap();
+    let rows: Vec<Vec<f64>> = law.lines().skip(1).map(|l| l.split(',').map(|v| v.parse().unwrap()).collect()).collect();
+    // half way in, and back: preload and rate, friction to either side
+    let half = &rows[rows.len() / 2];
+    let (mean, lost) = (0.5 * (half[1] + half[2]), 0.5 * (half[1] - half[2]));
+    assert!((mean - 0.44).abs() < 0.03 && (0.01..0.08).contains(&lost), "{half:?}");
+    let page = std::fs::read_to_string(answer.join("report.html")).unwrap();
+    assert!(page.contains("the force over depth") && page.contains("law learned"));
+}

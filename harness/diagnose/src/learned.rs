@@ -1,0 +1,284 @@
+//! What is missing where the motion is imposed, whatever its shape: classes of forces learned as functions, the names that they
+//! stand for, and predictions by laws that were learned without each level.
+
+use crate::decide::Decision;
+use crate::heldout::{groups, HeldOut};
+use crate::phases::over_their_sum;
+use crate::posterior::{Posterior, UNKNOWN};
+use crate::predictions::Predictions;
+use crate::table::LearnedTable;
+use estimate::problem::Data;
+use learn::{Class, Law, Numbers, Recording, ALL};
+use mechanisms::mechanism::Mechanism;
+use rayon::prelude::*;
+use record::{Campaign, Channel};
+use std::convert::Infallible;
+
+/// The word for a form that no equation holds.
+pub const OF_ITS_OWN: &str = "of a shape of its own";
+/// What to do about it.
+pub const CURE: &str =
+    "Its shape is none of the element's: HysteresisContact.fmu does not hold it. learned/law.csv holds the force over \
+                        depth, on the way in and back, for a table in your simulator.";
+
+/// A mechanism that is named for the class that was learned.
+#[derive(Clone)]
+pub struct Named {
+    pub mechanism: &'static Mechanism,
+    pub probability: f64,
+    /// Names that these recordings cannot part from it.
+    pub also_possible: Vec<&'static str>,
+    /// Its largest force by the law learned, N; 0 where that does without it.
+    pub largest: f64,
+    /// Share of its action in approach, loading, unloading and after.
+    pub shares: [f64; 4],
+}
+
+/// One recording as the law learned has it.
+#[derive(Clone)]
+pub struct Course {
+    pub file: String,
+    pub level: usize,
+    /// s, m and N, sample by sample: clock, depth and force as read, force of the law, and of each class of it.
+    pub time: Vec<f64>,
+    pub depth: Vec<f64>,
+    pub read: Vec<f64>,
+    pub force: Vec<f64>,
+    pub parts: Vec<Vec<f64>>,
+}
+
+/// What was learned of a campaign.
+#[derive(Clone)]
+pub struct Learned {
+    pub of: learn::Learned,
+    /// Index, among its sets, of the one whose law is given: the likeliest that stands for all that is named.
+    pub set: usize,
+    /// The posterior of the forms, its unknown cause taken apart into what was learned.
+    pub posterior: Posterior,
+    /// Names that are more likely than not and that no form stands for.
+    pub names: Vec<Named>,
+    /// Every recording predicted by a law learned without its level.
+    pub heldout: HeldOut,
+    pub courses: Vec<Course>,
+    /// Whether it takes the place of every form: the cause was likelier outside of them than in them.
+    pub leads: bool,
+    /// Misfit of its law on what it has seen, rms over the range of force; and whether that is more than laws are off by.
+    pub misfit: f64,
+    pub leaves_more: bool,
+}
+
+fn numbers(t: &LearnedTable) -> Numbers {
+    Numbers { discrepancy: t.discrepancy, independent: t.independent, temperature: t.temperature, class: t.class }
+}
+
+/// The recordings of an imposed motion as classes see them. Samples that do not count are taken from their neighbours.
+fn recordings(c: &Campaign, data: &Data) -> Option<Vec<Recording>> {
+    let force = Channel::Force.index();
+    let orders = c.recordings.iter().map(|r| r.order);
+    let of = |(rec, order): (&estimate::problem::Record, f64)| {
+        let mut read = rec.y[force].clone()?;
+        let counts = |i: usize| rec.weight[force][i] > 0.0;
+        for i in (0..read.len()).filter(|i| !counts(*i)) {
+            let before = (0..i).rev().find(|j| counts(*j));
+            let after = (i + 1..read.len()).find(|j| counts(*j));
+            read[i] = match (before, after) {
+                (Some(a), Some(b)) => read[a] + (read[b] - read[a]) * (i - a) as f64 / (b - a) as f64,
+                (Some(a), None) | (None, Some(a)) => read[a],
+                (None, None) => read[i],
+            };
+        }
+        Some(Recording {
+            time: rec.setup.time.clone(),
+            depth: rec.setup.imposed.clone(),
+            rate: rec.setup.imposed_rate.clone(),
+            force: read,
+            order,
+            level: rec.level,
+        })
+    };
+    data.records.iter().zip(orders).map(of).collect()
+}
+
+/// A recording up to its deepest point.
+fn first_half(r: &Recording) -> Recording {
+    let n = 1 + (0..r.depth.len()).max_by(|a, b| r.depth[*a].total_cmp(&r.depth[*b])).unwrap_or(0);
+    let cut = |v: &[f64]| v[..n].to_vec();
+    Recording { time: cut(&r.time), depth: cut(&r.depth), rate: cut(&r.rate), force: cut(&r.force), ..*r }
+}
+
+/// Classes that the simulation as given holds: their shapes are its own.
+fn given(terms: &[String]) -> Vec<usize> {
+    let holds = |c: &Class| terms.iter().any(|t| c.mechanism == Some(t) || c.also.contains(&t.as_str()));
+    (0..ALL.len()).filter(|i| holds(&ALL[*i])).collect()
+}
+
+/// Names that a set of classes stands for beyond those `given`, sorted; an unknown cause where it stands for none.
+fn names(classes: &[usize], given: &[usize], rates_differ: bool) -> Vec<&'static str> {
+    let of =
+        |c: &usize| if ALL[*c].needs_rates && !rates_differ { learn::PARTED_BY_RATES.0 } else { ALL[*c].mechanism };
+    let mut v: Vec<&'static str> = classes.iter().filter(|c| !given.contains(c)).filter_map(of).collect();
+    v.sort_unstable();
+    v.dedup();
+    if v.is_empty() {
+        v.push(UNKNOWN);
+    }
+    v
+}
+
+/// Learns what is missing in the recordings of a decision on `c`. None where the motion is not imposed, or nothing was read.
+pub fn learned(c: &Campaign, d: &Decision) -> Option<Learned> {
+    let data = &d.base.data;
+    let numbers = numbers(&d.table.learned);
+    let given = given(&c.simulation.terms);
+    let all = recordings(c, data)?;
+    let of = learn::learn(&all, &given, &numbers)?;
+    let laws: Vec<Option<Law>> = groups(data)
+        .into_par_iter()
+        .map(|out| {
+            let seen: Vec<Recording> = match &all[..] {
+                [one] => vec![first_half(one)],
+                _ => (0..all.len()).filter(|r| !out.contains(r)).map(|r| all[r].clone()).collect(),
+            };
+            (out, learn::learn(&seen, &given, &numbers).and_then(|l| Some(l.sets.into_iter().next()?.law)))
+        })
+        .collect::<Vec<_>>()
+        .into_iter()
+        .fold(vec![None; all.len()], |mut by, (out, law)| {
+            out.iter().for_each(|r| by[*r].clone_from(&law));
+            by
+        });
+    let heldout = predicted(d, &all, &laws)?;
+    let leads = d.posterior.unknown() > 0.5;
+    let posterior = refined(&d.posterior, &of, &given, d.table.level);
+    let by_form: Vec<&'static str> = if leads { Vec::new() } else { d.chosen.names() };
+    let likely: Vec<&'static str> = posterior.likely_names().into_iter().filter(|n| !by_form.contains(n)).collect();
+    let stands_for = |s: &learn::Set| {
+        let of = names(&s.classes, &given, of.rates_differ);
+        likely.iter().all(|n| of.contains(n))
+    };
+    let set = of.sets.iter().position(stands_for).unwrap_or(0);
+    let law = &of.sets[set].law;
+    let course = |(r, rec): (&Recording, &estimate::problem::Record)| {
+        let f = law.predict(r).0;
+        Course {
+            file: rec.file.clone(),
+            level: rec.level,
+            time: r.time.clone(),
+            depth: r.depth.clone(),
+            read: r.force.clone(),
+            force: f.all,
+            parts: f.parts,
+        }
+    };
+    let courses: Vec<Course> = all.iter().zip(&data.records).map(course).collect();
+    let misfit = of.sets[set].misfit;
+    let mut learned = Learned {
+        leaves_more: misfit > numbers.discrepancy,
+        of,
+        set,
+        posterior,
+        names: Vec::new(),
+        heldout,
+        courses,
+        leads,
+        misfit,
+    };
+    learned.names = likely.into_iter().filter_map(|n| learned.named(n)).collect();
+    Some(learned)
+}
+
+/// The posterior with the unknown cause taken apart into what was learned beside the classes `given`.
+fn refined(posterior: &Posterior, of: &learn::Learned, given: &[usize], level: f64) -> Posterior {
+    let sets = of.sets.iter().map(|s| (names(&s.classes, given, of.rates_differ), s.probability));
+    posterior.refined(sets, level)
+}
+
+/// Every recording as a law that has not seen it has it, its other channels as the simulation as given has them.
+fn predicted(d: &Decision, all: &[Recording], laws: &[Option<Law>]) -> Option<HeldOut> {
+    let data = &*d.base.data;
+    let force = Channel::Force.index();
+    let found: Vec<_> = laws.iter().zip(all).map(|(law, r)| law.as_ref().map(|l| (l, l.predict(r)))).collect();
+    let mut judged = d.before.predictions.judged.clone();
+    for (y, f) in judged.iter_mut().zip(&found) {
+        if let Some((_, (f, _))) = f {
+            y[force].clone_from(&f.all);
+        }
+    }
+    let whole = d.before.predictions.of_the_whole();
+    let of = |data: &Data, r: usize| {
+        let mut y = whole[r].clone();
+        if let Some((law, (_, surface))) = &found[r] {
+            let s = &data.records[r].setup;
+            let longer = Recording {
+                time: s.time.clone(),
+                depth: s.imposed.clone(),
+                rate: s.imposed_rate.clone(),
+                force: Vec::new(),
+                ..all[r]
+            };
+            y[force] = law.force(&longer, *surface).all;
+        }
+        Ok::<_, Infallible>(y)
+    };
+    let predictions = Predictions::new(judged, data, of).unwrap_or_else(|e| match e {});
+    Some(HeldOut {
+        nrmse: predictions.misfit(data),
+        predictions,
+        points: d.before.points.clone(),
+        folds: d.before.folds.clone(),
+    })
+}
+
+impl Learned {
+    /// The law that is given.
+    pub fn law(&self) -> &Law {
+        &self.of.sets[self.set].law
+    }
+
+    /// A mechanism as it is named for the classes learned; None where none of them stands for it.
+    fn named(&self, name: &'static str) -> Option<Named> {
+        let mechanism = mechanisms::named(name)?;
+        let is_tied = !self.of.rates_differ && learn::PARTED_BY_RATES.0 == Some(name);
+        let is_it = |c: &Class| c.mechanism == Some(name) || is_tied && c.needs_rates;
+        // it has to be of what was learned, not of a form alone
+        (0..ALL.len()).find(|c| is_it(&ALL[*c]) && self.of.of(*c) > 0.0)?;
+        let law = self.law();
+        let of: Vec<usize> = (0..law.classes.len()).filter(|i| is_it(&ALL[law.classes[*i]])).collect();
+        let also = ALL.iter().filter(|c| c.mechanism == Some(name)).flat_map(|c| c.also).copied();
+        let also_possible = if is_tied { learn::PARTED_BY_RATES.1.to_vec() } else { also.collect() };
+        let (largest, shares) = self.action(&of);
+        Some(Named { mechanism, probability: self.posterior.of(name), also_possible, largest, shares })
+    }
+
+    /// The law as a table: depth below the surface, m, and the force on the way in and back of the recording that goes deepest,
+    /// N, at so many depths; None where nothing was recorded.
+    pub fn table(&self, rows: usize) -> Option<Vec<[f64; 3]>> {
+        let deepest = |c: &&Course| c.depth.iter().copied().fold(f64::MIN, f64::max);
+        let c = self.courses.iter().max_by(|a, b| deepest(a).total_cmp(&deepest(b)))?;
+        let top = (0..c.depth.len()).max_by(|a, b| c.depth[*a].total_cmp(&c.depth[*b]))?;
+        let (low, high) = (c.depth.iter().copied().fold(f64::MAX, f64::min), c.depth[top]);
+        let nearest = |of: std::ops::RangeInclusive<usize>, x: f64| {
+            of.min_by(|a, b| (c.depth[*a] - x).abs().total_cmp(&(c.depth[*b] - x).abs()))
+                .map_or(f64::NAN, |i| c.force[i])
+        };
+        let row = |k: usize| {
+            let x = low + (high - low) * k as f64 / (rows.max(2) - 1) as f64;
+            [x, nearest(0..=top, x), nearest(top..=c.depth.len() - 1, x)]
+        };
+        Some((0..rows).map(row).collect())
+    }
+
+    /// The largest force of these parts of the law, N, and the share of their squares by phase.
+    fn action(&self, parts: &[usize]) -> (f64, [f64; 4]) {
+        let (mut largest, mut shares) = (0.0f64, [0.0; 4]);
+        for c in &self.courses {
+            let top = (0..c.depth.len()).max_by(|a, b| c.depth[*a].total_cmp(&c.depth[*b])).unwrap_or(0);
+            for i in 0..c.time.len() {
+                let f: f64 = parts.iter().map(|p| c.parts[*p][i]).sum();
+                largest = largest.max(f.abs());
+                shares[if i <= top { 1 } else { 2 }] += f * f;
+            }
+        }
+        (largest, over_their_sum(shares))
+    }
+}

@@ -1,0 +1,240 @@
+//! The classes: what a force may depend on, each a family of shapes without units whose coefficients are not negative.
+//!
+//! A class that a mechanism of the vocabulary stands for carries its name; the others say what the force depends on.
+
+use crate::press::{Path, Press};
+
+/// A class of forces.
+pub struct Class {
+    /// Its name, in the field's words.
+    pub name: &'static str,
+    /// The mechanism of the vocabulary that it is; None where there is no name for it.
+    pub mechanism: Option<&'static str>,
+    /// Other mechanisms of the vocabulary that it stands for as well.
+    pub also: &'static [&'static str],
+    /// What the force depends on, in words.
+    pub depends: &'static str,
+    /// Whether it takes more than one rate, or a hold, to part it from a loss that does not depend on the rate.
+    pub needs_rates: bool,
+    /// Its shapes along a recording; none where this campaign cannot show it.
+    pub shapes: fn(&Path, &Press) -> Vec<Vec<f64>>,
+}
+
+/// Recordings of one rate and without a hold part neither damping nor relaxation from a loss that depends on the direction of the
+/// motion alone: what they show is called by the first, which takes no rate to be seen, or one of the others instead.
+pub const PARTED_BY_RATES: (Option<&str>, &[&str]) =
+    (Some("guide_friction"), &["viscoelastic_relaxation", "viscous_damping", "hysteresis_damping"]);
+
+/// The law that is there in any case: a sum of powers of the depth.
+pub fn elastic(p: &Path, _: &Press) -> Vec<Vec<f64>> {
+    [1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0].map(|e| p.each(|i| p.below(i).powf(e))).to_vec()
+}
+
+/// All classes, in the order in which they are tried.
+pub const ALL: [Class; 11] = [
+    Class {
+        name: "preload",
+        mechanism: Some("contact_preload"),
+        also: &[],
+        depends: "the contact alone: it is there at once from the touch on",
+        needs_rates: false,
+        shapes: |p, _| [0.003, 0.01, 0.03].map(|d| p.each(|i| 1.0 - (-p.below(i) / d).exp())).to_vec(),
+    },
+    Class {
+        name: "stiffening",
+        mechanism: Some("secondary_stiffening"),
+        also: &[],
+        depends: "the depth alone, beyond some depth",
+        needs_rates: false,
+        shapes: stiffening,
+    },
+    Class {
+        name: "softening",
+        mechanism: None,
+        also: &[],
+        depends: "the depth alone, and grows less than the depth does",
+        needs_rates: false,
+        shapes: |p, _| YIELDS.map(|d| p.each(|i| p.below(i).min(d))).to_vec(),
+    },
+    Class {
+        name: "friction",
+        mechanism: Some("guide_friction"),
+        also: &[],
+        depends: "the direction of the motion, and on the place along the way",
+        needs_rates: false,
+        shapes: friction,
+    },
+    Class {
+        name: "damping",
+        mechanism: Some("viscous_damping"),
+        also: &["hysteresis_damping"],
+        depends: "the rate, and on the depth",
+        needs_rates: true,
+        shapes: |p, _| {
+            let grows = |i: usize| (p.below(i) / 0.05).min(1.0);
+            vec![
+                p.each(|i| grows(i) * p.v[i]),
+                p.each(|i| p.below(i) * p.v[i]),
+                p.each(|i| p.below(i).powf(1.5) * p.v[i]),
+            ]
+        },
+    },
+    Class {
+        name: "relaxation",
+        mechanism: Some("viscoelastic_relaxation"),
+        also: &[],
+        depends: "the depth, and fades with time at constant depth",
+        needs_rates: true,
+        shapes: relaxation,
+    },
+    Class {
+        name: "adhesion",
+        mechanism: Some("adhesion"),
+        also: &[],
+        depends: "the depth, and pulls while the contact is left",
+        needs_rates: false,
+        shapes: adhesion,
+    },
+    Class {
+        name: "plasticity",
+        mechanism: Some("plastic_indentation"),
+        also: &[],
+        depends: "the depth and the deepest so far: it is gone before the depth is zero again",
+        needs_rates: false,
+        shapes: plasticity,
+    },
+    Class {
+        name: "hardening with order",
+        mechanism: Some("cyclic_hardening"),
+        also: &[],
+        depends: "the depth, and grows with the order in which the recordings were taken",
+        needs_rates: false,
+        shapes: |p, press| by_order(p, press, 1.0),
+    },
+    Class {
+        name: "softening with order",
+        mechanism: Some("cyclic_softening"),
+        also: &[],
+        depends: "the depth, and falls with the order in which the recordings were taken",
+        needs_rates: false,
+        shapes: |p, press| by_order(p, press, -1.0),
+    },
+    Class {
+        name: "of each level's own",
+        mechanism: None,
+        also: &[],
+        depends: "the depth, otherwise at each level",
+        needs_rates: false,
+        shapes: |p, press| {
+            if press.levels.len() < 2 {
+                return Vec::new();
+            }
+            let of =
+                |level: usize| OWN.map(|d| p.each(|i| if p.level == level { p.below(i).min(d) } else { 0.0 })).to_vec();
+            press.levels.iter().flat_map(|l| of(*l)).collect()
+        },
+    },
+];
+
+/// Depths from which on a force grows less.
+const YIELDS: [f64; 8] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.6, 0.8];
+/// The same of a law that each level has of its own.
+const OWN: [f64; 7] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 1.0];
+/// Depths at which a stop or a second layer may begin.
+const STOPS: [f64; 8] = [0.3, 0.45, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98];
+
+fn stiffening(p: &Path, _: &Press) -> Vec<Vec<f64>> {
+    let beyond = |d: f64, e: f64| p.each(|i| 10.0 * (p.below(i) - d).max(0.0).powf(e));
+    STOPS.iter().flat_map(|d| [beyond(*d, 1.0), beyond(*d, 2.0)]).collect()
+}
+
+/// Constant along the way, and hats of a quarter of it.
+fn friction(p: &Path, _: &Press) -> Vec<Vec<f64>> {
+    let touches = |i: usize| if p.x[i] > 0.0 { p.sign[i] } else { 0.0 };
+    let hat = |c: f64| p.each(|i| touches(i) * (1.0 - (p.below(i) - c).abs() / 0.25).max(0.0));
+    std::iter::once(p.each(touches)).chain([0.0, 0.25, 0.5, 0.75, 1.0].map(hat)).collect()
+}
+
+/// Time constants of a spectrum, over the length of a recording from a 300th to a half.
+const RELAXES: usize = 7;
+
+/// Maxwell branches with a spectrum of time constants, driven by the depth and by its square (Tschoegl 1989).
+fn relaxation(p: &Path, _: &Press) -> Vec<Vec<f64>> {
+    let n = p.time.len();
+    let length = p.time[n - 1] - p.time[0];
+    let branch = |power: f64, tau: f64| {
+        let mut q = vec![0.0; n];
+        for i in 1..n {
+            let h = (p.time[i] - p.time[i - 1]).max(f64::MIN_POSITIVE);
+            let fades = (-h / tau).exp();
+            q[i] = q[i - 1] * fades + (p.below(i).powf(power) - p.below(i - 1).powf(power)) * (tau / h) * (1.0 - fades);
+        }
+        q
+    };
+    let tau = |k: usize| length / 300.0 * 150f64.powf(k as f64 / (RELAXES - 1) as f64);
+    [1.0, 2.0].iter().flat_map(|e| (0..RELAXES).map(move |k| (*e, tau(k)))).map(|(e, tau)| branch(e, tau)).collect()
+}
+
+/// Places along the pull at which a neck may let go, and necks' lengths, share of the pull's.
+const LETS_GO: usize = 25;
+const NECKS: [f64; 4] = [0.1, 0.25, 0.6, 1.2];
+const HATS: usize = 14;
+
+/// Necks that grow and let go at a place of their own while the contact is left (Johnson, Kendall and Roberts 1971; steps:
+/// several of them), and a pull on either way, as where a tip snaps in.
+fn adhesion(p: &Path, press: &Press) -> Vec<Vec<f64>> {
+    let Some((low, high)) = press.pull else { return Vec::new() };
+    let reach = (high - low).max(0.1);
+    let low = low - 0.05 * reach;
+    let leaves = |i: usize| p.leaving[i] && p.sign[i] < 0.3 && p.x[i] <= high;
+    let neck = |at: f64, length: f64| {
+        p.each(|i| {
+            let away = p.x[i] - at;
+            match leaves(i) {
+                true if away >= 0.0 => -(1.0 - away / length).max(0.0),
+                true => -(1.0 + away / (0.03 * reach)).max(0.0),
+                false => 0.0,
+            }
+        })
+    };
+    let place = |k: usize, n: usize| low + reach * k as f64 / (n - 1) as f64;
+    let width = reach / (HATS - 1) as f64;
+    let hat = |at: f64, width: f64, i: usize| -(1.0 - (p.x[i] - at).abs() / width).max(0.0);
+    let necks = (0..LETS_GO).flat_map(|k| NECKS.map(|l| neck(place(k, LETS_GO), l * reach)));
+    let leaving = (0..2 * HATS - 1).map(|k| {
+        let at = place(k, 2 * HATS - 1);
+        p.each(|i| if leaves(i) { hat(at, 0.5 * width, i) } else { 0.0 })
+    });
+    let either = (0..HATS).map(|k| {
+        let at = place(k, HATS);
+        p.each(|i| if p.x[i] <= high { hat(at, width, i) } else { 0.0 })
+    });
+    necks.chain(leaving).chain(either).collect()
+}
+
+/// What is added to the law from the first recording to the last, evenly or at first faster.
+fn by_order(p: &Path, press: &Press, sign: f64) -> Vec<Vec<f64>> {
+    if press.orders.1 - press.orders.0 < 2.0 {
+        return Vec::new();
+    }
+    [p.order, p.order.sqrt()].map(|g| p.each(|i| sign * g * p.below(i).powf(1.5))).to_vec()
+}
+
+/// The way back to a permanent set of `q` of the deepest point so far, by a power n of its own, less the way in by a power m
+/// (Oliver and Pharr 1992, eq. 3).
+fn plasticity(p: &Path, _: &Press) -> Vec<Vec<f64>> {
+    let mut all = Vec::new();
+    for q in [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9] {
+        for n in [1.0, 1.5, 2.0] {
+            for m in [1.5, 2.0f64] {
+                all.push(p.each(|i| {
+                    let deepest = p.deepest[i].max(1e-9);
+                    let back = ((p.x[i] - q * deepest) / (deepest * (1.0 - q))).clamp(0.0, 1.0).powf(n);
+                    let way_in = (p.x[i] / deepest).clamp(0.0, 1.0).powf(m);
+                    (back - way_in) * deepest.powf(m)
+                }));
+            }
+        }
+    }
+    all
+}

@@ -1,0 +1,18 @@
+//! Missing laws as functions: what a force depends on is a class, its shape is learned, and sets of classes are weighed.
+//!
+//! Where the motion is imposed the force is a sum of functions of depth, speed and what came before, and nothing has to be
+//! integrated: each class is a family of shapes whose coefficients are not negative ([`classes`]), all of a set are found
+//! together by linear least squares ([`fit`]), and every set has an evidence ([`weigh`]). A name is then what the class of
+//! the likeliest sets says, whatever shape it has (laws discovered from a library: Flaschel, Kumar and De Lorenzis 2021;
+//! discrepancy beside it: Kennedy and O'Hagan 2001).
+
+pub mod classes;
+pub mod fit;
+pub mod law;
+pub mod press;
+pub mod weigh;
+
+pub use classes::{Class, ALL, PARTED_BY_RATES};
+pub use law::Law;
+pub use press::{Press, Recording};
+pub use weigh::{learn, Learned, Numbers, Set};

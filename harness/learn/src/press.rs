@@ -1,0 +1,229 @@
+//! Recordings of an imposed motion, as the classes see them: depth below a surface, rate, direction, and what came before.
+
+/// One recording of an imposed motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// s, increasing.
+    pub time: Vec<f64>,
+    /// Penetration as imposed, m, from wherever its scale has its zero; and its rate, m/s.
+    pub depth: Vec<f64>,
+    pub rate: Vec<f64>,
+    /// Force as read, N.
+    pub force: Vec<f64>,
+    /// Place in the order in which the recordings were taken.
+    pub order: f64,
+    /// Index of its level.
+    pub level: usize,
+}
+
+/// Share of a recording's samples, at its start, that may show what the force reads where nothing touches.
+const START: usize = 50;
+/// Half range of the force there, share of the discrepancy expected, up to which it is at rest.
+const AT_REST: f64 = 1.5;
+
+impl Recording {
+    /// Means of `many` samples each, so that at most `most` are left, in which a class sees as much as it can explain.
+    pub fn in_means(&self, most: usize) -> Recording {
+        let m = self.time.len().div_ceil(most.max(1)).max(1);
+        let of = |v: &[f64]| v.chunks_exact(m).map(|c| c.iter().sum::<f64>() / m as f64).collect();
+        Recording {
+            time: of(&self.time),
+            depth: of(&self.depth),
+            rate: of(&self.rate),
+            force: of(&self.force),
+            ..*self
+        }
+    }
+
+    /// What the force reads where nothing touches, N: at the start where it is at rest there, within `small` N; else 0.
+    pub fn rest(&self, small: f64) -> f64 {
+        let n = (self.force.len() / START).max(4).min(self.force.len());
+        let mut start = self.force[..n].to_vec();
+        start.sort_by(f64::total_cmp);
+        match (start.first(), start.last()) {
+            (Some(a), Some(b)) if b - a < 2.0 * AT_REST * small => start[n / 2],
+            _ => 0.0,
+        }
+    }
+
+    /// Where the surface may be, m, each by another rule: around where the force leaves what it is at rest, at the scale's
+    /// zero, and at the first sample. The same rule in the same place for every recording.
+    pub fn surfaces(&self) -> Vec<f64> {
+        let n = (self.force.len() / START).max(4).min(self.force.len());
+        let mut start = self.force[..n].to_vec();
+        start.sort_by(f64::total_cmp);
+        let away: Vec<f64> = self.force.iter().map(|f| f - start[n / 2]).collect();
+        let top = (0..away.len()).max_by(|a, b| away[*a].total_cmp(&away[*b])).unwrap_or(0);
+        let most = away.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        // the last sample on the way in at which the force is still small
+        let last_below = |share: f64| {
+            let i = (0..=top).rev().find(|i| away[*i] < share * most);
+            self.depth[i.unwrap_or(0)]
+        };
+        let (low, high) = (last_below(0.005), last_below(0.1));
+        let step = (high - low).max(0.0);
+        let moves = away.iter().position(|v| v.abs() > 0.02 * most).unwrap_or(0).saturating_sub(1);
+        let around = [-0.5, -0.2, 0.0, 0.2, 0.5, 0.8].map(|w| low + w * step);
+        around.into_iter().chain([0.0, self.depth[0], self.depth[moves]]).collect()
+    }
+}
+
+/// What all recordings of a campaign have in common, for shapes without units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Press {
+    /// Largest depth below the surface, m; range of the force, N; largest rate, m/s.
+    pub depth: f64,
+    pub force: f64,
+    pub rate: f64,
+    /// Depths, share of `depth`, between which the contact pulls while it is left; None where no force is below rest by more
+    /// than a law of contact is off.
+    pub pull: Option<(f64, f64)>,
+    /// First and last place in the order.
+    pub orders: (f64, f64),
+    /// Levels, each once.
+    pub levels: Vec<usize>,
+}
+
+/// Share of the range of force below which a contact is being left.
+const LEFT: f64 = 0.05;
+
+impl Press {
+    /// Of recordings with their `surfaces`, m; a force counts as a pull where it is below rest by more than `small` of the range.
+    /// None where nothing is deeper than the surface, or no force was read.
+    pub fn of(recordings: &[Recording], surfaces: &[f64], small: f64) -> Option<Press> {
+        let force = recordings.iter().map(|r| range(&r.force)).fold(0.0, f64::max);
+        let deepest = |(r, s): (&Recording, &f64)| r.depth.iter().fold(f64::MIN, |m, x| m.max(x - s));
+        let depth = recordings.iter().zip(surfaces).map(deepest).fold(f64::MIN, f64::max);
+        let rate = recordings.iter().flat_map(|r| &r.rate).fold(0.0f64, |m, v| m.max(v.abs()));
+        if !(depth > 0.0 && force > 0.0 && rate > 0.0) {
+            return None;
+        }
+        let mut pull: Option<(f64, f64)> = None;
+        for (r, surface) in recordings.iter().zip(surfaces) {
+            let rest = r.rest(small * force);
+            let pulls: Vec<f64> =
+                (0..r.force.len()).filter(|i| r.force[*i] - rest < -small * force).map(|i| r.depth[i]).collect();
+            let Some(low) = pulls.iter().copied().reduce(f64::min) else { continue };
+            let top = (0..r.force.len()).max_by(|a, b| r.force[*a].total_cmp(&r.force[*b])).unwrap_or(0);
+            let leaves = (top..r.force.len()).find(|i| r.force[*i] - rest < LEFT * force);
+            let high = leaves.map_or(low, |i| r.depth[i]).max(low);
+            let (a, b) = ((low - surface) / depth, (high - surface) / depth);
+            pull = Some(pull.map_or((a, b), |p| (p.0.min(a), p.1.max(b))));
+        }
+        let orders = recordings.iter().map(|r| r.order).fold((f64::MAX, f64::MIN), |(a, b), o| (a.min(o), b.max(o)));
+        let mut levels: Vec<usize> = recordings.iter().map(|r| r.level).collect();
+        levels.sort_unstable();
+        levels.dedup();
+        Some(Press { depth, force, rate, pull, orders, levels })
+    }
+}
+
+/// Largest less smallest.
+pub(crate) fn range(y: &[f64]) -> f64 {
+    let (a, b) = y.iter().fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(*v), b.max(*v)));
+    (b - a).max(0.0)
+}
+
+/// A recording's motion without units, sample by sample.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Path {
+    /// s.
+    pub time: Vec<f64>,
+    /// Depth below the surface, share of the largest; negative above.
+    pub x: Vec<f64>,
+    /// Rate, share of the largest.
+    pub v: Vec<f64>,
+    /// Direction, -1 to 1; 0 at rest.
+    pub sign: Vec<f64>,
+    /// Deepest so far.
+    pub deepest: Vec<f64>,
+    /// Whether its deepest point has been passed.
+    pub leaving: Vec<bool>,
+    /// Place in the order, 0 to 1, and index of the level.
+    pub order: f64,
+    pub level: usize,
+}
+
+/// Share of a recording's largest rate over which its direction turns.
+const TURNS: f64 = 0.03;
+
+impl Path {
+    /// Of a recording whose surface is at `surface`, m.
+    pub fn of(r: &Recording, surface: f64, press: &Press) -> Path {
+        let x: Vec<f64> = r.depth.iter().map(|x| (x - surface) / press.depth).collect();
+        let fastest = r.rate.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+        let top = (0..x.len()).max_by(|a, b| x[*a].total_cmp(&x[*b])).unwrap_or(0);
+        let mut deepest = 0.0f64;
+        let (first, last) = press.orders;
+        Path {
+            time: r.time.clone(),
+            v: r.rate.iter().map(|v| v / press.rate).collect(),
+            sign: r.rate.iter().map(|v| (v / (TURNS * fastest)).tanh()).collect(),
+            deepest: x
+                .iter()
+                .map(|x| {
+                    deepest = deepest.max(*x);
+                    deepest
+                })
+                .collect(),
+            leaving: (0..x.len()).map(|i| i > top).collect(),
+            order: if last > first { (r.order - first) / (last - first) } else { 0.0 },
+            level: r.level,
+            x,
+        }
+    }
+
+    /// Depth below the surface, 0 above.
+    pub fn below(&self, i: usize) -> f64 {
+        self.x[i].max(0.0)
+    }
+
+    /// A shape, sample by sample.
+    pub fn each(&self, of: impl Fn(usize) -> f64) -> Vec<f64> {
+        (0..self.x.len()).map(of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle(force: impl Fn(f64) -> f64) -> Recording {
+        let time: Vec<f64> = (0..400).map(f64::from).collect();
+        let depth: Vec<f64> = time.iter().map(|t| 1e-3 * (1.0 - (t - 200.0).abs() / 150.0)).collect();
+        let rate = time.iter().map(|t| if *t < 200.0 { 1e-3 / 150.0 } else { -1e-3 / 150.0 }).collect();
+        Recording { force: depth.iter().map(|x| force(*x)).collect(), time, depth, rate, order: 1.0, level: 0 }
+    }
+
+    #[test]
+    fn one_of_the_surfaces_tried_is_where_the_force_begins() {
+        let r = triangle(|x| 0.2 + 5e4 * (x - 2e-4).max(0.0));
+        let nearest = r.surfaces().iter().map(|s| (s - 2e-4).abs()).fold(f64::MAX, f64::min);
+        assert!(nearest < 1e-5, "{nearest}");
+        assert!((r.rest(0.01) - 0.2).abs() < 1e-12);
+        // pressed from the first sample on there is no rest to read
+        let pressed = triangle(|x| 1e3 * (x + 1e-3));
+        assert_eq!(pressed.rest(1e-4), 0.0);
+    }
+
+    #[test]
+    fn a_pull_is_seen_where_the_force_is_below_rest_and_nowhere_else() {
+        let none = triangle(|x| 5e4 * x.max(0.0));
+        let of = |r: &Recording| Press::of(std::slice::from_ref(r), &[0.0], 0.01).unwrap().pull;
+        assert_eq!(of(&none), None);
+        let mut pulls = none.clone();
+        for i in 300..370 {
+            pulls.force[i] -= 5.0;
+        }
+        let (low, high) = of(&pulls).unwrap();
+        assert!(low < 0.0 && low > -0.2 && high > 0.0 && high < 0.4, "{low} {high}");
+    }
+
+    #[test]
+    fn in_means_a_recording_keeps_its_course() {
+        let r = triangle(|x| 5e4 * x.max(0.0));
+        let m = r.in_means(100);
+        assert_eq!(m.time.len(), 100);
+        assert!((m.force[40] - r.force[160..164].iter().sum::<f64>() / 4.0).abs() < 1e-12);
+    }
+}

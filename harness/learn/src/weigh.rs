@@ -1,0 +1,358 @@
+//! Sets of classes, weighed by their evidence.
+
+use crate::classes::{elastic, ALL};
+use crate::fit::{Fit, Normal, Scale};
+use crate::law::Law;
+use crate::press::{Path, Press, Recording};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// What the evidence is worked out with, and what turns it into probabilities: calibrated, not derived.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Numbers {
+    /// Share of the range of force by which laws of contact are off where nothing is missing.
+    pub discrepancy: f64,
+    /// Independent samples of a level: a discrepancy is a function of depth and direction, and the same in every repeat.
+    pub independent: f64,
+    /// What differences of ln evidence are divided by.
+    pub temperature: f64,
+    /// ln prior of every class.
+    pub class: f64,
+}
+
+/// A set of classes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Set {
+    /// Indices into [`ALL`], increasing.
+    pub classes: Vec<usize>,
+    pub ln_evidence: f64,
+    pub probability: f64,
+    /// Misfit, rms over the range of force.
+    pub misfit: f64,
+    /// What was learned with it.
+    pub law: Law,
+}
+
+/// What was learned of a campaign.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Learned {
+    /// The likeliest first; at least one.
+    pub sets: Vec<Set>,
+    /// Misfit of the elastic law alone, with what is given, rms over the range of force.
+    pub elastic: f64,
+    /// Whether rates or a hold part what depends on the rate from what depends on its direction alone.
+    pub rates_differ: bool,
+}
+
+impl Learned {
+    /// Probability that a class is among what is missing.
+    pub fn of(&self, class: usize) -> f64 {
+        self.sets.iter().filter(|s| s.classes.contains(&class)).map(|s| s.probability).sum()
+    }
+}
+
+/// Samples of all recordings together, and of one at most and at least.
+const SAMPLES: usize = 1600;
+const MOST: usize = 300;
+const LEAST: usize = 60;
+/// Surfaces that are followed through all sets.
+const SURFACES: usize = 5;
+/// Classes of a set at most, and sets that are built on at each size.
+const CLASSES: usize = 4;
+const BUILT_ON: usize = 6;
+
+/// One place of the surface: shapes of all classes, and their normal equations with and without what a contact that does not
+/// stick cannot explain.
+struct Placed {
+    rule: usize,
+    press: Press,
+    /// Shapes of the elastic law, then of each class.
+    shapes: Vec<Vec<usize>>,
+    sticks: Normal,
+    slips: Normal,
+    samples: f64,
+}
+
+impl Placed {
+    fn new(recordings: &[Recording], rule: usize, small: f64) -> Option<Placed> {
+        let surfaces: Vec<f64> = recordings.iter().map(|r| r.surfaces()[rule]).collect();
+        let press = Press::of(recordings, &surfaces, small)?;
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        let mut shapes: Vec<Vec<usize>> = vec![Vec::new(); 1 + ALL.len()];
+        let (mut y, mut pulls) = (Vec::new(), Vec::new());
+        let paths: Vec<Path> = recordings.iter().zip(&surfaces).map(|(r, s)| Path::of(r, *s, &press)).collect();
+        for r in recordings {
+            let rest = r.rest(small * press.force);
+            y.extend(r.force.iter().map(|f| (f - rest) / press.force));
+            pulls.extend(r.force.iter().map(|f| f - rest < -small * press.force));
+        }
+        for (at, of) in shapes.iter_mut().enumerate() {
+            let each = |p: &Path| if at == 0 { elastic(p, &press) } else { (ALL[at - 1].shapes)(p, &press) };
+            let per: Vec<Vec<Vec<f64>>> = paths.iter().map(each).collect();
+            for k in 0..per[0].len() {
+                of.push(columns.len());
+                columns.push(per.iter().flat_map(|p| p[k].iter().copied()).collect());
+            }
+        }
+        let n = y.len();
+        let normal = |counts: &dyn Fn(usize) -> bool| {
+            let a = DMatrix::from_fn(n, columns.len(), |i, j| if counts(i) { columns[j][i] } else { 0.0 });
+            let y = DVector::from_column_slice(&y);
+            Normal { b: a.tr_mul(&y), yy: y.dot(&y), a: a.tr_mul(&a) }
+        };
+        let (sticks, slips) = (normal(&|_| true), normal(&|i| !pulls[i]));
+        Some(Placed { rule, press, shapes, sticks, slips, samples: n as f64 })
+    }
+
+    fn indices(&self, classes: &[usize]) -> Vec<usize> {
+        std::iter::once(0).chain(classes.iter().map(|c| c + 1)).flat_map(|c| self.shapes[c].iter().copied()).collect()
+    }
+
+    /// The fit of a set; None where one of its classes takes no part in it.
+    fn fit(&self, classes: &[usize], given: &[usize], scale: &Scale) -> Option<Fit> {
+        let sticks = classes.iter().any(|c| ALL[*c].mechanism == Some("adhesion"));
+        let normal = if sticks { &self.sticks } else { &self.slips };
+        let fit = normal.of(&self.indices(classes)).fit(scale);
+        let parts = self.parts(classes, &fit);
+        let takes_part = |(c, p): (&usize, &Vec<f64>)| given.contains(c) || p.iter().any(|x| *x > 0.0);
+        classes.iter().zip(&parts[1..]).all(takes_part).then_some(fit)
+    }
+
+    /// The coefficients class by class, the elastic law's first.
+    fn parts(&self, classes: &[usize], fit: &Fit) -> Vec<Vec<f64>> {
+        let mut at = 0;
+        let lengths = std::iter::once(0).chain(classes.iter().map(|c| c + 1)).map(|c| self.shapes[c].len());
+        lengths
+            .map(|n| {
+                at += n;
+                fit.coefficients[at - n..at].to_vec()
+            })
+            .collect()
+    }
+}
+
+/// Shares of a recording that are spent at rest in contact, and e-folds of the rate, from which what depends on the rate can be
+/// parted from what depends on its direction.
+const HELD: f64 = 0.1;
+const RATES: f64 = 1.0;
+
+/// Whether recordings hold their depth, or were taken at rates that differ.
+fn rates_differ(recordings: &[Recording], small: f64) -> bool {
+    let mut rates: Vec<f64> = Vec::new();
+    let mut held = 0.0f64;
+    for r in recordings {
+        let top = r.force.iter().copied().fold(f64::MIN, f64::max);
+        let rest = r.rest(small * crate::press::range(&r.force));
+        let mut sorted: Vec<f64> = r.rate.iter().map(|v| v.abs()).collect();
+        sorted.sort_by(f64::total_cmp);
+        let fast = sorted[(sorted.len() - 1) * 95 / 100];
+        let length = r.time[r.time.len() - 1] - r.time[0];
+        let touching = (1..r.time.len()).filter(|i| r.force[*i] - rest > 0.1 * (top - rest));
+        let mut at_rest = 0.0;
+        for i in touching {
+            let v = r.rate[i].abs();
+            if v < 0.05 * fast {
+                at_rest += r.time[i] - r.time[i - 1];
+            } else {
+                rates.push(v.ln());
+            }
+        }
+        held = held.max(at_rest / length);
+    }
+    rates.sort_by(f64::total_cmp);
+    let at = |share: f64| rates.get(((rates.len().max(1) - 1) as f64 * share) as usize).copied().unwrap_or(0.0);
+    held > HELD || at(0.9) - at(0.1) > RATES
+}
+
+/// Learns what recordings of an imposed motion hold beyond an elastic law: sets of classes with their probabilities, and a law of
+/// each. The classes `given` are in every set. None where no force or no depth was read.
+pub fn learn(recordings: &[Recording], given: &[usize], numbers: &Numbers) -> Option<Learned> {
+    let most = (SAMPLES / recordings.len().max(1)).clamp(LEAST, MOST);
+    let means: Vec<Recording> = recordings.iter().map(|r| r.in_means(most)).collect();
+    if means.iter().any(|r| r.time.len() < 8) || means.is_empty() {
+        return None;
+    }
+    let mut levels: Vec<usize> = means.iter().map(|r| r.level).collect();
+    levels.sort_unstable();
+    levels.dedup();
+    let scale = |samples: f64| Scale {
+        samples,
+        independent: numbers.independent * levels.len() as f64,
+        discrepancy: numbers.discrepancy,
+    };
+    let rules = means[0].surfaces().len();
+    let mut placed: Vec<(f64, Placed)> = (0..rules)
+        .into_par_iter()
+        .filter_map(|rule| {
+            let p = Placed::new(&means, rule, numbers.discrepancy)?;
+            let all: Vec<usize> = (0..ALL.len()).collect();
+            let most = p.sticks.of(&p.indices(&all)).fit(&scale(p.samples));
+            Some((most.left, p))
+        })
+        .collect();
+    placed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    placed.dedup_by(|a, b| a.1.press == b.1.press && a.1.sticks.b == b.1.sticks.b);
+    placed.truncate(SURFACES);
+    let placed: Vec<Placed> = placed.into_iter().map(|p| p.1).collect();
+    // ln evidence, the place that has it and the fit there, by set
+    type Weighed = BTreeMap<Vec<usize>, (f64, usize, Fit)>;
+    let weigh = |set: &Vec<usize>| {
+        let each = placed.iter().enumerate().filter_map(|(i, p)| Some((i, p.fit(set, given, &scale(p.samples))?)));
+        let best = each.max_by(|a, b| a.1.ln_evidence.total_cmp(&b.1.ln_evidence))?;
+        Some((set.clone(), (best.1.ln_evidence, best.0, best.1)))
+    };
+    let score = |set: &[usize], ln_evidence: f64| {
+        numbers.class * (set.len() - given.len()) as f64 + ln_evidence / numbers.temperature
+    };
+    let mut least = given.to_vec();
+    least.sort_unstable();
+    let mut all: Weighed = weigh(&least).into_iter().collect();
+    let mut built_on = vec![least.clone()];
+    for _ in 0..CLASSES {
+        let mut next: Vec<Vec<usize>> = Vec::new();
+        for set in &built_on {
+            for c in (0..ALL.len()).filter(|c| !set.contains(c)) {
+                let mut with = set.clone();
+                with.push(c);
+                with.sort_unstable();
+                next.push(with);
+            }
+        }
+        next.sort();
+        next.dedup();
+        let new: Vec<_> = next.par_iter().filter_map(weigh).collect();
+        let mut ranked: Vec<(f64, Vec<usize>)> = new.iter().map(|(s, w)| (score(s, w.0), s.clone())).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        built_on = ranked.into_iter().take(BUILT_ON).map(|r| r.1).collect();
+        all.extend(new);
+    }
+    let elastic = all.get(&least).map(|w| (w.2.left / placed[w.1].samples).sqrt())?;
+    let top = all.iter().map(|(s, w)| score(s, w.0)).fold(f64::MIN, f64::max);
+    let whole: f64 = all.iter().map(|(s, w)| (score(s, w.0) - top).exp()).sum();
+    let mut sets: Vec<Set> = all
+        .iter()
+        .map(|(s, (ln_evidence, at, fit))| {
+            let p = &placed[*at];
+            let (press, surface) = (p.press.clone(), p.rule);
+            Set {
+                classes: s.clone(),
+                ln_evidence: *ln_evidence,
+                probability: (score(s, *ln_evidence) - top).exp() / whole,
+                misfit: (fit.left / p.samples).sqrt(),
+                law: Law { classes: s.clone(), coefficients: p.parts(s, fit), press, surface },
+            }
+        })
+        .collect();
+    sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    Some(Learned { sets, elastic, rates_differ: rates_differ(&means, numbers.discrepancy) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NUMBERS: Numbers = Numbers { discrepancy: 0.01, independent: 80.0, temperature: 3.0, class: -2.0 };
+
+    /// A press to 1 mm and back with a hold of so many samples, the force of depth, rate and time in contact.
+    fn press(hold: usize, force: impl Fn(f64, f64, usize) -> f64) -> Recording {
+        let way = |i: usize| 1.2e-3 * i as f64 / 200.0 - 2e-4;
+        let depth: Vec<f64> =
+            (0..=200).map(way).chain((0..hold).map(|_| 1e-3)).chain((0..=200).rev().map(way)).collect();
+        let n = depth.len();
+        let rate: Vec<f64> = (0..n)
+            .map(|i| match i {
+                0..=200 => 6e-6,
+                i if i <= 200 + hold => 0.0,
+                _ => -6e-6,
+            })
+            .collect();
+        Recording {
+            force: (0..n).map(|i| force(depth[i], rate[i], i)).collect(),
+            time: (0..n).map(|i| i as f64).collect(),
+            depth,
+            rate,
+            order: 1.0,
+            level: 0,
+        }
+    }
+
+    fn named(l: &Learned) -> Vec<&'static str> {
+        (0..ALL.len()).filter(|c| l.of(*c) > 0.5).map(|c| ALL[c].name).collect()
+    }
+
+    fn hertz(x: f64) -> f64 {
+        3e5 * x.max(0.0).powf(1.5)
+    }
+
+    #[test]
+    fn where_nothing_is_missing_nothing_is_learned() {
+        let l = learn(&[press(0, |x, _, _| hertz(x))], &[], &NUMBERS).unwrap();
+        assert!(named(&l).is_empty(), "{:?}", l.sets[0]);
+        assert!(l.elastic < 0.005 && !l.rates_differ);
+    }
+
+    #[test]
+    fn preload_stop_and_friction_are_found_together() {
+        let r = press(0, |x, v, _| {
+            let touches = if x > 0.0 { 1.0 } else { 0.0 };
+            touches * (3.0 + 8e3 * x + 0.4 * v.signum()) + 4e5 * (x - 9.5e-4).max(0.0)
+        });
+        let l = learn(&[r.clone()], &[], &NUMBERS).unwrap();
+        // one rate and no hold: friction, damping and relaxation share what is lost along the way
+        assert_eq!(named(&l), ["preload", "stiffening"], "{:?}", &l.sets[..3]);
+        assert!(!l.rates_differ);
+        let lost: f64 = [3, 4, 5].map(|c| l.of(c)).iter().sum();
+        assert!(lost > 0.95, "{lost}");
+        let f = l.sets[0].law.predict(&r).0;
+        let left = f.all.iter().zip(&r.force).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / r.force.len() as f64;
+        assert!(left.sqrt() < 0.02 * 33.0, "{}", left.sqrt());
+        assert_eq!(f.parts.len(), 3);
+    }
+
+    #[test]
+    fn a_force_that_fades_in_a_hold_is_relaxation_and_no_friction() {
+        let mut q = 0.0;
+        let mut last = 0.0;
+        let forces: Vec<f64> = {
+            let of = press(200, |x, _, _| x);
+            of.depth
+                .iter()
+                .map(|x| {
+                    let e = hertz(*x);
+                    q = q * (-1.0f64 / 60.0).exp() + (e - last);
+                    last = e;
+                    (e + 1.5 * q).max(0.0)
+                })
+                .collect()
+        };
+        let l = learn(&[press(200, |_, _, i| forces[i])], &[], &NUMBERS).unwrap();
+        assert_eq!(named(&l), ["relaxation"], "{:?}", &l.sets[..3]);
+        assert!(l.rates_differ);
+    }
+
+    #[test]
+    fn a_pull_that_lets_go_in_steps_is_adhesion() {
+        let r = press(0, |x, v, _| {
+            let pull = if v < 0.0 && x < 1e-4 && x > -1e-4 { 2.0 } else { 0.0 };
+            let neck = if v < 0.0 && x < 1e-4 && x > 0.0 { 1.0 } else { 0.0 };
+            hertz(x) - pull - neck
+        });
+        let l = learn(&[r], &[], &NUMBERS).unwrap();
+        assert_eq!(named(&l), ["adhesion"], "{:?}", &l.sets[..3]);
+    }
+
+    #[test]
+    fn a_curve_that_is_back_at_zero_before_its_depth_is_plasticity() {
+        let r = press(0, |x, v, _| {
+            let back = ((x - 6e-4) / 4e-4).max(0.0).powf(1.5) * hertz(1e-3);
+            if v < 0.0 {
+                back
+            } else {
+                hertz(x)
+            }
+        });
+        let l = learn(&[r], &[], &NUMBERS).unwrap();
+        assert_eq!(named(&l), ["plasticity"], "{:?}", &l.sets[..3]);
+    }
+}
