@@ -23,23 +23,6 @@ pub struct Said {
     pub note: Option<String>,
 }
 
-/// Units of a sensor's output: the unit, its base, and the factor to that.
-const OUTPUTS: [(&str, &str, f64); 9] = [
-    ("V", "V", 1.0),
-    ("mV", "V", 1e-3),
-    ("uV", "V", 1e-6),
-    ("µV", "V", 1e-6),
-    ("A", "A", 1.0),
-    ("mA", "A", 1e-3),
-    ("C", "C", 1.0),
-    ("nC", "C", 1e-9),
-    ("pC", "C", 1e-12),
-];
-
-fn output(unit: &str) -> Option<(&'static str, f64)> {
-    OUTPUTS.iter().find(|o| o.0 == unit.trim()).map(|o| (o.1, o.2))
-}
-
 /// Reads a list of entries, parted by commas before the next `ROLE=`.
 ///
 /// # Errors
@@ -110,9 +93,7 @@ impl Mapped {
         let (number, unit) = split(word).unwrap_or((1.0, word));
         let quantity = self.role.name();
         let of = |unit: &str| {
-            let known = units::factor(quantity, unit)
-                .or_else(|| units::measured(unit).filter(|m| m.0 == quantity).map(|m| m.1));
-            known
+            units::factor(quantity, unit)
                 .ok_or_else(|| format!("unit {unit:?} does not measure {quantity}; {}", units::instead(quantity, unit)))
         };
         let wrong = |n: f64| !(n.is_finite() && n != 0.0);
@@ -120,11 +101,11 @@ impl Mapped {
             return Err(format!("a factor of {number} leaves nothing"));
         }
         // reading / sensitivity: 2.5mV/N
-        let sensitivity = unit.split_once('/').and_then(|(o, u)| Some((output(o)?, u, -1)));
+        let sensitivity = unit.split_once('/').and_then(|(o, u)| Some((units::output(o)?, u, -1)));
         // reading x gain: 200N/V
-        let gain = unit.rsplit_once('/').and_then(|(u, o)| Some((output(o)?, u, 1)));
+        let gain = unit.rsplit_once('/').and_then(|(u, o)| Some((units::output(o)?, u, 1)));
         let Some(((base, per), unit, way)) = sensitivity.or(gain) else { return Ok((number * of(unit)?, None)) };
-        let (reading, note) = match output(in_file) {
+        let (reading, note) = match units::output(in_file) {
             Some((b, f)) if b == base => (f, None),
             Some(_) => return Err(format!("the column is in {in_file}, the sensitivity in {base}")),
             None if in_file.is_empty() => (1.0, Some(format!("its readings, without a unit, are taken as {base}"))),
@@ -163,6 +144,13 @@ mod tests {
         near(factor("acceleration=x:100 m/s^2/V", "x", "V"), 100.0);
         near(factor("force=x:4pC/N", "x", "pC"), 0.25);
         near(factor("force=x:0.5N", "x", ""), 0.5);
+        for volts in ["Volt", "Volts", "volts", "VDC"] {
+            near(factor("force=x:200N/V", "x", volts), 200.0);
+            near(factor("force=x:2.5mVolt/lbf", "x", volts), 400.0 * 4.4482216152605);
+        }
+        near(factor("force=x:200N/V", "x", "mVolt"), 0.2);
+        near(factor("acceleration=x:ft/s^2", "x", ""), 0.3048);
+        near(factor("force=x:lbs", "x", ""), 4.4482216152605);
         assert!(said("force=x:2.5mV/N", "x", "").unwrap().note.unwrap().contains("taken as V"));
         assert_eq!(said("force=Dev1:ai0", "Dev1:ai0", ""), Ok(Said::default()));
     }

@@ -11,7 +11,7 @@ mod strain;
 
 use crate::shared::binary::Bytes;
 use crate::shared::block::{hand, spans};
-use crate::shared::clock::ticks_of_a_second;
+use crate::shared::unit::ticks_of_a_second;
 use crate::{Channel, Clock, Fault, Format, Group, Sink, Source};
 use object::{Object, Piece, Stored, Track};
 use scaling::{Plan, Unscaled};
