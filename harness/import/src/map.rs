@@ -53,19 +53,30 @@ pub fn parse(text: &str) -> Result<Vec<Mapped>, String> {
 }
 
 impl Mapped {
-    /// What the entry says where it means the column of that name, the `number`-th of its group, counted from 1; None where
-    /// it means another one.
+    /// What the entry says where it means the column of that name, the `number`-th of the group `group`, counted from 1; None
+    /// where it means another one. A column of one group among several is also `GROUP/COLUMN` and `GROUP/#3`.
     ///
     /// # Errors
     /// What is wrong with what stands behind the column's name.
-    pub fn of(&self, name: &str, number: usize, unit: &str) -> Option<Result<Said, String>> {
+    pub fn of(&self, group: &str, name: &str, number: usize, unit: &str) -> Option<Result<Said, String>> {
         let after = |column: &str| {
             let head = self.text.get(..column.len()).filter(|h| h.eq_ignore_ascii_case(column))?;
             let rest = &self.text[head.len()..];
             (rest.is_empty() || rest.starts_with(':')).then_some(rest)
         };
-        let rest = after(name).filter(|_| !name.is_empty()).or_else(|| after(&format!("#{number}")))?;
+        let of_group = |column: &str| {
+            let joined = || ['/', '.'].into_iter().find_map(|by| after(&format!("{group}{by}{column}")));
+            after(column).or_else(|| if group.is_empty() { None } else { joined() })
+        };
+        let named = if name.is_empty() { None } else { of_group(name) };
+        let rest = named.or_else(|| of_group(&format!("#{number}")))?;
         Some(self.said(rest, unit).map_err(|e| format!("--map {}={}: {e}", self.role.name(), self.text)))
+    }
+
+    /// The column of a group that the entry means, from 0; None where it means none.
+    pub(crate) fn column(&self, group: &instruments::Group) -> Option<usize> {
+        let means = |(k, c): (usize, &instruments::Channel)| self.of(&group.name, &c.name, k + 1, &c.unit).is_some();
+        group.channels.iter().enumerate().position(means)
     }
 
     /// The column as the entry names it, to say that there is none.
@@ -121,7 +132,7 @@ mod tests {
     use super::*;
 
     fn said(text: &str, name: &str, unit: &str) -> Result<Said, String> {
-        parse(text).unwrap()[0].of(name, 2, unit).unwrap()
+        parse(text).unwrap()[0].of("", name, 2, unit).unwrap()
     }
 
     fn factor(text: &str, name: &str, unit: &str) -> f64 {
@@ -160,7 +171,11 @@ mod tests {
         let all = parse("force=a, b:kN,time=t:ms,displacement=#3").unwrap();
         assert_eq!(all.len(), 3);
         assert_eq!((all[0].text(), all[2].role.name()), ("a, b:kN", "penetration"));
-        assert!(all[1].of("force", 1, "").is_none());
+        assert!(all[1].of("", "force", 1, "").is_none());
+        let of = |group: &str| {
+            parse("force=drop_2/force:kN").unwrap()[0].of(group, "force", 1, "").map(|s| s.unwrap().factor)
+        };
+        assert_eq!((of("drop_1"), of("drop_2")), (None, Some(Some(1e3))));
         assert!(parse("farce=a").unwrap_err().contains("did you mean \"force\""));
         assert!(parse("force=").is_err());
         for (text, unit, part) in [

@@ -510,7 +510,7 @@ mod tests {
         let mut g = group(&[("t", "s"), ("F", "N")]);
         g.properties = properties.iter().map(|p| (p.0.to_string(), p.1.to_string())).collect();
         let mut m = Memory { groups: vec![g], samples: vec![vec![t, f]], notes: Vec::new() };
-        survey(Path::new(name), &mut m, &Options::default()).unwrap()
+        survey(Path::new(name), &mut m, &Options::default(), None).unwrap()
     }
 
     fn said(p: &Plan) -> Vec<(&str, f64, f64)> {

@@ -207,9 +207,9 @@ const GRAVITIES: [(&str, f64); 14] = [
 /// Units that convert to nothing that a recording holds, known so that they are not taken for names.
 const OTHERS: [&str; 47] = [
     "K", "degC", "degF", "deg", "\u{b0}", "\u{b0}C", "\u{b0}F", "%", "rpm", "RPM", "U", "rev", "G", "gn", "g0", "dB",
-    "strain", "\u{3b5}", "ueps", "ustrain", "kph", "mph", "Ohm", "\u{3a9}", "atm", "Torr", "counts", "digits", "EU", "AU",
-    "u/min", "VA", "kOhm", "k\u{3a9}", "mol", "bit", "bits", "cts", "count", "samples", "rad", "mrad", "T", "mT", "S/s",
-    "eps", "U/min",
+    "strain", "\u{3b5}", "ueps", "ustrain", "kph", "mph", "Ohm", "\u{3a9}", "atm", "Torr", "counts", "digits", "EU",
+    "AU", "u/min", "VA", "kOhm", "k\u{3a9}", "mol", "bit", "bits", "cts", "count", "samples", "rad", "mrad", "T", "mT",
+    "S/s", "eps", "U/min",
 ];
 
 /// A unit without brackets, and with the signs that differ between character sets alike: `[m·s⁻²]` becomes `m*s-2`.
@@ -529,8 +529,27 @@ mod tests {
     #[test]
     fn names_and_numbers_are_no_units() {
         for other in [
-            "Force", "time", "x", "CH1", "", "Drop 1", "12", "2/3", "filtered", "a", "F", "MS", "das", "ai0", "m^", "m^^2",
-            "((((((m))))))", "m/", "s-", "Kraft", "Weg",
+            "Force",
+            "time",
+            "x",
+            "CH1",
+            "",
+            "Drop 1",
+            "12",
+            "2/3",
+            "filtered",
+            "a",
+            "F",
+            "MS",
+            "das",
+            "ai0",
+            "m^",
+            "m^^2",
+            "((((((m))))))",
+            "m/",
+            "s-",
+            "Kraft",
+            "Weg",
         ] {
             assert_eq!(parse(other), None, "{other}");
         }
