@@ -73,6 +73,11 @@ fn of(column: &str) -> &'static [(&'static str, f64)] {
     UNITS.iter().find(|u| u.0 == column).map_or(&[], |u| u.1)
 }
 
+/// SI unit of a column; None for no column.
+pub fn si(column: &str) -> Option<&'static str> {
+    of(column).iter().find(|u| u.1 == 1.0).map(|u| u.0)
+}
+
 /// The factor of a unit of the table.
 fn listed(column: &str, unit: &str) -> Option<f64> {
     of(column).iter().find(|u| u.0 == unit).map(|u| u.1)
@@ -86,6 +91,11 @@ pub fn factor(column: &str, unit: &str) -> Option<f64> {
 /// What a sensor's output in `unit` is counted in, `V`, `A` or `C`, and the factor to that; None for other units.
 pub fn output(unit: &str) -> Option<(&'static str, f64)> {
     ::units::output(unit)
+}
+
+/// The unit of the column that is spelt nearly as `unit`; None where none is.
+pub fn nearest(column: &str, unit: &str) -> Option<&'static str> {
+    words::nearest(unit, &of(column).iter().map(|u| u.0).collect::<Vec<_>>())
 }
 
 /// What to write instead of a unit that the column cannot be in.
