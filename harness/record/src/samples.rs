@@ -232,6 +232,9 @@ impl Table {
         let mut records = reader.records().peekable();
         let width = records.peek().and_then(|r| r.as_ref().ok()).map_or(head.len(), csv::StringRecord::len);
         let head: csv::StringRecord = input::whole_names(head.iter().map(String::from).collect(), width).into();
+        if let Some((what, cure)) = dialect(&head, width) {
+            return Err(vec![error(Section::CsvHeader, 1, what, cure)]);
+        }
         let Header { columns, fields, left_out, assumed, run, mut errors } = header(path, &head, purpose);
         let wanted_run = match purpose {
             Use::Alone(w) => w.run,
@@ -287,13 +290,13 @@ impl Table {
                     }
                     None => {
                         let what = || format!("{} holds {cell:?}, not a finite number", c.name);
-                        faults.add(
-                            Section::MissingValues,
-                            &c.name,
-                            line,
-                            what,
-                            "remove the rows of the gap, or cut the recording there",
-                        );
+                        let cure = match number(&cell.replacen(',', ".", 1)) {
+                            Some(_) => {
+                                "write it with a decimal point, or make a campaign of the files with `touchdown import`"
+                            }
+                            None => "remove the rows of the gap, or cut the recording there",
+                        };
+                        faults.add(Section::MissingValues, &c.name, line, what, cure);
                     }
                     Some(v) if c.name == units::CLOSED && *v != 0.0 && *v != 1.0 => {
                         let what = || format!("{} holds {cell:?}, neither 0 nor 1", c.name);
@@ -320,6 +323,13 @@ impl Table {
             return Err(vec![error(Section::NumberOfSamples, 1, what, "say which, such as --run 1")]);
         }
         let clock = columns.iter().position(|c| c.name == "time");
+        let swapped = clock.and_then(|c| time_cure(&columns, &data, c));
+        if let (Some(t), Some(cure)) = (clock.map(|c| &data[c]), swapped) {
+            if let Some(i) = (1..t.len()).find(|i| t[*i] < t[i - 1]) {
+                let what = format!("time goes back here, from {} s to {} s", t[i - 1], t[i]);
+                return Err(vec![error(Section::Time, lines[i], what, &cure)]);
+            }
+        }
         if let Some(t) = clock.map(|c| &data[c]) {
             for i in (1..t.len()).filter(|i| t[*i] < t[*i - 1]) {
                 let what = || format!("time goes back here, from {} s to {} s", t[i - 1], t[i]);
@@ -413,6 +423,26 @@ impl Table {
         merged[self.clock].dedup();
         (merged, Rows::of(time.clone(), samples.into_iter().map(Some).collect()))
     }
+}
+
+/// What is to be said of a file whose cells are not parted as a campaign's are; None where they may be.
+fn dialect(head: &csv::StringRecord, width: usize) -> Option<(String, &'static str)> {
+    const IMPORT: &str = "write commas between the cells and decimal points, or make a campaign of such files with \
+                          `touchdown import`, which reads them";
+    let one = if head.len() <= 2 { head.iter().next()? } else { "" };
+    let by = [(';', "semicolons"), ('\t', "tabs")].into_iter().find(|b| one.contains(b.0) && one.contains("time"));
+    if let Some((_, name)) = by {
+        return Some((format!("{name} stand between the cells"), IMPORT));
+    }
+    (head.len() > 1 && width == 2 * head.len())
+        .then(|| ("a row has twice as many cells as the header: these are decimal commas".to_string(), IMPORT))
+}
+
+/// What to do where time goes back: the column that looks like the time, where another one does.
+fn time_cure(columns: &[Column], data: &[Vec<f64>], clock: usize) -> Option<String> {
+    let rises = |y: &Vec<f64>| y.len() > 3 && y.windows(2).all(|w| w[1] > w[0]);
+    let other = (0..columns.len()).find(|c| *c != clock && rises(&data[*c]))?;
+    Some(format!("are the columns time and {} swapped? Correct the header", columns[other].name))
 }
 
 /// Name and unit of a column: the unit stands in the last brackets, unless these hold an index such as `[1,2]`.

@@ -2,6 +2,7 @@
 
 use super::fmus::Fmus;
 use super::form::Form;
+use crate::agreement::{agreement, Compared};
 use crate::aligned::aligned;
 use crate::campaign::of_campaign;
 use crate::print;
@@ -47,6 +48,10 @@ struct Understood {
     simulation: Simulation,
     recordings: Vec<Row>,
     notes: Vec<String>,
+    /// What channels, speeds and heights say of each other.
+    compared: Vec<Compared>,
+    /// What sensors alone do not explain, but a rig may.
+    doubts: Vec<String>,
     noise: Vec<Noise>,
     /// What FMUs make of the recordings before anything is fitted; empty where none simulate it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -175,6 +180,16 @@ fn words(u: &Understood) -> String {
     let head = COLUMNS.map(str::to_string);
     s += &aligned(&std::iter::once(head).chain(u.recordings.iter().map(cells)).collect::<Vec<_>>());
     s.extend(u.notes.iter().map(|n| format!("  note: {n}\n")));
+    for c in &u.compared {
+        let [low, high] = c.interval.map(|v| figure(v, ""));
+        let [least, most] = c.expected.map(|v| figure(v, ""));
+        s += &format!(
+            "  compared in {} recordings: {}: {} ({low} to {high}); {least} to {most} is right\n",
+            c.recordings,
+            c.what,
+            figure(c.value, "")
+        );
+    }
     for n in &u.noise {
         let (noise, share) = (figure(n.noise, n.unit), figure(100.0 * n.over_range, "%"));
         s += &format!("  noise of {}: {noise}, {share} of its range\n", n.channel);
@@ -190,8 +205,15 @@ fn words(u: &Understood) -> String {
             range(m.simulated)
         );
     }
-    if u.errors.is_empty() {
-        s += "  nothing contradicts\n";
+    s.extend(u.doubts.iter().map(|d| format!("  doubt: {d}\n")));
+    if u.levels == 1 && u.recordings.len() > 1 {
+        s += "  note: all recordings are of one level: what grows with speed or depth cannot be told from what does not\n";
+    }
+    match (u.errors.len(), u.doubts.len()) {
+        (0, 0) => s += "  nothing contradicts\n",
+        (0, 1) => s += "  no contradiction, but a doubt\n",
+        (0, n) => s += &format!("  no contradiction, but {n} doubts\n"),
+        _ => {}
     }
     s
 }
@@ -201,7 +223,13 @@ fn words(u: &Understood) -> String {
 /// # Errors
 /// Where it cannot be read at all; what contradicts is among what is understood.
 fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
-    let mut c = crate::campaign::load(dir)?;
+    crate::campaign::of_folder(dir)?;
+    let agreed = agreement(&record::load(dir, &mechanisms::terms())?);
+    let of_dir = |text: &String| format!("{}: {text}", dir.display());
+    let mut c = crate::campaign::load(dir).map_err(|e| match agreed.contradictions.first() {
+        Some(first) => e.context(of_dir(first)),
+        None => e,
+    })?;
     let machine = crate::campaign::machine(&mut c, isolation)?;
     let c = c;
     let mut u = Understood {
@@ -213,15 +241,17 @@ fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
         simulation: Simulation { k: c.simulation.k, p: c.simulation.p, terms: c.simulation.terms.clone() },
         recordings: c.recordings.iter().map(|r| row(&c, r)).collect(),
         notes: c.warnings.clone(),
+        compared: agreed.compared,
+        doubts: agreed.doubts,
         noise: Vec::new(),
         simulated: Vec::new(),
-        errors: Vec::new(),
+        errors: agreed.contradictions.iter().map(of_dir).collect(),
     };
     let lines = |e: Invalid| of_campaign(dir, &e).lines().map(str::to_string).collect();
     let (data, guess) = match condition_on(&c, machine.as_ref()) {
         Ok(conditioned) => (conditioned.data, conditioned.guess),
         Err(e) => {
-            u.errors = lines(e);
+            u.errors.extend::<Vec<String>>(lines(e));
             return Ok(u);
         }
     };
@@ -232,7 +262,7 @@ fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
     };
     u.noise = Channel::ALL.into_iter().filter(|k| data.has(*k)).map(noise).collect();
     if let Err(e) = diagnose::plausible::check(&c, &data) {
-        u.errors = lines(e);
+        u.errors.extend::<Vec<String>>(lines(e));
     }
     if let Some(m) = machine {
         u.notes.extend(m.facts().notes.iter().cloned());
