@@ -210,12 +210,16 @@ pub fn agreement(c: &Campaign) -> Agreement {
         let of = |channel| push(r, channel, mass, k.first, k.last - k.first).map(|p| impulse(&r.time, &p, k));
         Some(of(0)? / of(1)?)
     };
-    let ratios: Vec<f64> = whole().filter(|(_, k)| ends(k)).filter_map(both).collect();
+    let ratios: Vec<f64> = whole().filter(|(r, k)| ends(k) && !is_flat(r, k)).filter_map(both).collect();
+    let before = a.contradictions.len();
     let of_both = GAIN.hypot(GAIN).hypot(MASS);
     let cure =
         "check moving_mass and the calibrations of both, and that no mass lies between the two sensors; a diagnosis \
                 tells a gain from a mass that strikes apart";
     a.ratio("force over mass times acceleration", &ratios, [1.0, 1.0], of_both, 0.0, &FORCE_OVER_MA, cure);
+    if a.contradictions.len() > before || ratios.is_empty() {
+        swapped(c, mass, &mut a);
+    }
     if c.kind == Kind::DropTest {
         speeds(&whole().collect::<Vec<_>>(), mass, &mut a);
     }
@@ -226,6 +230,26 @@ pub fn agreement(c: &Campaign) -> Agreement {
     a
 }
 
+/// Says so where penetration is to mass times acceleration what force should be.
+fn swapped(c: &Campaign, mass: f64, a: &mut Agreement) {
+    let as_force = |r: &Recording| {
+        let mut one = r.clone();
+        one.channels.swap(0, 2);
+        let k = contact(c.kind, &one, mass)?;
+        let of = |channel| push(&one, channel, mass, k.first, k.last - k.first).map(|p| impulse(&r.time, &p, &k));
+        Some(of(0)? / of(1)?)
+    };
+    let all: Vec<f64> = c.recordings.iter().filter_map(as_force).collect();
+    let Some(r) = Ratio::of(&all) else { return };
+    if let Answer::Sensors | Answer::Rig = weighed(&r, [1.0, 1.0], GAIN, 0.0, &FORCE_OVER_MA) {
+        a.contradictions.push(
+            "penetration is what force should be, mass times acceleration: the columns force and penetration look swapped; \
+             correct the header"
+                .into(),
+        );
+    }
+}
+
 /// Pushes and ways against the speeds given, and speeds against heights.
 fn speeds(all: &[(&Recording, &Contact)], mass: f64, a: &mut Agreement) {
     let share = |r: &Recording| r.impact_speed.filter(|v| v.0 > 0.0).map(|(v, std)| (v, std / v));
@@ -233,7 +257,10 @@ fn speeds(all: &[(&Recording, &Contact)], mass: f64, a: &mut Agreement) {
     let known = spread(all.iter().filter_map(|(r, _)| share(r)).map(|s| s.1).collect());
     let pushed = |(r, k): &(&Recording, &Contact)| {
         let (v, _) = share(r)?;
-        ends(k).then(|| impulse(&r.time, &k.push, k) / (mass * v))
+        // of an acceleration no mass is asked
+        let by_acceleration = || push(r, 1, mass, k.first, k.last - k.first);
+        let pushes = by_acceleration().unwrap_or_else(|| k.push.clone());
+        (ends(k) && !is_flat(r, k)).then(|| impulse(&r.time, &pushes, k) / (mass * v))
     };
     let ratios: Vec<f64> = all.iter().filter_map(pushed).collect();
     // gravity pushes as long as the contact lasts, and drives the body on until the stop bears its weight
@@ -454,6 +481,14 @@ fn signs(c: &Campaign, a: &mut Agreement) {
         "force falls in the impact: its sign is turned; it is positive while the stop is pressed",
         "acceleration rises in the impact: its sign is turned; it is negative while the stop pushes back",
     ];
+    if !turned[0].is_empty() && turned[0] == turned[1] {
+        a.contradictions.push(format!(
+            "{}: force falls and acceleration rises in the impact: the columns force and acceleration look swapped, or both \
+             signs are turned; correct the header",
+            named(&turned[0])
+        ));
+        return;
+    }
     for (list, text) in turned.iter().zip(texts).filter(|l| !l.0.is_empty()) {
         a.contradictions.push(format!("{}: {text}", named(list)));
     }
@@ -576,6 +611,35 @@ mod tests {
         let mut c = campaign(1.0);
         c.recordings[4].channels = c.recordings[1].channels.clone();
         assert!(said(&c).1.contains("r04.csv holds the same readings as r01.csv"));
+    }
+
+    #[test]
+    fn swapped_columns_are_named() {
+        let mut c = campaign(1.0);
+        c.recordings.iter_mut().for_each(|r| r.channels.swap(0, 2));
+        assert!(said(&c).1.contains("force and penetration look swapped"), "{:?}", said(&c));
+        let mut c = campaign(1.0);
+        c.recordings.iter_mut().for_each(|r| r.channels.swap(0, 1));
+        assert!(said(&c).1.contains("force and acceleration look swapped"), "{:?}", said(&c));
+    }
+
+    #[test]
+    fn a_contactor_that_begins_where_its_travel_says_is_right_and_another_is_not() {
+        let mut c = campaign(1.0);
+        (c.kind, c.travel) = (Kind::ContactorOpening, Some(0.004));
+        for r in &mut c.recordings {
+            for (x, t) in r.channels[2].as_mut().unwrap().iter_mut().zip(&r.time) {
+                *x = -0.004 * (1.0 - (t / 0.010).min(1.0).powi(2));
+            }
+        }
+        assert_eq!(said(&c), (String::new(), String::new()));
+        let shift = |c: &mut Campaign, by: &dyn Fn(f64) -> f64| {
+            c.recordings.iter_mut().for_each(|r| r.channels[2].iter_mut().flatten().for_each(|x| *x = by(*x)));
+        };
+        shift(&mut c, &|x| x - 0.0008);
+        assert!(said(&c).0.contains("the way from the first sample to the stop over travel is 1.2"), "{:?}", said(&c));
+        shift(&mut c, &|x| x + 0.0058);
+        assert!(said(&c).1.contains("begins at or behind the stop"), "{:?}", said(&c));
     }
 
     #[test]
