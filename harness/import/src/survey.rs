@@ -156,10 +156,25 @@ pub fn survey(path: &Path, source: &mut dyn Source, o: &Options, joined: Option<
     }
     faults.extend(apart(&file).map(|e| format!("{}: {e}", path.display())));
     if faults.is_empty() && file.seen.is_empty() {
-        let columns: Vec<String> = file.groups.iter().map(guess::listed).collect();
+        let several = originals.len() > 1;
+        let columns: Vec<String> = originals.iter().map(|g| guess::listed_in(g, several)).collect();
+        // a sensor's output is scaled, and most files hold the force first
+        let mut outputs = originals.iter().flat_map(|g| g.channels.iter().enumerate().map(move |(k, c)| (g, k, c)));
+        let output = outputs.find(|(_, _, c)| record::units::output(&c.unit).is_some());
+        let such = match output {
+            Some((_, k, c)) => {
+                let named = guess::label(c, k);
+                let of = |role| guess::example(role, &named, &c.unit);
+                format!(
+                    "{} or {}",
+                    of(Role::Reading(record::Channel::Force)),
+                    of(Role::Reading(record::Channel::Acceleration))
+                )
+            }
+            None => "--map force=COLUMN:kN or --map acceleration=COLUMN:10mV/g".to_string(),
+        };
         faults.push(format!(
-            "{}: no column is known to be force, acceleration or penetration; say which, such as --map force=COLUMN:kN or \
-             --map acceleration=COLUMN:10mV/g. Its columns are {}",
+            "{}: no column is known to be force, acceleration or penetration; say which, such as {such}. Its columns are {}",
             path.display(),
             columns.join("; ")
         ));
@@ -400,6 +415,7 @@ mod tests {
     #[test]
     fn a_file_without_a_channel_lists_its_columns() {
         let e = seen(&[("ai0", "V"), ("ai1", "V")], vec![vec![0.0; 20], vec![0.0; 20]]).unwrap_err();
+        assert!(e[0].contains("such as --map force=ai0:2.5mV/N or --map acceleration=ai0:10mV/g"), "{e:?}");
         assert!(e[0].starts_with("a.csv: no column is known") && e[0].contains("\"ai0\" [V], \"ai1\" [V]"), "{e:?}");
         let e = seen(&[("t", "s"), ("F", "N")], vec![vec![0.0; 9], vec![0.0; 9]]).unwrap_err();
         assert!(e[0].contains("fewer than 16 samples"), "{e:?}");

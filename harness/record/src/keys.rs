@@ -245,6 +245,24 @@ fn number(value: &DeValue<'_>) -> Option<f64> {
     }
 }
 
+/// What is measured in an SI unit; None where no other unit is known for it.
+fn quantity(unit: &str) -> Option<&'static str> {
+    let known = [
+        ("kg", "mass"),
+        ("m", "penetration"),
+        ("m/s", "speed"),
+        ("N", "force"),
+        ("N/m", "spring rate"),
+        ("m/s^2", "acceleration"),
+    ];
+    known.iter().find(|k| k.0 == unit).map(|k| k.1)
+}
+
+/// Whether a value in that unit may be written as a text with another.
+pub(crate) fn is_amount(unit: &str) -> bool {
+    quantity(unit).is_some()
+}
+
 /// The amount in a text such as `800 g`, in `unit`, an SI unit; a decimal comma is allowed.
 fn amount(text: &str, unit: &str) -> Result<f64, String> {
     let text = text.trim();
@@ -255,19 +273,9 @@ fn amount(text: &str, unit: &str) -> Result<f64, String> {
     if of.is_empty() {
         return Ok(number);
     }
-    let quantity = match unit {
-        "kg" => "mass",
-        "m" => "penetration",
-        "m/s" => "speed",
-        "N" => "force",
-        "N/m" => "spring rate",
-        "m/s^2" => "acceleration",
-        _ => {
-            return Err(format!(
-                "it takes a plain number{}",
-                if unit.is_empty() { String::new() } else { format!(" in {unit}") }
-            ))
-        }
+    let Some(quantity) = quantity(unit) else {
+        let inside = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
+        return Err(format!("it takes a plain number{inside}"));
     };
     let factor = units::factor(quantity, of)
         .ok_or_else(|| format!("{of:?} is no unit of it: {}", units::instead(quantity, of)))?;
