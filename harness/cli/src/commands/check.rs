@@ -226,7 +226,6 @@ fn words(u: &Understood) -> String {
 /// # Errors
 /// Where it cannot be read at all; what contradicts is among what is understood.
 fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
-    crate::campaign::of_folder(dir)?;
     let agreed = agreement(&record::load(dir, &mechanisms::terms())?);
     let of_dir = |text: &String| format!("{}: {text}", dir.display());
     let mut c = crate::campaign::load(dir).map_err(|e| match agreed.contradictions.first() {
@@ -318,6 +317,11 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let mut failed = false;
     let isolation = a.fmus.isolation()?;
     for dir in &a.campaigns {
+        if let Err(e) = crate::campaign::of_folder(dir) {
+            failed = true;
+            print::error(&format!("{e:#}"));
+            continue;
+        }
         match understood(dir, &isolation) {
             Ok(u) => {
                 // what is to be one JSON text is printed at the end
