@@ -268,7 +268,7 @@ fn pulse(t: f64) -> f64 {
 fn a_german_table_brings_its_mass_and_height_along() {
     let dir = tempfile::tempdir().unwrap();
     let mut files = Vec::new();
-    for (i, height) in [(1, 10.0), (2, 20.0)] {
+    for (i, height) in [(1, 10.0_f64), (2, 20.0)] {
         let mut text =
             format!("Fallmasse\t0,326 kg\nFallhöhe\t{height} mm\n\nZeit [ms]\tKraft [daN]\tBeschl. [m/s²]\n");
         for k in 0..12_000 {
