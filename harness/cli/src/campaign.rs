@@ -1,6 +1,6 @@
 //! A campaign taken in, and what is wrong with it reported, for every command alike.
 
-use anyhow::{Context, Result};
+use anyhow::{bail, Context, Result};
 use host::{Fmus, Isolation};
 use plant::machine::Machine;
 use record::Campaign;
@@ -15,10 +15,65 @@ use std::sync::Arc;
 /// # Errors
 /// Everything wrong with it, a line each; or that no recording is left.
 pub fn load(dir: &Path) -> Result<Campaign> {
+    of_folder(dir)?;
     let c = record::load(dir, &mechanisms::terms())?;
     let c = estimate::usable::usable(c).with_context(|| dir.display().to_string())?;
     Ok(estimate::window::windowed(c))
 }
+
+/// Whether `dir` may be a campaign.
+///
+/// # Errors
+/// A file of an instrument, or a folder of such files: with the line that makes a campaign of them.
+pub fn of_folder(dir: &Path) -> Result<()> {
+    let is_of_instrument = |f: &Path| {
+        let ends = f.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase());
+        f.is_file() && ENDS.contains(&ends.as_str())
+    };
+    let (what, files) = if dir.is_file() {
+        if dir.file_name().is_some_and(|n| n == "campaign.toml") {
+            let folder = dir.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            bail!("{}: this is a file; give its folder, {}", dir.display(), folder.display());
+        }
+        ("this is a file, no campaign", quoted(dir))
+    } else {
+        let found = || std::fs::read_dir(dir).into_iter().flatten().flatten().map(|e| e.path());
+        if !dir.is_dir() || dir.join("campaign.toml").exists() || !found().any(|f| is_of_instrument(&f)) {
+            return Ok(());
+        }
+        let mut ends: Vec<String> = found()
+            .filter(|f| is_of_instrument(f))
+            .filter_map(|f| Some(f.extension()?.to_string_lossy().into_owned()))
+            .collect();
+        ends.sort_unstable();
+        ends.dedup();
+        let quoted = quoted(dir);
+        let all: Vec<String> = ends.iter().map(|e| format!("{quoted}/*.{e}")).collect();
+        ("there is no campaign.toml in it, but files of instruments", all.join(" "))
+    };
+    bail!(
+        "{}: {what}; make a campaign of it: touchdown import {files} --height 200mm --mass 500g --out campaign (with your \
+         height and mass; --list shows what it holds)",
+        dir.display()
+    )
+}
+
+/// A path as a shell takes it.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/\\._-+:,@%".contains(c);
+    if text.chars().all(plain) {
+        text
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
+}
+
+/// Ends of the names of files that instruments write.
+const ENDS: [&str; 21] = [
+    "csv", "txt", "tsv", "dat", "asc", "tdms", "lvm", "mat", "h5", "hdf5", "mf4", "mdf", "wav", "uff", "unv", "xlsx",
+    "xls", "xlsb", "ods", "parquet", "prn",
+];
 
 /// Opens the FMUs that simulate `c` where it is of kind `system`; its moving mass becomes the one that a force at its first
 /// bond moves. Recordings that they do not run through are left out, and named in the warnings. None of another kind.
@@ -71,4 +126,22 @@ pub fn content(dir: &Path) -> Option<String> {
         }
     }
     Some(output::hexadecimal(&hash.finalize()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_instruments_are_answered_with_the_line_to_type() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("drop 1.tdms");
+        std::fs::write(&file, "x").unwrap();
+        let said = |p: &Path| of_folder(p).unwrap_err().to_string();
+        assert!(said(&file).contains("touchdown import '") && said(&file).contains("drop 1.tdms' --height"));
+        assert!(said(dir.path()).contains("/*.tdms --height"), "{}", said(dir.path()));
+        std::fs::write(dir.path().join("campaign.toml"), "").unwrap();
+        assert!(of_folder(dir.path()).is_ok());
+        assert!(said(&dir.path().join("campaign.toml")).contains("give its folder"));
+    }
 }

@@ -254,3 +254,62 @@ fn all_that_is_missing_is_told_at_once_and_nothing_is_written() {
     let (code, _, err) = touchdown(&[&["import", a], &full[..]].concat());
     assert!(code == Some(2) && err.contains("is there already"), "{err}");
 }
+
+/// A half sine of 2 ms at 60 ms in a course of 120 ms.
+fn pulse(t: f64) -> f64 {
+    if (0.060..0.062).contains(&t) {
+        (std::f64::consts::PI * (t - 0.060) / 0.002).sin()
+    } else {
+        0.0
+    }
+}
+
+#[test]
+fn a_german_table_brings_its_mass_and_height_along() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut files = Vec::new();
+    for (i, height) in [(1, 10.0_f64), (2, 20.0)] {
+        let mut text =
+            format!("Fallmasse\t0,326 kg\nFallhöhe\t{height} mm\n\nZeit [ms]\tKraft [daN]\tBeschl. [m/s²]\n");
+        for k in 0..12_000 {
+            let (t, noise) = (1e-5 * f64::from(k), 1e-3 * f64::from((k * 7919) % 13 - 6));
+            let force = 500.0 * height.sqrt() * pulse(t) + noise;
+            writeln!(text, "{}\t{}\t{}", comma(1e3 * t), comma(0.1 * force), comma(-force / 0.326)).unwrap();
+        }
+        let path = dir.path().join(format!("versuch {i}.tsv"));
+        std::fs::write(&path, text).unwrap();
+        files.push(path.to_str().unwrap().to_string());
+    }
+    let out = dir.path().join("out");
+    let (code, said, err) = touchdown(&["import", &files[0], &files[1], "--out", out.to_str().unwrap()]);
+    assert_eq!(code, Some(0), "{said}{err}");
+    let c = load(&out);
+    assert_eq!((c.moving_mass, c.recordings[1].drop_height), (Some(0.326), Some(0.02)));
+    let (_, said, err) = touchdown(&["check", &files[0]]);
+    assert!(err.contains("touchdown import '") && err.contains("versuch 1.tsv'"), "{said}{err}");
+}
+
+#[test]
+fn a_channel_with_a_time_of_its_own_is_not_paired_by_row() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut text = String::from("time 1 [s],force [lbs],time 2 [s],acceleration [ft/s^2]\n");
+    for k in 0..12_000 {
+        let (t, noise) = (1e-5 * f64::from(k), 1e-3 * f64::from((k * 7919) % 13 - 6));
+        let later = t + 2e-3;
+        writeln!(text, "{t:.7},{:.6},{later:.7},{:.6}", 500.0 * pulse(t) + noise, -900.0 * pulse(later) + noise)
+            .unwrap();
+    }
+    let (file, out) = (dir.path().join("two.csv"), dir.path().join("out"));
+    std::fs::write(&file, text).unwrap();
+    let known = ["--mass", "0.5", "--height", "20mm", "--out", out.to_str().unwrap()];
+    let (code, said, err) = touchdown(&[&["import", file.to_str().unwrap()], &known[..]].concat());
+    assert!(code == Some(0) && said.contains("has its own time"), "{said}{err}");
+    let c = load(&out);
+    let r = &c.recordings[0];
+    let middle = |channel: usize| {
+        let y = r.channels[channel].as_ref().unwrap();
+        let weight: f64 = y.iter().map(|v| v.abs()).sum();
+        r.time.iter().zip(y).map(|(t, v)| t * v.abs()).sum::<f64>() / weight
+    };
+    assert!((middle(0) - middle(1)).abs() < 2e-5, "{} {}", middle(0), middle(1));
+}

@@ -88,6 +88,8 @@ struct Gather<'a> {
     count: u64,
     rows: Vec<[f64; 4]>,
     missing: u64,
+    /// Rows with a reading over the instrument's range.
+    over: u64,
 }
 
 /// Whether a value in SI is one that was measured: neither missing, nor beyond what a unit can mean.
@@ -102,7 +104,8 @@ impl Gather<'_> {
         }
         let has = self.track.channels.each_ref().map(Option::is_some);
         if !is_reading(time) || y.iter().zip(has).any(|(v, h)| h && !is_reading(*v)) {
-            self.missing += 1;
+            let over = y.iter().zip(has).any(|(v, h)| h && v.is_infinite());
+            *(if over { &mut self.over } else { &mut self.missing }) += 1;
             return;
         }
         for (s, v) in self.sum.iter_mut().zip([time, y[0], y[1], y[2]]) {
@@ -136,6 +139,7 @@ pub fn cut(
             count: 0,
             rows: Vec::new(),
             missing: 0,
+            over: 0,
         })
         .collect();
     let last = spans.iter().map(|s| s.0.rows.1).max().unwrap_or(0);
@@ -163,6 +167,12 @@ fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
     let mut notes = Vec::new();
     if g.missing > 0 {
         notes.push(format!("{} samples are missing in the file", g.missing));
+    }
+    if g.over > 0 {
+        notes.push(format!(
+            "{} samples are over the range of the instrument and were left out: its range is too small for this impact",
+            g.over
+        ));
     }
     if g.of > 1 {
         notes.push(format!("means of {} samples are taken: it holds more than {MOST}", g.of));

@@ -27,9 +27,87 @@ const SHORT: [(&str, &str); 7] = [
     ("impact_velocity", "impact_speed"),
 ];
 
-/// The key of that name or short name, whatever its case, blanks and hyphens.
+/// Names of keys as engineers write them in other languages, in lower case, accents and blanks put away.
+const ABROAD: [(&str, &[&str]); 5] = [
+    (
+        "drop_height",
+        &[
+            "fallhoehe",
+            "falltiefe",
+            "abwurfhoehe",
+            "hoehe",
+            "hauteur",
+            "hauteur_de_chute",
+            "altura",
+            "altura_de_caida",
+            "altezza",
+            "altezza_di_caduta",
+            "altezza_caduta",
+            "跌落高度",
+            "下落高度",
+            "落下高さ",
+            "落下高度",
+            "落差",
+            "高度",
+            "高さ",
+        ],
+    ),
+    (
+        "impact_speed",
+        &[
+            "aufprallgeschwindigkeit",
+            "auftreffgeschwindigkeit",
+            "geschwindigkeit",
+            "stossgeschwindigkeit",
+            "vitesse",
+            "vitesse_d_impact",
+            "vitesse_impact",
+            "velocidad",
+            "velocidad_de_impacto",
+            "velocita",
+            "velocita_d_impatto",
+            "velocita_di_impatto",
+            "冲击速度",
+            "撞击速度",
+            "衝突速度",
+            "衝撃速度",
+            "速度",
+        ],
+    ),
+    (
+        "spring_preload",
+        &[
+            "vorspannkraft",
+            "vorspannung",
+            "federvorspannung",
+            "federvorspannkraft",
+            "precharge",
+            "precharge_du_ressort",
+            "precarga",
+            "precarga_del_muelle",
+            "precarico",
+            "precarico_della_molla",
+            "预紧力",
+            "预载",
+            "予圧",
+            "初期荷重",
+        ],
+    ),
+    ("order", &["reihenfolge", "ordre", "orden", "ordine", "顺序", "順序", "順番"]),
+    ("level", &["stufe", "niveau", "nivel", "livello", "等级", "级别", "レベル"]),
+];
+
+/// A name as keys are compared: lower case, letters with accents as without, `_` for blanks, hyphens and apostrophes.
+pub(crate) fn folded(name: &str) -> String {
+    crate::words::plain(name.trim()).replace([' ', '-', '\'', '\u{2019}'], "_")
+}
+
+/// The key of that name or short name, in any of the languages, whatever its case, blanks and hyphens.
 pub fn key(name: &str) -> Option<&'static str> {
-    let plain = name.trim().to_lowercase().replace([' ', '-'], "_");
+    let plain = folded(name);
+    if let Some(abroad) = ABROAD.iter().find(|a| a.1.contains(&plain.as_str())) {
+        return Some(abroad.0);
+    }
     let long = SHORT.iter().find(|s| s.0 == plain).map_or(plain.as_str(), |s| s.1);
     KEYS.iter().find(|k| k.0 == long).map(|k| k.0)
 }
@@ -116,6 +194,27 @@ impl Facts {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn keys_are_known_as_engineers_write_them() {
+        for (name, of) in [
+            ("Fallhöhe", "drop_height"),
+            ("fallhoehe", "drop_height"),
+            ("Hauteur de chute", "drop_height"),
+            ("Altura de caída", "drop_height"),
+            ("Altezza di caduta", "drop_height"),
+            ("落下高さ", "drop_height"),
+            ("跌落高度", "drop_height"),
+            ("Aufprallgeschwindigkeit", "impact_speed"),
+            ("vitesse d'impact", "impact_speed"),
+            ("Velocità d’impatto", "impact_speed"),
+            ("Federvorspannung", "spring_preload"),
+            ("Drop Height", "drop_height"),
+        ] {
+            assert_eq!(key(name), Some(of), "{name}");
+        }
+        assert_eq!(key("Temperatur"), None);
+    }
 
     #[test]
     fn facts_carry_their_unit_and_what_comes_first_stays() {

@@ -108,11 +108,14 @@ fn runs(buckets: &[Bucket], level: &Level, rows: u64) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     for (i, b) in buckets.iter().enumerate() {
         let reach = level.reach(b);
+        // of a bucket without samples it is minus infinity
         if reach <= level.level {
             continue;
         }
+        // what is missing in a contact does not part it
+        let apart = |r: &Run| buckets[r.last + 1..i].iter().filter(|b| b.holds()).count() < gap;
         match runs.last_mut() {
-            Some(r) if i - r.last <= gap => (r.last, r.peak) = (i, r.peak.max(reach)),
+            Some(r) if apart(r) => (r.last, r.peak) = (i, r.peak.max(reach)),
             _ => runs.push(Run { first: i, last: i, peak: reach }),
         }
     }
@@ -240,6 +243,19 @@ pub(crate) mod tests {
         // noise alone, and one spike in it
         assert_eq!(course(Channel::Force, 100_000, 2e-5, 0.0, &[]).level, None);
         assert_eq!(course(Channel::Force, 100_000, 2e-5, 0.0, &[(500, 2, 900.0)]).level, None);
+    }
+
+    #[test]
+    fn samples_missing_in_a_contact_make_no_two_impacts_of_it() {
+        let mut e = Envelope::new([true, false, false]);
+        for i in 0..20_000u64 {
+            let pulse =
+                if (9000..9100).contains(&i) { (std::f64::consts::PI * (i - 9000) as f64 / 100.0).sin() } else { 0.0 };
+            let y = if (9045..9060).contains(&i) { f64::NAN } else { 500.0 * pulse + noise(i) };
+            e.add(2e-5 * i as f64, [y, f64::NAN, f64::NAN]);
+        }
+        let f = find(&e, 0, 0.05);
+        assert_eq!((f.drops.len(), f.drops[0].contacts.len()), (1, 1), "{:?}", f.drops);
     }
 
     #[test]

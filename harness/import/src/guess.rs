@@ -19,7 +19,7 @@ pub struct Taken {
     /// What it was taken by.
     pub why: String,
     /// How plain that is: 3 said, 2 unit and name, 1 one of them.
-    plain: u8,
+    pub(crate) plain: u8,
 }
 
 /// The columns of a group, each with its role.
@@ -108,7 +108,7 @@ pub fn columns(group: &Group, map: &[Mapped]) -> Result<Columns, Vec<String>> {
     let mut used = vec![false; group.channels.len()];
     for m in map {
         let meant = group.channels.iter().enumerate().find_map(|(i, c)| {
-            let said = m.of(&c.name, i + 1, &c.unit)?;
+            let said = m.of(&group.name, &c.name, i + 1, &c.unit)?;
             Some((i, c, said))
         });
         // another group may hold it
@@ -158,23 +158,45 @@ pub fn columns(group: &Group, map: &[Mapped]) -> Result<Columns, Vec<String>> {
     }
 }
 
-/// A `--map` to write.
+/// A `--map` to write for a column in `unit`: what its sensor gives of it, its unit as it is spelt here, or another one
+/// where that says nothing.
 pub(crate) fn example(role: Role, column: &str, unit: &str) -> String {
-    let volts = matches!(unit.trim(), "V" | "mV");
-    let unit = match role {
+    let of_sensor = match role {
+        Role::Time => None,
+        Role::Reading(c) => units::output(unit).map(|(base, _)| {
+            let (v, a, q) = match c {
+                record::Channel::Force => ("2.5mV/N", "4mA/kN", "4pC/N"),
+                record::Channel::Acceleration => ("10mV/g", "4mA/g", "10pC/g"),
+                record::Channel::Penetration => ("2mm/V", "1mm/mA", "4pC/mm"),
+            };
+            match base {
+                "V" => v,
+                "A" => a,
+                _ => q,
+            }
+        }),
+    };
+    let usual = match role {
         Role::Time => "ms",
-        Role::Reading(record::Channel::Force) if volts => "2.5mV/N",
-        Role::Reading(record::Channel::Acceleration) if volts => "10mV/g",
-        Role::Reading(record::Channel::Penetration) if volts => "2mm/V",
         Role::Reading(record::Channel::Force) => "kN",
         Role::Reading(record::Channel::Acceleration) => "g",
         Role::Reading(record::Channel::Penetration) => "mm",
     };
+    let unit = of_sensor.or_else(|| units::nearest(role.name(), unit.trim())).unwrap_or(usual);
     let entry = format!("{}={column}:{unit}", role.name());
     if entry.contains(' ') {
         format!("--map '{entry}'")
     } else {
         format!("--map {entry}")
+    }
+}
+
+/// The same with the group's name in front, by which `--map` names its columns where there are several groups.
+pub(crate) fn listed_in(group: &Group, several: bool) -> String {
+    if several && !group.name.is_empty() {
+        format!("of {:?}: {}", group.name, listed(group))
+    } else {
+        listed(group)
     }
 }
 
@@ -231,6 +253,9 @@ pub(crate) mod tests {
         assert_eq!(found.left.len(), 5);
         assert_eq!(found.unclear.len(), 2);
         assert!(found.unclear[0].1.contains("--map force=Force:2.5mV/N"), "{:?}", found.unclear);
+        let cure = |unit: &str| example(Role::Reading(record::Channel::Force), "F", unit);
+        assert_eq!((cure("Volts"), cure("pC")), ("--map force=F:2.5mV/N".into(), "--map force=F:4pC/N".into()));
+        assert_eq!((cure("KN"), cure("")), ("--map force=F:kN".into(), "--map force=F:kN".into()));
         let found = columns(&g, &parse("force=ai0:2.5mV/N:negative").unwrap()).unwrap();
         let force = found.of(Role::Reading(record::Channel::Force))[0];
         assert_eq!((force.name.as_str(), force.factor, force.sign), ("ai0", 400.0, Some(-1.0)));

@@ -1,6 +1,6 @@
 //! From the files that instruments write to a campaign of format `recordings/1`.
 //!
-//! Data go one way: a file's columns get their roles (`guess`), parted into recordings that lie side by side (`split`), read
+//! Data go one way: a file's columns get their roles (`guess`), those of several clocks are brought onto one (`join`), parted into recordings that lie side by side (`split`), read
 //! once for where the impacts lie (`survey`, `find`), made into a plan with what is known of each recording (`plan`), read a
 //! second time for the samples around the impacts (`cut`), and written (`write`). Memory does not grow with the length of a
 //! file. Nothing is asked here: what is missing is in the plan.
@@ -11,6 +11,7 @@ mod envelope;
 mod facts;
 mod find;
 mod guess;
+mod join;
 mod list;
 mod map;
 mod names;
@@ -106,7 +107,9 @@ impl Default for Options {
 /// Everything that is not clear or cannot be read, each with the file, the place and the cure.
 fn look(path: &Path, o: &Options, open: Open) -> Result<File, Vec<String>> {
     let mut source = open(path).map_err(|e| vec![e.to_string()])?;
-    survey::survey(path, source.as_mut(), o)
+    let joined = join::plan(source.as_mut(), o).map_err(|e| vec![format!("{}: {e}", path.display())])?;
+    let mut tables = join::opened(path, source, open, joined.clone());
+    survey::survey(path, &mut tables, o, Some(&joined))
 }
 
 /// Looks at files, several at once, in their order; `done` is called after each.

@@ -2,6 +2,7 @@
 
 use crate::amount::brief;
 use crate::guess::{columns, label};
+use crate::join;
 use crate::split::{tracks, Time};
 use crate::{Open, Options};
 use instruments::Source;
@@ -57,7 +58,12 @@ pub struct ListedChannel {
 pub fn list(path: &Path, o: &Options, open: Open) -> Result<Listed, String> {
     let mut source = open(path).map_err(|e| e.to_string())?;
     let groups = (0..source.groups().len()).map(|i| group(&mut *source, i, o)).collect::<Result<_, _>>()?;
-    Ok(Listed { file: path.into(), groups, notes: source.notes().to_vec() })
+    let mut notes = source.notes().to_vec();
+    match join::plan(&mut *source, o) {
+        Ok(joined) => notes.extend(joined.notes),
+        Err(e) => notes.push(e),
+    }
+    Ok(Listed { file: path.into(), groups, notes })
 }
 
 fn group(source: &mut dyn Source, i: usize, o: &Options) -> Result<ListedGroup, String> {

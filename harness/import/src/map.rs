@@ -23,23 +23,6 @@ pub struct Said {
     pub note: Option<String>,
 }
 
-/// Units of a sensor's output: the unit, its base, and the factor to that.
-const OUTPUTS: [(&str, &str, f64); 9] = [
-    ("V", "V", 1.0),
-    ("mV", "V", 1e-3),
-    ("uV", "V", 1e-6),
-    ("µV", "V", 1e-6),
-    ("A", "A", 1.0),
-    ("mA", "A", 1e-3),
-    ("C", "C", 1.0),
-    ("nC", "C", 1e-9),
-    ("pC", "C", 1e-12),
-];
-
-fn output(unit: &str) -> Option<(&'static str, f64)> {
-    OUTPUTS.iter().find(|o| o.0 == unit.trim()).map(|o| (o.1, o.2))
-}
-
 /// Reads a list of entries, parted by commas before the next `ROLE=`.
 ///
 /// # Errors
@@ -70,19 +53,30 @@ pub fn parse(text: &str) -> Result<Vec<Mapped>, String> {
 }
 
 impl Mapped {
-    /// What the entry says where it means the column of that name, the `number`-th of its group, counted from 1; None where
-    /// it means another one.
+    /// What the entry says where it means the column of that name, the `number`-th of the group `group`, counted from 1; None
+    /// where it means another one. A column of one group among several is also `GROUP/COLUMN` and `GROUP/#3`.
     ///
     /// # Errors
     /// What is wrong with what stands behind the column's name.
-    pub fn of(&self, name: &str, number: usize, unit: &str) -> Option<Result<Said, String>> {
+    pub fn of(&self, group: &str, name: &str, number: usize, unit: &str) -> Option<Result<Said, String>> {
         let after = |column: &str| {
             let head = self.text.get(..column.len()).filter(|h| h.eq_ignore_ascii_case(column))?;
             let rest = &self.text[head.len()..];
             (rest.is_empty() || rest.starts_with(':')).then_some(rest)
         };
-        let rest = after(name).filter(|_| !name.is_empty()).or_else(|| after(&format!("#{number}")))?;
+        let of_group = |column: &str| {
+            let joined = || ['/', '.'].into_iter().find_map(|by| after(&format!("{group}{by}{column}")));
+            after(column).or_else(|| if group.is_empty() { None } else { joined() })
+        };
+        let named = if name.is_empty() { None } else { of_group(name) };
+        let rest = named.or_else(|| of_group(&format!("#{number}")))?;
         Some(self.said(rest, unit).map_err(|e| format!("--map {}={}: {e}", self.role.name(), self.text)))
+    }
+
+    /// The column of a group that the entry means, from 0; None where it means none.
+    pub(crate) fn column(&self, group: &instruments::Group) -> Option<usize> {
+        let means = |(k, c): (usize, &instruments::Channel)| self.of(&group.name, &c.name, k + 1, &c.unit).is_some();
+        group.channels.iter().enumerate().position(means)
     }
 
     /// The column as the entry names it, to say that there is none.
@@ -110,9 +104,7 @@ impl Mapped {
         let (number, unit) = split(word).unwrap_or((1.0, word));
         let quantity = self.role.name();
         let of = |unit: &str| {
-            let known = units::factor(quantity, unit)
-                .or_else(|| units::measured(unit).filter(|m| m.0 == quantity).map(|m| m.1));
-            known
+            units::factor(quantity, unit)
                 .ok_or_else(|| format!("unit {unit:?} does not measure {quantity}; {}", units::instead(quantity, unit)))
         };
         let wrong = |n: f64| !(n.is_finite() && n != 0.0);
@@ -120,11 +112,11 @@ impl Mapped {
             return Err(format!("a factor of {number} leaves nothing"));
         }
         // reading / sensitivity: 2.5mV/N
-        let sensitivity = unit.split_once('/').and_then(|(o, u)| Some((output(o)?, u, -1)));
+        let sensitivity = unit.split_once('/').and_then(|(o, u)| Some((units::output(o)?, u, -1)));
         // reading x gain: 200N/V
-        let gain = unit.rsplit_once('/').and_then(|(u, o)| Some((output(o)?, u, 1)));
+        let gain = unit.rsplit_once('/').and_then(|(u, o)| Some((units::output(o)?, u, 1)));
         let Some(((base, per), unit, way)) = sensitivity.or(gain) else { return Ok((number * of(unit)?, None)) };
-        let (reading, note) = match output(in_file) {
+        let (reading, note) = match units::output(in_file) {
             Some((b, f)) if b == base => (f, None),
             Some(_) => return Err(format!("the column is in {in_file}, the sensitivity in {base}")),
             None if in_file.is_empty() => (1.0, Some(format!("its readings, without a unit, are taken as {base}"))),
@@ -140,7 +132,7 @@ mod tests {
     use super::*;
 
     fn said(text: &str, name: &str, unit: &str) -> Result<Said, String> {
-        parse(text).unwrap()[0].of(name, 2, unit).unwrap()
+        parse(text).unwrap()[0].of("", name, 2, unit).unwrap()
     }
 
     fn factor(text: &str, name: &str, unit: &str) -> f64 {
@@ -163,6 +155,13 @@ mod tests {
         near(factor("acceleration=x:100 m/s^2/V", "x", "V"), 100.0);
         near(factor("force=x:4pC/N", "x", "pC"), 0.25);
         near(factor("force=x:0.5N", "x", ""), 0.5);
+        for volts in ["Volt", "Volts", "volts", "VDC"] {
+            near(factor("force=x:200N/V", "x", volts), 200.0);
+            near(factor("force=x:2.5mVolt/lbf", "x", volts), 400.0 * 4.4482216152605);
+        }
+        near(factor("force=x:200N/V", "x", "mVolt"), 0.2);
+        near(factor("acceleration=x:ft/s^2", "x", ""), 0.3048);
+        near(factor("force=x:lbs", "x", ""), 4.4482216152605);
         assert!(said("force=x:2.5mV/N", "x", "").unwrap().note.unwrap().contains("taken as V"));
         assert_eq!(said("force=Dev1:ai0", "Dev1:ai0", ""), Ok(Said::default()));
     }
@@ -172,7 +171,11 @@ mod tests {
         let all = parse("force=a, b:kN,time=t:ms,displacement=#3").unwrap();
         assert_eq!(all.len(), 3);
         assert_eq!((all[0].text(), all[2].role.name()), ("a, b:kN", "penetration"));
-        assert!(all[1].of("force", 1, "").is_none());
+        assert!(all[1].of("", "force", 1, "").is_none());
+        let of = |group: &str| {
+            parse("force=drop_2/force:kN").unwrap()[0].of(group, "force", 1, "").map(|s| s.unwrap().factor)
+        };
+        assert_eq!((of("drop_1"), of("drop_2")), (None, Some(Some(1e3))));
         assert!(parse("farce=a").unwrap_err().contains("did you mean \"force\""));
         assert!(parse("force=").is_err());
         for (text, unit, part) in [

@@ -2,7 +2,7 @@
 
 use crate::amount::{amount, brief, digits};
 use crate::cut::{around, Cut, Span};
-use crate::facts::{key, Fact, Facts, Value, KEYS};
+use crate::facts::{folded, key, Fact, Facts, Value, KEYS};
 use crate::names::{by_count, guess, orders};
 use crate::survey::{File, Seen, Stretch};
 use crate::Options;
@@ -77,6 +77,64 @@ const RIG: [(&str, &str, &str, &str, &[Kind]); 3] = [
     ("moving_mass", "mass", "kg", "--mass", &[Kind::DropTest, Kind::ContactorOpening]),
     ("travel", "penetration", "m", "--travel", &[Kind::ContactorOpening]),
     ("return_spring_rate", "spring rate", "N/m", "--spring-rate", &[Kind::ContactorOpening]),
+];
+
+/// Names of properties that hold keys of [rig], as engineers write them, folded.
+const WORDS: [(&str, &[&str]); 3] = [
+    (
+        "moving_mass",
+        &[
+            "moving_mass",
+            "mass",
+            "drop_mass",
+            "impactor_mass",
+            "masse",
+            "fallmasse",
+            "bewegte_masse",
+            "fallgewicht",
+            "stoessermasse",
+            "masse_mobile",
+            "masse_en_mouvement",
+            "masse_tombante",
+            "masa",
+            "masa_movil",
+            "massa",
+            "massa_mobile",
+            "massa_battente",
+            "质量",
+            "落锤质量",
+            "运动质量",
+            "質量",
+            "可動質量",
+            "落下質量",
+            "錘質量",
+        ],
+    ),
+    (
+        "travel",
+        &["travel", "hub", "schaltweg", "oeffnungsweg", "course", "carrera", "corsa", "行程", "开距", "ストローク"],
+    ),
+    (
+        "return_spring_rate",
+        &[
+            "return_spring_rate",
+            "spring_rate",
+            "federrate",
+            "federkonstante",
+            "federsteifigkeit",
+            "raideur",
+            "raideur_du_ressort",
+            "rigidez",
+            "rigidez_del_muelle",
+            "constante_del_muelle",
+            "rigidezza",
+            "rigidezza_della_molla",
+            "costante_della_molla",
+            "弹簧刚度",
+            "ばね定数",
+            "バネ定数",
+        ],
+    ),
 ];
 
 /// Plans a campaign out of files that were understood. `files` are put in the order in which people count their names.
@@ -400,17 +458,13 @@ fn rig(p: &mut Plan, files: &[File], o: &Options) {
             p.rig.push(Given { key, value, unit, from: flag.into() });
             continue;
         }
-        let words: &[&str] = match key {
-            "moving_mass" => &["moving mass", "mass", "masse", "drop mass", "impactor mass"],
-            "travel" => &["travel"],
-            _ => &["return spring rate", "spring rate"],
-        };
+        let words = WORDS.iter().find(|w| w.0 == key).map_or(&[][..], |w| w.1);
         let mut said: BTreeMap<String, String> = BTreeMap::new();
         for f in files {
             for (name, text) in f.groups.iter().flat_map(|g| &g.properties) {
                 let (bare, in_name) = name.split_once(['[', '(']).unwrap_or((name, ""));
                 let in_name = in_name.trim_end_matches([']', ')', ' ']);
-                let plain = bare.trim().to_lowercase().replace('_', " ");
+                let plain = folded(bare);
                 let with = if in_name.is_empty() { text.clone() } else { format!("{text} {in_name}") };
                 let bare_number = with.trim().replacen(',', ".", 1).parse::<f64>().is_ok();
                 if let (true, false, Ok(v)) = (words.contains(&plain.as_str()), bare_number, amount(&with, quantity)) {
@@ -510,7 +564,7 @@ mod tests {
         let mut g = group(&[("t", "s"), ("F", "N")]);
         g.properties = properties.iter().map(|p| (p.0.to_string(), p.1.to_string())).collect();
         let mut m = Memory { groups: vec![g], samples: vec![vec![t, f]], notes: Vec::new() };
-        survey(Path::new(name), &mut m, &Options::default()).unwrap()
+        survey(Path::new(name), &mut m, &Options::default(), None).unwrap()
     }
 
     fn said(p: &Plan) -> Vec<(&str, f64, f64)> {

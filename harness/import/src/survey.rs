@@ -5,7 +5,7 @@ use crate::cut::is_reading;
 use crate::envelope::Envelope;
 use crate::find::{find, Found};
 use crate::guess::{self, columns};
-use crate::map::Mapped;
+use crate::join::{meant, Joined};
 use crate::split::{tracks, Time, Track};
 use crate::words::Role;
 use crate::Options;
@@ -61,6 +61,8 @@ pub struct File {
     pub taken: Vec<String>,
     /// What was left out, and why.
     pub left: Vec<String>,
+    /// Its groups as they were joined.
+    pub(crate) joined: Option<Joined>,
 }
 
 impl File {
@@ -87,25 +89,26 @@ fn place(groups: &[Group], group: usize) -> String {
 ///
 /// # Errors
 /// Everything that is not clear or cannot be read, each with the file, the place and the cure.
-pub fn survey(path: &Path, source: &mut dyn Source, o: &Options) -> Result<File, Vec<String>> {
+pub fn survey(path: &Path, source: &mut dyn Source, o: &Options, joined: Option<&Joined>) -> Result<File, Vec<String>> {
     let groups = source.groups().to_vec();
+    let originals = joined.map_or(groups.clone(), |j| j.originals.clone());
     let left: Vec<String> = source.notes().to_vec();
-    let mut file = File { path: path.to_path_buf(), groups, seen: Vec::new(), taken: Vec::new(), left };
+    let taken_so_far = joined.map_or(Vec::new(), |j| j.notes.clone());
+    let joined = joined.cloned();
+    let mut file =
+        File { path: path.to_path_buf(), groups, seen: Vec::new(), taken: taken_so_far, left, joined: joined.clone() };
     let mut faults = Vec::new();
-    let mut mapped = vec![false; o.map.len()];
+    let mapped: Vec<bool> = o.map.iter().map(|m| originals.iter().any(|g| m.column(g).is_some())).collect();
     for i in 0..file.groups.len() {
         let group = file.groups[i].clone();
         let at = place(&file.groups, i);
-        for (m, used) in o.map.iter().zip(&mut mapped) {
-            let means = |(k, c): (usize, &instruments::Channel)| m.of(&c.name, k + 1, &c.unit).is_some();
-            *used |= group.channels.iter().enumerate().any(means);
-        }
         let of_file = |e: String| format!("{}: {at}{e}", path.display());
-        if !meant(&group, o) {
+        let own = joined.as_ref().and_then(|j| j.columns(i)).cloned();
+        if own.is_none() && !meant(&group, &o.map) {
             file.left.push(format!("{at}--map names no column of it"));
             continue;
         }
-        let found = match columns(&group, &o.map) {
+        let found = match own.map_or_else(|| columns(&group, &o.map), Ok) {
             Ok(c) => c,
             Err(e) => {
                 faults.extend(e.into_iter().map(of_file));
@@ -139,8 +142,8 @@ pub fn survey(path: &Path, source: &mut dyn Source, o: &Options) -> Result<File,
         }
     }
     for (m, _) in o.map.iter().zip(&mapped).filter(|m| !m.1) {
-        let columns: Vec<String> = file.groups.iter().map(guess::listed).collect();
-        let names: Vec<&String> = file.groups.iter().flat_map(|g| &g.channels).map(|c| &c.name).collect();
+        let columns: Vec<String> = originals.iter().map(|g| guess::listed_in(g, originals.len() > 1)).collect();
+        let names: Vec<&String> = originals.iter().flat_map(|g| &g.channels).map(|c| &c.name).collect();
         let column = m.text().split(':').next().unwrap_or_default();
         faults.push(format!(
             "{}: --map {}={}: there is no such column; its columns are {}{}",
@@ -153,10 +156,25 @@ pub fn survey(path: &Path, source: &mut dyn Source, o: &Options) -> Result<File,
     }
     faults.extend(apart(&file).map(|e| format!("{}: {e}", path.display())));
     if faults.is_empty() && file.seen.is_empty() {
-        let columns: Vec<String> = file.groups.iter().map(guess::listed).collect();
+        let several = originals.len() > 1;
+        let columns: Vec<String> = originals.iter().map(|g| guess::listed_in(g, several)).collect();
+        // a sensor's output is scaled, and most files hold the force first
+        let mut outputs = originals.iter().flat_map(|g| g.channels.iter().enumerate().map(move |(k, c)| (g, k, c)));
+        let output = outputs.find(|(_, _, c)| record::units::output(&c.unit).is_some());
+        let such = match output {
+            Some((_, k, c)) => {
+                let named = guess::label(c, k);
+                let of = |role| guess::example(role, &named, &c.unit);
+                format!(
+                    "{} or {}",
+                    of(Role::Reading(record::Channel::Force)),
+                    of(Role::Reading(record::Channel::Acceleration))
+                )
+            }
+            None => "--map force=COLUMN:kN or --map acceleration=COLUMN:10mV/g".to_string(),
+        };
         faults.push(format!(
-            "{}: no column is known to be force, acceleration or penetration; say which, such as --map force=COLUMN:kN or \
-             --map acceleration=COLUMN:10mV/g. Its columns are {}",
+            "{}: no column is known to be force, acceleration or penetration; say which, such as {such}. Its columns are {}",
             path.display(),
             columns.join("; ")
         ));
@@ -176,13 +194,6 @@ pub fn survey(path: &Path, source: &mut dyn Source, o: &Options) -> Result<File,
     } else {
         Err(faults)
     }
-}
-
-/// Whether a group is meant, where `--map` names channels.
-fn meant(group: &Group, o: &Options) -> bool {
-    let mut named = o.map.iter().filter(|m| m.role != Role::Time).peekable();
-    let holds = |m: &Mapped| group.channels.iter().enumerate().any(|(k, c)| m.of(&c.name, k + 1, &c.unit).is_some());
-    named.peek().is_none() || named.any(holds)
 }
 
 /// Channels of one recording that lie in two groups, sampled apart: taken as two recordings they would be wrong.
@@ -361,7 +372,7 @@ mod tests {
     fn seen(columns: &[(&str, &str)], samples: Vec<Vec<f64>>) -> Result<File, Vec<String>> {
         let groups = vec![group(columns)];
         let mut m = Memory { groups, samples: vec![samples], notes: Vec::new() };
-        survey(Path::new("a.csv"), &mut m, &Options::default())
+        survey(Path::new("a.csv"), &mut m, &Options::default(), None)
     }
 
     #[test]
@@ -394,16 +405,17 @@ mod tests {
             samples: vec![vec![t.clone(), t.clone()], vec![t.clone(), t]],
             notes: Vec::new(),
         };
-        let e = survey(Path::new("a.mf4"), &mut m, &Options::default()).unwrap_err();
+        let e = survey(Path::new("a.mf4"), &mut m, &Options::default(), None).unwrap_err();
         assert!(e[0].contains("sampled apart") && e[0].contains("--map 'force=F'"), "{e:?}");
         let map = crate::map::parse("force=F").unwrap();
-        let f = survey(Path::new("a.mf4"), &mut m, &Options { map, ..Options::default() }).unwrap();
+        let f = survey(Path::new("a.mf4"), &mut m, &Options { map, ..Options::default() }, None).unwrap();
         assert_eq!((f.seen.len(), f.left.len()), (1, 1));
     }
 
     #[test]
     fn a_file_without_a_channel_lists_its_columns() {
         let e = seen(&[("ai0", "V"), ("ai1", "V")], vec![vec![0.0; 20], vec![0.0; 20]]).unwrap_err();
+        assert!(e[0].contains("such as --map force=ai0:2.5mV/N or --map acceleration=ai0:10mV/g"), "{e:?}");
         assert!(e[0].starts_with("a.csv: no column is known") && e[0].contains("\"ai0\" [V], \"ai1\" [V]"), "{e:?}");
         let e = seen(&[("t", "s"), ("F", "N")], vec![vec![0.0; 9], vec![0.0; 9]]).unwrap_err();
         assert!(e[0].contains("fewer than 16 samples"), "{e:?}");

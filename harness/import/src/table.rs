@@ -13,15 +13,20 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a CSV file with a header: a column `file`, and columns `name [unit]` of facts.
+    /// Reads a text in any dialect with a header: a column `file`, and columns `name [unit]` of facts.
     ///
     /// # Errors
     /// Everything wrong with it, with file and line.
     pub fn read(path: &Path) -> Result<Table, Vec<String>> {
         let name = path.display().to_string();
-        let file = input::open_at_most(path, input::TEXT)
-            .map_err(|e| vec![format!("{name}: cannot be read ({e}); give a CSV file with a column file")])?;
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(file);
+        let (lines, delimiter) = instruments::lines(path, input::TEXT)
+            .map_err(|e| vec![format!("{e}, as a CSV file with a column file")])
+            .map(parted)?;
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .delimiter(delimiter)
+            .flexible(true)
+            .from_reader(lines.as_bytes());
         let head = reader.headers().map_err(|e| vec![format!("{name}:1: {e}; write a header")])?.clone();
         let mut faults = Vec::new();
         let columns: Vec<Option<(&'static str, String)>> = head
@@ -34,7 +39,7 @@ impl Table {
                 }
             })
             .collect();
-        let Some(file) = head.iter().position(|h| h == "file") else {
+        let Some(file) = head.iter().position(is_file) else {
             faults.push(format!("{name}:1: there is no column file; add it, with the name of each file"));
             return Err(faults);
         };
@@ -48,6 +53,18 @@ impl Table {
                 }
             };
             let line = row.position().map_or(0, |p| p.line());
+            if row.iter().all(str::is_empty) {
+                continue;
+            }
+            if row.len() > head.len() && !row.iter().skip(head.len()).all(str::is_empty) {
+                let cure = "write semicolons between the cells where numbers have decimal commas";
+                faults.push(format!("{name}:{line}: the row has more cells than the header; {cure}"));
+                continue;
+            }
+            let Some(of) = row.get(file) else {
+                faults.push(format!("{name}:{line}: the row ends before the column file; complete the row"));
+                continue;
+            };
             let mut facts = Facts::default();
             for (cell, column) in row.iter().zip(&columns) {
                 if let (Some((key, unit)), false) = (column, cell.is_empty()) {
@@ -56,7 +73,7 @@ impl Table {
                     }
                 }
             }
-            rows.push((row[file].to_string(), facts));
+            rows.push((of.to_string(), facts));
         }
         if faults.is_empty() {
             Ok(Table { name, rows })
@@ -100,11 +117,30 @@ fn means(name: &str, path: &Path) -> bool {
         || path == Path::new(name)
 }
 
+/// Whether a column holds the files' names.
+fn is_file(name: &str) -> bool {
+    ["file", "datei", "fichier", "archivo", "fichero", "文件", "ファイル"]
+        .contains(&name.trim().to_lowercase().as_str())
+}
+
+/// The lines as one text, and what stands between their cells: what the header holds most of.
+fn parted(mut lines: Vec<String>) -> (String, u8) {
+    let named = lines.first().and_then(|l| l.trim().strip_prefix("sep=")).map(|s| s.bytes().next().unwrap_or(b'\t'));
+    if named.is_some() {
+        // the lines keep their numbers
+        lines[0].clear();
+    }
+    let head = lines.iter().find(|l| !l.trim().is_empty()).map_or("", String::as_str);
+    let count = |d: u8| head.bytes().filter(|b| *b == d).count();
+    let most = [b';', b'\t', b'|', b','].into_iter().rev().max_by_key(|d| count(*d)).unwrap_or(b',');
+    (lines.join("\n"), named.unwrap_or(most))
+}
+
 /// Key and unit of a column; None for the column `file`.
 fn column(head: &str) -> Result<Option<(&'static str, String)>, String> {
     let (name, unit) = head.split_once(['[', '(']).unwrap_or((head, ""));
     let unit = unit.trim_end_matches([']', ')', ' ']);
-    if name.trim() == "file" {
+    if is_file(name) {
         return Ok(None);
     }
     let Some(key) = key(name) else {
@@ -141,6 +177,21 @@ mod tests {
             ["b", "b"].map(|f| format!("{}: {f} is none of the files", t.name))
         );
         assert!(height("b.csv", 0, 3).unwrap_err().contains("2 rows are of b.csv, which holds 3 recordings"));
+    }
+
+    #[test]
+    fn a_table_may_be_of_any_dialect() {
+        let height = |text: &str| table(text).unwrap().of(Path::new("a.csv"), 0, 1).unwrap().number("drop_height");
+        for text in [
+            "Datei;Fallhöhe [mm]\na;12,5\n",
+            "file\tdrop height [mm]\na.csv\t12.5\n",
+            "sep=;\nfile;drop_height [mm]\n\na;12,5\n",
+            "file|Hauteur de chute (mm)\r\na|12.5\r\n",
+            "file,drop_height [mm]\na,\"12,5\"\n",
+        ] {
+            assert_eq!(height(text), Some(0.0125), "{text}");
+        }
+        assert!(table("file,drop_height [mm]\na,12,5\n").unwrap_err()[0].contains("semicolons"));
     }
 
     #[test]

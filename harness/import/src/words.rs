@@ -151,8 +151,21 @@ const WEAK: [(&str, &[&str]); 4] = [
     ("a number of the row", &["index", "sample", "samples", "row", "count", "cycle", "nr", "no", "id", "point"]),
 ];
 
+/// Words that make a name that of a time where they stand first or last in it, whatever else it holds: `force.time`,
+/// `time_acc`.
+const CLOCKS: [&str; 7] = ["time", "zeit", "temps", "tiempo", "tempo", "timestamp", "zeitstempel"];
+/// Words beside which a time is only what something goes with: `force over time`.
+const AGAINST: [&str; 6] = ["over", "vs", "versus", "against", "domain", "history"];
+
+/// What a name says without the words and numbers of its time: what the time is of.
+pub fn timed(name: &str) -> Says {
+    let parted = plain(&words(name));
+    let rest: Vec<&str> = parted.split(|c: char| !c.is_alphanumeric()).filter(|t| !CLOCKS.contains(t)).collect();
+    says(&rest.join(" "))
+}
+
 /// Lower case, letters with accents as without.
-fn plain(name: &str) -> String {
+pub(crate) fn plain(name: &str) -> String {
     let mut out = String::new();
     for c in name.chars().flat_map(char::to_lowercase) {
         match c {
@@ -185,9 +198,8 @@ fn holds(name: &str, tokens: &[&str], word: &str) -> bool {
     }
 }
 
-/// What the name of a column says of it.
-pub fn says(name: &str) -> Says {
-    // a capital letter after a small one begins a word
+/// A name whose words are parted: a capital letter after a small one begins one, and so does a number.
+fn words(name: &str) -> String {
     let mut parted = String::new();
     let mut last = ' ';
     for c in name.chars() {
@@ -197,11 +209,22 @@ pub fn says(name: &str) -> Says {
         parted.push(c);
         last = c;
     }
-    let (whole, parted) = (plain(name), plain(&parted));
+    parted
+}
+
+/// What the name of a column says of it.
+pub fn says(name: &str) -> Says {
+    let (whole, parted) = (plain(name), plain(&words(name)));
     let tokens: Vec<&str> = parted.split(|c: char| !c.is_alphanumeric()).filter(|t| !t.is_empty()).collect();
     let any = |words: &[&str]| words.iter().any(|w| holds(&whole, &tokens, w));
     if let Some(o) = OTHERS.iter().find(|o| any(o.1)) {
         return Says::Other(o.0);
+    }
+    let words = tokens.iter().filter(|t| !t.bytes().all(|b| b.is_ascii_digit()));
+    let ends = [words.clone().next(), words.clone().last()];
+    let clock = ends.into_iter().flatten().any(|t| CLOCKS.contains(t));
+    if clock && !tokens.iter().any(|t| AGAINST.contains(t)) {
+        return Says::Role(Role::Time);
     }
     if let Some(r) = ROLES.iter().find(|r| any(r.1)) {
         return Says::Role(r.0);
@@ -236,6 +259,12 @@ mod tests {
             ("elapsedTime", Role::Time),
             ("X_Value", Role::Time),
             ("时间", Role::Time),
+            ("force.time", Role::Time),
+            ("time_acc", Role::Time),
+            ("Time - force", Role::Time),
+            ("time 2", Role::Time),
+            ("force over time", FORCE),
+            ("force.signals.values", FORCE),
         ] {
             assert_eq!(says(name), Says::Role(role), "{name}");
         }
@@ -247,6 +276,9 @@ mod tests {
         for name in ["ai0", "Dev1/ai3", "", "CH A1B"] {
             assert!(!matches!(says(name), Says::Role(Role::Time)), "{name}");
         }
+        let timed = |n: &str| super::timed(n);
+        assert_eq!((timed("time_acc"), timed("Time - force")), (Says::Role(ACCELERATION), Says::Role(FORCE)));
+        assert_eq!(timed("time 2"), Says::Nothing);
         assert_eq!((says("ai0"), says("Kanal")), (Says::Nothing, Says::Nothing));
     }
 }

@@ -2,9 +2,9 @@
 
 use crate::amount::digits;
 use crate::cut::{cut, Samples};
-use crate::page;
 use crate::plan::{Plan, Planned};
 use crate::survey::File;
+use crate::{join, page};
 use crate::{Open, Options};
 use output::Answer;
 use rayon::prelude::*;
@@ -83,7 +83,11 @@ fn of_file(
     if !plan.recordings.iter().any(|r| r.file == i) {
         return Ok((written, faults));
     }
-    let mut source = open(&file.path).map_err(|e| e.to_string())?;
+    let inner = open(&file.path).map_err(|e| e.to_string())?;
+    let mut source: Box<dyn instruments::Source + '_> = match &file.joined {
+        Some(joined) => Box::new(join::opened(&file.path, inner, open, joined.clone())),
+        None => inner,
+    };
     for group in 0..file.groups.len() {
         let of: Vec<(usize, &Planned)> =
             plan.recordings.iter().enumerate().filter(|r| r.1.file == i && r.1.span.group == group).collect();

@@ -132,6 +132,21 @@ pub const FORMATS: &[Format] = &[
     text::FORMAT,
 ];
 
+/// The lines of a text of at most `most` bytes, in any encoding that [`open`] reads.
+///
+/// # Errors
+/// Where it cannot be read, or is longer.
+pub fn lines(path: &Path, most: u64) -> Result<Vec<String>, Fault> {
+    // what is no regular file, or too long, is refused before its lines are looked for
+    drop(input::open_at_most(path, most).map_err(|e| Fault::unreadable(path, e))?);
+    let mut lines = shared::lines::Lines::open(path)?;
+    let mut all = Vec::new();
+    while let Some(line) = lines.next()? {
+        all.push(shared::lines::decode(line.text).into_owned());
+    }
+    Ok(all)
+}
+
 /// Opens a file of any format.
 ///
 /// # Errors

@@ -5,13 +5,16 @@
 //! channel. Segments follow: a header, a line of names and lines of samples each. A segment that goes on where the one
 //! before ended (same channels and step, X0 one step behind its last sample) is of the same group; any other segment is a
 //! group. Channels of unequal X0 or Delta_X, or with columns of X of their own, are groups of their own. Without a column
-//! of X the clock is X0 and Delta_X, where X is a time. Special segments and the column of comments are left out.
+//! of X the clock is X0 and Delta_X in the unit of X, where X is a time. Channels whose `Date` and `Time` differ begin apart.
+//! Special segments and the column of comments are left out.
 //!
 //! Read line by line, in constant memory. Our own reader stands here since there is no crate for the format.
 
 use crate::shared::block::Block;
 use crate::shared::cell::{bare, split, text, Cell, Decimal, Delimiter, Dialect};
 use crate::shared::lines::{excerpt, Lines, Mark};
+use crate::shared::stamp::{self, Stamp};
+use crate::shared::unit::ticks_of_a_second;
 use crate::{Channel, Clock, Fault, Format, Group, Sink, Source};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -48,6 +51,8 @@ struct Part {
 /// Where a group's samples stand.
 struct Place {
     columns: Vec<usize>,
+    /// Added to the numbers of the first column, the X of channels that begin later than others: in the unit of X.
+    later: f64,
     parts: Vec<Part>,
 }
 
@@ -263,7 +268,7 @@ impl Lvm {
         if names.last().is_some_and(|n| n == "Comment") {
             names.pop();
         }
-        for (columns, group) in self.split_groups(keys, &names) {
+        for (columns, later, group) in self.split_groups(keys, &names)? {
             if let Some(at) = self.goes_on(&columns, &group) {
                 self.groups[at].samples += rows;
                 self.places[at].parts.push(Part { start, rows });
@@ -274,15 +279,16 @@ impl Lvm {
                 return Err(self.fault(start.lines + 1, what, "give the segments in several files"));
             }
             self.groups.push(Group { samples: rows, ..group });
-            self.places.push(Place { columns, parts: vec![Part { start, rows }] });
+            self.places.push(Place { columns, later, parts: vec![Part { start, rows }] });
         }
         Ok(())
     }
 
-    /// The channels of a segment as groups, with their columns.
-    fn split_groups(&self, keys: &Keys, names: &[String]) -> Vec<(Vec<usize>, Group)> {
+    /// The channels of a segment as groups, with their columns and what is added to their X.
+    fn split_groups(&self, keys: &Keys, names: &[String]) -> Result<Vec<(Vec<usize>, f64, Group)>, Fault> {
         let stride = if self.abscissa == Abscissa::Multi { 2 } else { 1 };
-        let mut groups: Vec<(Vec<usize>, Group)> = Vec::new();
+        let late = late(keys, names.len().saturating_sub(1).div_ceil(stride), stride);
+        let mut groups: Vec<(Vec<usize>, f64, Group)> = Vec::new();
         for (channel, column) in (1..names.len()).step_by(stride).enumerate() {
             let value = |key: &str| value(keys, key, channel, stride);
             let of = Channel { name: names[column].clone(), unit: value("Y_Unit_Label") };
@@ -290,39 +296,52 @@ impl Lvm {
             let time = dimension.is_empty() || dimension == "Time";
             let unit = value("X_Unit_Label");
             let unit = if unit.is_empty() && time { "s".to_string() } else { unit };
-            let clock =
-                if time && self.abscissa == Abscissa::No { self.clock(&value("X0"), &value("Delta_X")) } else { None };
+            let ticks = if time { ticks_of_a_second(&unit) } else { None };
+            let late = late[channel];
+            let clock = match (time && self.abscissa == Abscissa::No, ticks) {
+                (true, Some(ticks)) => self.clock(&value("X0"), &value("Delta_X"), ticks, late),
+                (true, None) => {
+                    let what = format!("X_Unit_Label {unit:?} of channel {:?} is no unit of time", of.name);
+                    return Err(Fault::new(&self.path, what, "write s or ms"));
+                }
+                _ => None,
+            };
+            let later = if self.abscissa == Abscissa::No { 0.0 } else { late * ticks.unwrap_or(1.0) };
             let x = Channel { name: names[column - 1].clone(), unit };
-            let together =
-                groups.iter_mut().find(|(_, g)| g.clock == clock).filter(|_| self.abscissa != Abscissa::Multi);
+            let alike = |g: &&mut (Vec<usize>, f64, Group)| g.2.clock == clock && g.1 == later;
+            let together = groups.iter_mut().find(alike).filter(|_| self.abscissa != Abscissa::Multi);
             match together {
-                Some((columns, group)) => {
+                Some((columns, _, group)) => {
                     columns.push(column);
                     group.channels.push(of);
                 }
                 None => {
                     let (columns, channels) = match self.abscissa {
                         Abscissa::No => (vec![column], vec![of]),
-                        _ => (vec![column - 1, column], vec![x, of]),
+                        Abscissa::One => {
+                            let x = Channel { name: names[0].clone(), ..x };
+                            (vec![0, column], vec![x, of])
+                        }
+                        Abscissa::Multi => (vec![column - 1, column], vec![x, of]),
                     };
                     let name = format!("segment {}", self.segments);
-                    groups.push((
-                        columns,
-                        Group { name, channels, samples: 0, clock, properties: self.properties_of(keys) },
-                    ));
+                    let properties = self.properties_of(keys);
+                    groups.push((columns, later, Group { name, channels, samples: 0, clock, properties }));
                 }
             }
         }
-        groups
+        Ok(groups)
     }
 
-    fn clock(&self, start: &str, step: &str) -> Option<Clock> {
+    /// The clock of a channel whose X counts in `ticks` of a second, and which begins `late` s after the first.
+    fn clock(&self, start: &str, step: &str, ticks: f64, late: f64) -> Option<Clock> {
         let mut dialect = self.dialect;
         let mut number = |t: &str| match dialect.cell(t.as_bytes()) {
             Cell::Number(n) if n.is_finite() => Some(n),
             _ => None,
         };
-        Some(Clock { start: number(start).unwrap_or(0.0), step: number(step).filter(|s| *s > 0.0)? })
+        let start = number(start).unwrap_or(0.0) / ticks + late;
+        Some(Clock { start, step: number(step).filter(|s| *s > 0.0)? / ticks })
     }
 
     fn properties_of(&self, keys: &Keys) -> Vec<(String, String)> {
@@ -350,6 +369,22 @@ impl Lvm {
         let fits = a.step == b.step && group.channels == next.channels && (b.start - end).abs() <= GAP * a.step;
         fits.then_some(at)
     }
+}
+
+/// By how much each channel of a segment begins later than the first of them, s, by the keys `Date` and `Time`; 0 where
+/// they do not say so of all.
+fn late(keys: &Keys, channels: usize, stride: usize) -> Vec<f64> {
+    let none = vec![0.0; channels];
+    let mut first: Option<Stamp> = None;
+    let mut all = Vec::with_capacity(channels);
+    for channel in 0..channels {
+        let [date, time] = ["Date", "Time"].map(|key| value(keys, key, channel, stride).replace(',', "."));
+        let Some(stamp) = stamp::parse(format!("{date} {time}").trim().as_bytes()) else { return none };
+        all.push(stamp.after(*first.get_or_insert(stamp)));
+    }
+    let least = all.iter().copied().fold(f64::INFINITY, f64::min);
+    all.iter_mut().for_each(|l| *l -= least);
+    all
 }
 
 /// A channel's value of a key. With a column of X for every channel the values may stand above every second column.
@@ -390,10 +425,11 @@ impl Source for Lvm {
                     continue;
                 }
                 rows += 1;
-                for (buffer, column) in block.columns.iter_mut().zip(&place.columns) {
+                for (i, (buffer, column)) in block.columns.iter_mut().zip(&place.columns).enumerate() {
+                    let later = if i == 0 { place.later } else { 0.0 };
                     let cell = cells.get(*column).map_or(&[][..], |c| &line.text[c.clone()]);
                     buffer.push(match dialect.cell(cell) {
-                        Cell::Number(number) => number,
+                        Cell::Number(number) => number + later,
                         Cell::Empty | Cell::Missing => f64::NAN,
                         _ => {
                             let what = format!("`{}` is not a number", excerpt(bare(cell)));

@@ -1,7 +1,7 @@
 //! The keys of campaign.toml: which there are, what their values have to be, and where they stand.
 
 use crate::error::Section;
-use crate::{words, RecordError};
+use crate::{units, words, RecordError};
 use std::collections::BTreeMap;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
@@ -245,6 +245,43 @@ fn number(value: &DeValue<'_>) -> Option<f64> {
     }
 }
 
+/// What is measured in an SI unit; None where no other unit is known for it.
+fn quantity(unit: &str) -> Option<&'static str> {
+    let known = [
+        ("kg", "mass"),
+        ("m", "penetration"),
+        ("m/s", "speed"),
+        ("N", "force"),
+        ("N/m", "spring rate"),
+        ("m/s^2", "acceleration"),
+    ];
+    known.iter().find(|k| k.0 == unit).map(|k| k.1)
+}
+
+/// Whether a value in that unit may be written as a text with another.
+pub(crate) fn is_amount(unit: &str) -> bool {
+    quantity(unit).is_some()
+}
+
+/// The amount in a text such as `800 g`, in `unit`, an SI unit; a decimal comma is allowed.
+fn amount(text: &str, unit: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let end = text.find(|c: char| !(c.is_ascii_digit() || "+-.,eE".contains(c))).unwrap_or(text.len());
+    let end = if text[..end].ends_with(['e', 'E']) { end - 1 } else { end };
+    let number: f64 = text[..end].replacen(',', ".", 1).parse().map_err(|_| "it is no number".to_string())?;
+    let of = text[end..].trim();
+    if of.is_empty() {
+        return Ok(number);
+    }
+    let Some(quantity) = quantity(unit) else {
+        let inside = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
+        return Err(format!("it takes a plain number{inside}"));
+    };
+    let factor = units::factor(quantity, of)
+        .ok_or_else(|| format!("{of:?} is no unit of it: {}", units::instead(quantity, of)))?;
+    Ok(number * factor)
+}
+
 struct Reader<'a> {
     path: &'a Path,
     text: &'a str,
@@ -404,7 +441,19 @@ impl Reader<'_> {
             Rule::Texts => format!("write {name} = [\"...\", \"...\"]"),
             Rule::Label => format!("give {name} as a number or a text"),
         };
-        match (rule, value.get_ref(), number(value.get_ref())) {
+        let amount = match (value.get_ref(), rule) {
+            (DeValue::String(s), Rule::Above | Rule::FromZero | Rule::Number) => match amount(s, unit) {
+                Ok(x) => Some(x),
+                // a word is no amount
+                Err(_) if !s.trim().starts_with(|c: char| c.is_ascii_digit() || "+-.,".contains(c)) => None,
+                Err(why) => {
+                    self.error(table, line, format!("{name} = {s:?}: {why}"), cure);
+                    return None;
+                }
+            },
+            (v, _) => number(v),
+        };
+        match (rule, value.get_ref(), amount) {
             (Rule::Text | Rule::Label, DeValue::String(s), _) => return Some(Value::Text(s.to_string())),
             (Rule::Texts, DeValue::Array(list), _) => {
                 let mut texts = Vec::new();

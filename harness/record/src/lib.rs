@@ -13,7 +13,7 @@ pub use error::{RecordError, RecordErrors, Section};
 pub use fmus::{Bond, BondKind, FmuSystem, Free, Written};
 pub use keys::{Label, Setting};
 pub use load::load;
-pub use samples::{read_file, Signals, LARGEST};
+pub use samples::{read_file, read_wanted, Signals, Wanted, LARGEST};
 pub use schema::schema;
 use std::path::PathBuf;
 

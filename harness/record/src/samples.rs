@@ -42,15 +42,34 @@ pub struct Signals {
     pub notes: Vec<String>,
 }
 
+/// What of a file is wanted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Wanted {
+    /// Names of columns, each a channel (or time, or closed) and the column that it is.
+    pub columns: Vec<(String, String)>,
+    /// The rows of this number in the column `run`.
+    pub run: Option<f64>,
+}
+
 /// Reads the file at `path` by itself. Rows of one time become one sample; columns that are not known are left out, and
 /// pauses stay.
 ///
 /// # Errors
 /// Everything wrong with the file.
 pub fn read_file(path: &Path) -> Result<Signals, RecordErrors> {
-    let mut table = Table::read(path, Use::Alone).map_err(RecordErrors)?;
+    read_wanted(path, &Wanted::default())
+}
+
+/// The same of a file as programs that simulate write it: a column may be called after what it is a part of
+/// (`contact.force`), and be without a unit, in SI then; of several runs one is read.
+///
+/// # Errors
+/// Everything wrong with the file.
+pub fn read_wanted(path: &Path, wanted: &Wanted) -> Result<Signals, RecordErrors> {
+    let mut table = Table::read(path, Use::Alone(wanted)).map_err(RecordErrors)?;
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-    let mut notes = left_out(&name, &table.left_out);
+    let mut notes: Vec<String> = table.assumed.iter().map(|a| format!("{name}: {a}.")).collect();
+    notes.extend(left_out(&name, &table.left_out));
     let (mut data, _) = table.merged(&name, &mut notes);
     if data[table.clock].len() < FEWEST {
         let n = data[table.clock].len();
@@ -166,19 +185,19 @@ fn kept_piece(table: &Table, data: &[Vec<f64>], pieces: &[(usize, usize)], kind:
 
 /// What a file is read for.
 #[derive(Clone, Copy, PartialEq)]
-enum Use {
+enum Use<'a> {
     /// A recording of a campaign, of its kind where that is known.
     Campaign(Option<Kind>),
     /// By itself: columns that are not known do not matter.
-    Alone,
+    Alone(&'a Wanted),
 }
 
-impl Use {
+impl Use<'_> {
     /// What to do about a file that is not there.
     fn cure(self) -> &'static str {
         match self {
             Use::Campaign(_) => "put the recording beside campaign.toml, or take it out of the list",
-            Use::Alone => "name a CSV file with a header of columns \"name [unit]\"",
+            Use::Alone(_) => "name a CSV file with a header of columns \"name [unit]\"",
         }
     }
 }
@@ -188,6 +207,8 @@ struct Table {
     columns: Vec<Column>,
     /// Names of columns that are not known.
     left_out: Vec<String>,
+    /// What a header that says less was taken to mean.
+    assumed: Vec<String>,
     /// Index of the column time.
     clock: usize,
     /// A column each.
@@ -217,7 +238,15 @@ impl Table {
         let mut records = reader.records().peekable();
         let width = records.peek().and_then(|r| r.as_ref().ok()).map_or(head.len(), csv::StringRecord::len);
         let head: csv::StringRecord = input::whole_names(head.iter().map(String::from).collect(), width).into();
-        let Header { columns, fields, left_out, mut errors } = header(path, &head, purpose);
+        if let Some((what, cure)) = dialect(&head, width) {
+            return Err(vec![error(Section::CsvHeader, 1, what, cure)]);
+        }
+        let Header { columns, fields, left_out, assumed, run, mut errors } = header(path, &head, purpose);
+        let wanted_run = match purpose {
+            Use::Alone(w) => w.run,
+            Use::Campaign(_) => None,
+        };
+        let mut runs: Vec<f64> = Vec::new();
         let mut data: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
         let mut lines: Vec<usize> = Vec::new();
         let mut faults = Faults::default();
@@ -246,6 +275,14 @@ impl Table {
                 }
             };
             let line = row.position().map_or(0, |p| p.line() as usize);
+            if let Some(of) = run.and_then(|f| row.get(f)?.parse::<f64>().ok()).filter(|r| r.is_finite()) {
+                if !runs.contains(&of) {
+                    runs.push(of);
+                }
+                if wanted_run.is_some_and(|w| w != of) {
+                    continue;
+                }
+            }
             let texts = || fields.iter().map(|f| row.get(*f).unwrap_or_default());
             let number = |text: &str| text.parse::<f64>().ok().filter(|v| v.is_finite());
             let si = |(text, c): (&str, &Column)| Some(number(text)? * c.to_si).filter(|v| v.abs() <= LARGEST);
@@ -259,13 +296,13 @@ impl Table {
                     }
                     None => {
                         let what = || format!("{} holds {cell:?}, not a finite number", c.name);
-                        faults.add(
-                            Section::MissingValues,
-                            &c.name,
-                            line,
-                            what,
-                            "remove the rows of the gap, or cut the recording there",
-                        );
+                        let cure = match number(&cell.replacen(',', ".", 1)) {
+                            Some(_) => {
+                                "write it with a decimal point, or make a campaign of the files with `touchdown import`"
+                            }
+                            None => "remove the rows of the gap, or cut the recording there",
+                        };
+                        faults.add(Section::MissingValues, &c.name, line, what, cure);
                     }
                     Some(v) if c.name == units::CLOSED && *v != 0.0 && *v != 1.0 => {
                         let what = || format!("{} holds {cell:?}, neither 0 nor 1", c.name);
@@ -285,7 +322,20 @@ impl Table {
                 lines.push(line);
             }
         }
+        let all: Vec<String> = runs.iter().map(f64::to_string).collect();
+        let chosen = wanted_run.or(runs.first().copied().filter(|_| runs.len() < 2));
+        if !runs.is_empty() && !chosen.is_some_and(|c| runs.contains(&c)) {
+            let what = format!("it holds the runs {}", all.join(", "));
+            return Err(vec![error(Section::NumberOfSamples, 1, what, "say which, such as --run 1")]);
+        }
         let clock = columns.iter().position(|c| c.name == "time");
+        let swapped = clock.and_then(|c| time_cure(&columns, &data, c));
+        if let (Some(t), Some(cure)) = (clock.map(|c| &data[c]), swapped) {
+            if let Some(i) = (1..t.len()).find(|i| t[*i] < t[i - 1]) {
+                let what = format!("time goes back here, from {} s to {} s", t[i - 1], t[i]);
+                return Err(vec![error(Section::Time, lines[i], what, &cure)]);
+            }
+        }
         if let Some(t) = clock.map(|c| &data[c]) {
             for i in (1..t.len()).filter(|i| t[*i] < t[*i - 1]) {
                 let what = || format!("time goes back here, from {} s to {} s", t[i - 1], t[i]);
@@ -311,7 +361,7 @@ impl Table {
         }
         errors.sort_by_key(|e| e.line);
         match clock {
-            Some(clock) if errors.is_empty() => Ok(Table { columns, left_out, clock, data, lines }),
+            Some(clock) if errors.is_empty() => Ok(Table { columns, left_out, assumed, clock, data, lines }),
             _ => Err(errors),
         }
     }
@@ -381,6 +431,26 @@ impl Table {
     }
 }
 
+/// What is to be said of a file whose cells are not parted as a campaign's are; None where they may be.
+fn dialect(head: &csv::StringRecord, width: usize) -> Option<(String, &'static str)> {
+    const IMPORT: &str = "write commas between the cells and decimal points, or make a campaign of such files with \
+                          `touchdown import`, which reads them";
+    let one = if head.len() <= 2 { head.iter().next()? } else { "" };
+    let by = [(';', "semicolons"), ('\t', "tabs")].into_iter().find(|b| one.contains(b.0) && one.contains("time"));
+    if let Some((_, name)) = by {
+        return Some((format!("{name} stand between the cells"), IMPORT));
+    }
+    (head.len() > 1 && width == 2 * head.len())
+        .then(|| ("a row has twice as many cells as the header: these are decimal commas".to_string(), IMPORT))
+}
+
+/// What to do where time goes back: the column that looks like the time, where another one does.
+fn time_cure(columns: &[Column], data: &[Vec<f64>], clock: usize) -> Option<String> {
+    let rises = |y: &Vec<f64>| y.len() > 3 && y.windows(2).all(|w| w[1] > w[0]);
+    let other = (0..columns.len()).find(|c| *c != clock && rises(&data[*c]))?;
+    Some(format!("are the columns time and {} swapped? Correct the header", columns[other].name))
+}
+
 /// Name and unit of a column: the unit stands in the last brackets, unless these hold an index such as `[1,2]`.
 fn parted(head: &str) -> (&str, Option<&str>) {
     match head.rsplit_once('[') {
@@ -396,7 +466,48 @@ struct Header {
     fields: Vec<usize>,
     /// Names of columns that are not known.
     left_out: Vec<String>,
+    /// What a header that says less was taken to mean.
+    assumed: Vec<String>,
+    /// Where in a row the number of the run stands.
+    run: Option<usize>,
     errors: Vec<RecordError>,
+}
+
+/// The channel that each column of a simulation's results is, by what is wanted, by its own name, or by the last part of
+/// it: None for others.
+fn roles(names: &[&str], wanted: &Wanted) -> Result<Vec<Option<&'static str>>, (String, String)> {
+    let mut roles = vec![None; names.len()];
+    for (channel, column) in &wanted.columns {
+        let known = units::COLUMNS.iter().find(|c| *c == channel);
+        let Some(known) = known else {
+            return Err((format!("{channel:?} is no channel"), words::instead(channel, &units::COLUMNS)));
+        };
+        // another file may hold it
+        if let Some(at) = names.iter().position(|n| n == column) {
+            roles[at] = Some(*known);
+        }
+    }
+    for known in units::COLUMNS {
+        if roles.contains(&Some(known)) {
+            continue;
+        }
+        if let Some(at) = names.iter().position(|n| *n == known) {
+            roles[at] = Some(known);
+            continue;
+        }
+        let last = |n: &&str| n.rsplit(['.', '/', ':']).next().is_some_and(|l| l == known && l.len() < n.len());
+        let of: Vec<usize> = (0..names.len()).filter(|i| last(&names[*i])).collect();
+        match of[..] {
+            [] => {}
+            [one] => roles[one] = Some(known),
+            [first, ..] => {
+                let all: Vec<&str> = of.iter().map(|i| names[*i]).collect();
+                let what = format!("{} may be {known}", all.join(", "));
+                return Err((what, format!("say which, such as --map {known}={}", names[first])));
+            }
+        }
+    }
+    Ok(roles)
 }
 
 /// The columns of a header, one each, and what is wrong with them.
@@ -405,12 +516,33 @@ fn header(path: &Path, head: &csv::StringRecord, purpose: Use) -> Header {
     let mut error =
         |section: Section, what: String, cure: String| errors.push(RecordError::new(section, path, 1, what, cure));
     let (mut columns, mut fields, mut left_out): (Vec<Column>, Vec<usize>, Vec<String>) = Default::default();
+    let mut assumed = Vec::new();
+    let names: Vec<&str> = head.iter().map(|h| parted(h).0).collect();
+    let roles = match purpose {
+        Use::Campaign(_) => vec![None; names.len()],
+        Use::Alone(wanted) => roles(&names, wanted).unwrap_or_else(|(what, cure)| {
+            error(Section::CsvHeader, what, cure);
+            vec![None; names.len()]
+        }),
+    };
+    let alone = matches!(purpose, Use::Alone(_));
+    let run = names.iter().position(|n| *n == "run").filter(|_| alone);
     for (field, h) in head.iter().enumerate() {
-        let (name, unit) = parted(h);
-        let known = units::COLUMNS.contains(&name);
-        if !known && purpose == Use::Alone {
-            left_out.push(name.into());
-            continue;
+        let (mut name, mut unit) = parted(h);
+        let mut known = units::COLUMNS.contains(&name);
+        if alone {
+            let Some(role) = roles[field] else {
+                left_out.push(name.into());
+                continue;
+            };
+            if role != name {
+                assumed.push(format!("{name} is {role}"));
+            }
+            if unit.is_none() {
+                unit = units::si(role);
+                assumed.push(format!("{name} has no unit and is taken to be in {}", unit.unwrap_or("SI")));
+            }
+            (name, known) = (role, true);
         }
         if !known {
             error(Section::CsvHeader, format!("column {name:?} is not known"), words::instead(name, &units::COLUMNS));
@@ -440,11 +572,14 @@ fn header(path: &Path, head: &csv::StringRecord, purpose: Use) -> Header {
             let cure = "record both force and penetration";
             error(Section::CsvHeader, format!("an indentation needs the channel {}", c.name()), cure.into());
         }
-    } else if !(Channel::ALL.iter().any(|c| has(c.name())) || purpose == Use::Alone && has(units::CLOSED)) {
-        let cure = "record force [N], acceleration [m/s^2] or penetration [m]";
-        error(Section::CsvHeader, "there is no channel besides time".into(), cure.into());
+    } else if !(Channel::ALL.iter().any(|c| has(c.name())) || alone && has(units::CLOSED)) {
+        let mut cure = "record force [N], acceleration [m/s^2] or penetration [m]".to_string();
+        if alone {
+            cure = format!("say which column is one, such as --map force=COLUMN; its columns are {}", names.join(", "));
+        }
+        error(Section::CsvHeader, "there is no channel besides time".into(), cure);
     }
-    Header { columns, fields, left_out, errors }
+    Header { columns, fields, left_out, assumed, run, errors }
 }
 
 /// One thing wrong with rows, reported where it stands first.
@@ -595,6 +730,44 @@ mod tests {
             .to_string()
             .contains("closed holds \"2\", neither 0 nor 1, and so do 13 rows more; write 1 where"));
         assert!(read_file(&dir.path().join("none.csv")).unwrap_err().to_string().contains("name a CSV file"));
+    }
+
+    #[test]
+    fn results_of_simulations_are_read_by_the_last_part_of_their_names() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("r.csv");
+        let rows: String = (0..16).map(|i| format!("{i},{},{}\n", 10 * i, 2 * i)).collect();
+        let read = |head: &str, wanted: &Wanted| {
+            std::fs::write(&path, format!("{head}\n{rows}")).unwrap();
+            read_wanted(&path, wanted)
+        };
+        let any = Wanted::default();
+        for head in
+            ["time [s],bar.x [m],contact.force [N]", "\"time\",\"x\",\"model.root.contact.force\"", "time,x,force"]
+        {
+            let s = read(head, &any).unwrap_or_else(|e| panic!("{head}: {e}"));
+            assert_eq!(s.channels[0].as_ref().unwrap()[3], 6.0, "{head}");
+            assert!(s.notes.iter().any(|n| n.contains("is force") || n.contains("taken to be in N")), "{:?}", s.notes);
+        }
+        let e = read("time,a.force [N],b.force [N]", &any).unwrap_err().to_string();
+        assert!(e.contains("--map force=a.force"), "{e}");
+        let wanted = Wanted { columns: vec![("force".into(), "b.force".into())], run: None };
+        assert_eq!(read("time,a.force [N],b.force [kN]", &wanted).unwrap().channels[0].as_ref().unwrap()[3], 6000.0);
+        let e = read("time,u,y", &any).unwrap_err().to_string();
+        assert!(e.contains("its columns are time, u, y"), "{e}");
+    }
+
+    #[test]
+    fn of_several_runs_one_is_read() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("r.csv");
+        let rows: String = (0..40).map(|i| format!("{},{},{i}\n", 1 + i / 20, i % 20)).collect();
+        std::fs::write(&path, format!("run [1],time [s],force [N]\n{rows}")).unwrap();
+        let e = read_file(&path).unwrap_err().to_string();
+        assert!(e.contains("it holds the runs 1, 2; say which, such as --run 1"), "{e}");
+        let s = read_wanted(&path, &Wanted { run: Some(2.0), ..Wanted::default() }).unwrap();
+        assert_eq!((s.time.len(), s.channels[0].as_ref().unwrap()[0]), (20, 20.0));
+        assert!(read_wanted(&path, &Wanted { run: Some(3.0), ..Wanted::default() }).is_err());
     }
 
     #[test]

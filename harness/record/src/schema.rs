@@ -1,6 +1,6 @@
 //! The JSON schema of campaign.toml, from the table of its keys: for editors that complete and check as one types.
 
-use crate::keys::{Key, Rule, COLUMNS, SET, TABLES};
+use crate::keys::{is_amount, Key, Rule, COLUMNS, SET, TABLES};
 use crate::{BondKind, Kind};
 use serde_json::{json, Map, Value};
 
@@ -71,6 +71,10 @@ fn property(table: &str, key: &Key, terms: &[&str]) -> Value {
         (_, Rule::Text) => json!({"type": "string"}),
         (_, Rule::Label) => json!({"type": ["number", "string"]}),
     };
+    // an amount may be a text with its unit, `800 g`
+    if is_amount(unit) && matches!(rule, Rule::Above | Rule::FromZero | Rule::Number) {
+        of["type"] = json!(["number", "string"]);
+    }
     if !unit.is_empty() {
         of["description"] = json!(format!("in {unit}"));
     }

@@ -19,6 +19,7 @@ const UNITS: [(&str, &[(&str, f64)]); 8] = [
             ("µN", 1e-6),
             ("nN", 1e-9),
             ("pN", 1e-12),
+            ("daN", 10.0),
             ("lbf", 4.4482216152605),
             ("kgf", 9.80665),
         ],
@@ -57,98 +58,54 @@ const UNITS: [(&str, &[(&str, f64)]); 8] = [
     ("spring rate", &[("N/m", 1.0), ("N/mm", 1e3), ("kN/m", 1e3), ("kN/mm", 1e6), ("mN/m", 1e-3)]),
 ];
 
-/// Ways in which instruments write units that the table above has under one spelling, after [`spelling`].
-const SPELLINGS: [(&str, &str); 40] = [
-    ("sec", "s"),
-    ("secs", "s"),
-    ("second", "s"),
-    ("seconds", "s"),
-    ("sekunde", "s"),
-    ("sekunden", "s"),
-    ("seconde", "s"),
-    ("secondes", "s"),
-    ("segundos", "s"),
-    ("msec", "ms"),
-    ("millisecond", "ms"),
-    ("milliseconds", "ms"),
-    ("usec", "us"),
-    ("microsecond", "us"),
-    ("microseconds", "us"),
-    ("nsec", "ns"),
-    ("nanoseconds", "ns"),
-    ("minutes", "min"),
-    ("newton", "N"),
-    ("newtons", "N"),
-    ("kilonewton", "kN"),
-    ("kilonewtons", "kN"),
-    ("lbs", "lbf"),
-    ("g's", "g"),
-    ("gs", "g"),
-    ("g_n", "gn"),
-    ("gee", "g"),
-    ("grav", "g"),
-    ("m/sec2", "m/s2"),
-    ("m/(s2)", "m/s2"),
-    ("ms-2", "m/s2"),
-    ("m*s-2", "m/s2"),
-    ("mm/s2", "mm/s^2"),
-    ("cm/s2", "cm/s^2"),
-    ("km/s2", "km/s^2"),
-    ("meter", "m"),
-    ("metre", "m"),
-    ("millimeter", "mm"),
-    ("micron", "um"),
-    ("inch", "in"),
-];
-
 /// The columns there may be.
 pub const COLUMNS: [&str; 5] = [UNITS[0].0, UNITS[1].0, UNITS[2].0, UNITS[3].0, CLOSED];
-
-/// A unit without brackets, blanks, and the signs that differ between character sets: `[m·s⁻²]` becomes `m*s-2`.
-fn spelling(unit: &str) -> String {
-    let unit = unit.trim().trim_matches(['[', ']', '"', '\'']).trim();
-    let bare = unit.strip_prefix('(').and_then(|u| u.strip_suffix(')')).unwrap_or(unit);
-    let mut plain = String::new();
-    for c in bare.chars().filter(|c| !c.is_whitespace() && *c != '^') {
-        match c {
-            'µ' | 'μ' => plain.push('u'),
-            '²' => plain.push('2'),
-            '⁻' | '−' => plain.push('-'),
-            '·' | '⋅' | '×' => plain.push('*'),
-            c => plain.push(c),
-        }
-    }
-    plain.replace("**", "")
-}
 
 /// What a column in `unit` measures, and its factor to SI, in any spelling that instruments have for it; None where the
 /// unit is of none of the columns, or says nothing, as 1 does.
 pub fn measured(unit: &str) -> Option<(&'static str, f64)> {
-    let found = |u: &str| COLUMNS.into_iter().filter(|c| *c != CLOSED).find_map(|c| factor(c, u).map(|f| (c, f)));
-    let plain = spelling(unit);
-    let lower = plain.to_lowercase();
-    let known = SPELLINGS.iter().find(|s| s.0 == lower).map(|s| s.1);
-    found(unit.trim())
-        .or_else(|| found(&plain))
-        .or_else(|| found(known?))
-        // capital letters that change nothing: S, MS are no units of a column; G is g
-        .or_else(|| (plain == "G").then(|| found("g"))?)
+    let unit = unit.trim();
+    let plain = COLUMNS.into_iter().filter(|c| *c != CLOSED).find_map(|c| listed(c, unit).map(|f| (c, f)));
+    plain.or_else(|| ::units::measured(unit))
 }
 
 fn of(column: &str) -> &'static [(&'static str, f64)] {
     UNITS.iter().find(|u| u.0 == column).map_or(&[], |u| u.1)
 }
 
-/// Factor from `unit` to SI, where the column may be in it.
-pub fn factor(column: &str, unit: &str) -> Option<f64> {
+/// SI unit of a column; None for no column.
+pub fn si(column: &str) -> Option<&'static str> {
+    of(column).iter().find(|u| u.1 == 1.0).map(|u| u.0)
+}
+
+/// The factor of a unit of the table.
+fn listed(column: &str, unit: &str) -> Option<f64> {
     of(column).iter().find(|u| u.0 == unit).map(|u| u.1)
+}
+
+/// Factor from `unit` to SI, where the column may be in it, in any spelling.
+pub fn factor(column: &str, unit: &str) -> Option<f64> {
+    listed(column, unit).or_else(|| ::units::factor(column, unit))
+}
+
+/// What a sensor's output in `unit` is counted in, `V`, `A` or `C`, and the factor to that; None for other units.
+pub fn output(unit: &str) -> Option<(&'static str, f64)> {
+    ::units::output(unit)
+}
+
+/// The unit of the column that is spelt nearly as `unit`; None where none is.
+pub fn nearest(column: &str, unit: &str) -> Option<&'static str> {
+    words::nearest(unit, &of(column).iter().map(|u| u.0).collect::<Vec<_>>())
 }
 
 /// What to write instead of a unit that the column cannot be in.
 pub fn instead(column: &str, unit: &str) -> String {
     let known: Vec<&str> = of(column).iter().map(|u| u.0).collect();
-    match UNITS.iter().find(|u| u.0 != column && factor(u.0, unit).is_some()) {
-        Some((other, _)) => format!("it measures {other}; known are {}", known.join(", ")),
+    match UNITS.iter().map(|u| u.0).find(|u| *u != column && factor(u, unit).is_some()) {
+        Some("mass") if column == "force" => {
+            format!("it measures mass; a load in kg is in kgf, 9.807 N; known are {}", known.join(", "))
+        }
+        Some(other) => format!("it measures {other}; known are {}", known.join(", ")),
         None => words::instead(unit, &known),
     }
 }
@@ -161,6 +118,7 @@ mod tests {
     fn a_unit_has_its_factor_in_its_own_column_alone() {
         assert_eq!(factor("force", "kN"), Some(1e3));
         assert_eq!(factor("force", "mm"), None);
+        assert_eq!((factor("force", "lbs"), factor("acceleration", "ft/s^2")), (Some(4.4482216152605), Some(0.3048)));
         assert_eq!(factor("wind", "m"), None);
     }
 
@@ -195,5 +153,6 @@ mod tests {
         assert!(instead("force", "KN").starts_with("did you mean \"kN\"?"));
         assert!(instead("acceleration", "m/s^").starts_with("did you mean \"m/s^2\"?"));
         assert!(instead("force", "mm").starts_with("it measures penetration; known are N, kN"));
+        assert!(instead("force", "kg").contains("a load in kg is in kgf"));
     }
 }

@@ -54,6 +54,31 @@ fn a_sound_campaign_has_no_notes() {
 }
 
 #[test]
+fn amounts_may_be_written_with_their_unit() {
+    let text = (HEAD.to_string() + &listed(1)).replace("moving_mass = 0.5", "moving_mass = \"800 g\"");
+    let text = text.replace("drop_height = 0.01", "drop_height = \"12,5 mm\"");
+    let c = of(folder(&text, &[("r1.csv", csv())]).path()).unwrap();
+    assert_eq!((c.moving_mass, c.recordings[0].drop_height), (Some(0.8), Some(0.0125)));
+    let e = errors(&text.replace("800 g", "800 N"), &[("r1.csv", csv())]);
+    assert!(e[0].contains("moving_mass = \"800 N\"") && e[0].contains("it measures force"), "{e:?}");
+}
+
+#[test]
+fn decimal_commas_semicolons_and_swapped_columns_get_the_sentence_that_helps() {
+    let text = HEAD.to_string() + &listed(1);
+    let with = |csv: String| errors(&text, &[("r1.csv", csv)]).join("\n");
+    let commas: String = csv().lines().map(|l| l.replace(',', ";").replace('.', ",") + "\n").collect();
+    assert!(with(commas).contains("touchdown import"));
+    let both: String =
+        "time [s],force [N]\n".to_string() + &(0..20).map(|i| format!("0,{i:03},3,5\n")).collect::<String>();
+    assert!(with(both).contains("decimal commas"));
+    let quoted = "time [s],force [N]\n".to_string() + &(0..20).map(|i| format!("\"0,{i:03}\",3\n")).collect::<String>();
+    assert!(with(quoted).contains("decimal point"));
+    let swapped = csv().replace("time [s],force [N]", "force [N],time [s]");
+    assert!(with(swapped).contains("are the columns time and force swapped?"));
+}
+
+#[test]
 fn a_simulation_without_terms_holds_what_every_such_one_does_and_the_notes_say_so() {
     // the force once more as a penetration
     let doubled = |l: &str| l.split_once(',').map_or(l.to_string(), |(t, f)| format!("{t},{f},{f}\n"));

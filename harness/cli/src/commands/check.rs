@@ -2,6 +2,7 @@
 
 use super::fmus::Fmus;
 use super::form::Form;
+use crate::agreement::{agreement, Compared};
 use crate::aligned::aligned;
 use crate::campaign::of_campaign;
 use crate::print;
@@ -18,6 +19,9 @@ use serde::Serialize;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+/// Lines on single recordings that are printed where all of them are off.
+const NAMED: usize = 2;
 
 const EXAMPLES: &str = "Examples:
   touchdown check my_drops                               # what a diagnosis would see, and what contradicts
@@ -47,6 +51,10 @@ struct Understood {
     simulation: Simulation,
     recordings: Vec<Row>,
     notes: Vec<String>,
+    /// What channels, speeds and heights say of each other.
+    compared: Vec<Compared>,
+    /// What sensors alone do not explain, but a rig may.
+    doubts: Vec<String>,
     noise: Vec<Noise>,
     /// What FMUs make of the recordings before anything is fitted; empty where none simulate it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -175,6 +183,16 @@ fn words(u: &Understood) -> String {
     let head = COLUMNS.map(str::to_string);
     s += &aligned(&std::iter::once(head).chain(u.recordings.iter().map(cells)).collect::<Vec<_>>());
     s.extend(u.notes.iter().map(|n| format!("  note: {n}\n")));
+    for c in &u.compared {
+        let [low, high] = c.interval.map(|v| figure(v, ""));
+        let [least, most] = c.expected.map(|v| figure(v, ""));
+        s += &format!(
+            "  compared in {} recordings: {}: {} ({low} to {high}); {least} to {most} is right\n",
+            c.recordings,
+            c.what,
+            figure(c.value, "")
+        );
+    }
     for n in &u.noise {
         let (noise, share) = (figure(n.noise, n.unit), figure(100.0 * n.over_range, "%"));
         s += &format!("  noise of {}: {noise}, {share} of its range\n", n.channel);
@@ -190,8 +208,15 @@ fn words(u: &Understood) -> String {
             range(m.simulated)
         );
     }
-    if u.errors.is_empty() {
-        s += "  nothing contradicts\n";
+    s.extend(u.doubts.iter().map(|d| format!("  doubt: {d}\n")));
+    if u.levels == 1 && u.recordings.len() > 1 {
+        s += "  note: all recordings are of one level: what grows with speed or depth cannot be told from what does not\n";
+    }
+    match (u.errors.len(), u.doubts.len()) {
+        (0, 0) => s += "  nothing contradicts\n",
+        (0, 1) => s += "  no contradiction, but a doubt\n",
+        (0, n) => s += &format!("  no contradiction, but {n} doubts\n"),
+        _ => {}
     }
     s
 }
@@ -201,7 +226,12 @@ fn words(u: &Understood) -> String {
 /// # Errors
 /// Where it cannot be read at all; what contradicts is among what is understood.
 fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
-    let mut c = crate::campaign::load(dir)?;
+    let agreed = agreement(&record::load(dir, &mechanisms::terms())?);
+    let of_dir = |text: &String| format!("{}: {text}", dir.display());
+    let mut c = crate::campaign::load(dir).map_err(|e| match agreed.contradictions.first() {
+        Some(first) => e.context(of_dir(first)),
+        None => e,
+    })?;
     let machine = crate::campaign::machine(&mut c, isolation)?;
     let c = c;
     let mut u = Understood {
@@ -213,15 +243,17 @@ fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
         simulation: Simulation { k: c.simulation.k, p: c.simulation.p, terms: c.simulation.terms.clone() },
         recordings: c.recordings.iter().map(|r| row(&c, r)).collect(),
         notes: c.warnings.clone(),
+        compared: agreed.compared,
+        doubts: agreed.doubts,
         noise: Vec::new(),
         simulated: Vec::new(),
-        errors: Vec::new(),
+        errors: agreed.contradictions.iter().map(of_dir).collect(),
     };
     let lines = |e: Invalid| of_campaign(dir, &e).lines().map(str::to_string).collect();
     let (data, guess) = match condition_on(&c, machine.as_ref()) {
         Ok(conditioned) => (conditioned.data, conditioned.guess),
         Err(e) => {
-            u.errors = lines(e);
+            u.errors.extend::<Vec<String>>(lines(e));
             return Ok(u);
         }
     };
@@ -232,7 +264,14 @@ fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
     };
     u.noise = Channel::ALL.into_iter().filter(|k| data.has(*k)).map(noise).collect();
     if let Err(e) = diagnose::plausible::check(&c, &data) {
-        u.errors = lines(e);
+        let mut found: Vec<String> = lines(e);
+        // what was named of all recordings need not be said of each
+        if !u.errors.is_empty() && found.len() > NAMED {
+            let more = found.len() - NAMED;
+            found.truncate(NAMED);
+            found.push(format!("{}: and so on, {more} lines more of other recordings", dir.display()));
+        }
+        u.errors.extend(found);
     }
     if let Some(m) = machine {
         u.notes.extend(m.facts().notes.iter().cloned());
@@ -278,6 +317,11 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let mut failed = false;
     let isolation = a.fmus.isolation()?;
     for dir in &a.campaigns {
+        if let Err(e) = crate::campaign::of_folder(dir) {
+            failed = true;
+            print::error(&format!("{e:#}"));
+            continue;
+        }
         match understood(dir, &isolation) {
             Ok(u) => {
                 // what is to be one JSON text is printed at the end

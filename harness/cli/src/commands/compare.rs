@@ -20,9 +20,10 @@ const EXAMPLES: &str = "Examples:
   touchdown compare r01.csv simulated.csv --cfc 1000 --srs 10 --json
   touchdown compare r01.csv simulated.csv --shift 0.0123 --from 0.01 --to 0.05
   touchdown compare fast.csv simulated.csv --rating-rate 1e6    # impacts of less than a millisecond
+  touchdown compare r01.csv results.csv --map force=stop.F --run 2   # results of a tool with its own names, of run 2
 
-Both files have a header of columns name [unit]: time and force, acceleration, penetration or closed; other columns are
-left out. docs/src/how-to/compare.md says how every figure is worked out.";
+Both files have a header of columns name [unit]: time and force, acceleration, penetration or closed, also as the last part
+of a name (contact.force); without a unit they are in SI; other columns are left out. docs/src/how-to/compare.md says how every figure is worked out.";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -31,6 +32,12 @@ pub struct Arguments {
     recording: PathBuf,
     /// CSV file of the simulation: results.csv of a run, a prediction of a diagnosis, or another tool's
     simulation: PathBuf,
+    /// Columns that are channels: CHANNEL=COLUMN, parted by commas, where names do not say so: force=contact.force
+    #[arg(long, value_name = "MAP", value_delimiter = ',')]
+    map: Vec<String>,
+    /// Of results of several runs, the one of this number in the column run
+    #[arg(long, value_name = "NUMBER")]
+    run: Option<f64>,
     /// Filter both by this channel frequency class (SAE J211-1, ISO 6487): 60, 180, 600, 1000 or another, Hz
     #[arg(long, value_name = "CLASS")]
     cfc: Option<f64>,
@@ -66,7 +73,13 @@ impl Arguments {
                 return Err(anyhow!("--from {from} and --to {to} leave nothing; give --from before --to"));
             }
         }
+        let pair = |m: &String| {
+            let parts = m.split_once('=').map(|(c, n)| (c.trim().to_string(), n.trim().to_string()));
+            parts.ok_or_else(|| anyhow!("--map {m}: no column is named; write --map force=COLUMN"))
+        };
         Ok(Settings {
+            columns: self.map.iter().map(pair).collect::<Result<_>>()?,
+            run: self.run,
             recording: self.recording.clone(),
             simulation: self.simulation.clone(),
             cfc: self.cfc,

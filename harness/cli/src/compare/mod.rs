@@ -26,6 +26,9 @@ const OCTAVES: i32 = 10;
 pub struct Settings {
     pub recording: PathBuf,
     pub simulation: PathBuf,
+    /// Columns of either file that are channels, and the run of the simulation.
+    pub columns: Vec<(String, String)>,
+    pub run: Option<f64>,
     /// Channel frequency class, Hz; None: nothing is filtered.
     pub cfc: Option<f64>,
     /// Quality of the shock spectrum's oscillators; None: no spectrum.

@@ -4,7 +4,7 @@ use super::Settings;
 use anyhow::{anyhow, Context, Result};
 use assess::{cfc, sampling};
 use diagnose::figure::figure;
-use record::{read_file, Channel, Signals};
+use record::{read_wanted, Channel, Signals, Wanted};
 use std::path::Path;
 
 /// Fewest samples that both have to share.
@@ -22,7 +22,8 @@ impl Side<'_> {
     /// # Errors
     /// Everything wrong with both.
     pub fn read_both(s: &Settings) -> Result<(Side<'_>, Side<'_>)> {
-        match (read_file(&s.recording), read_file(&s.simulation)) {
+        let wanted = Wanted { columns: s.columns.clone(), run: s.run };
+        match (read_wanted(&s.recording, &wanted), read_wanted(&s.simulation, &wanted)) {
             (Ok(recording), Ok(mut simulation)) => {
                 simulation.time.iter_mut().for_each(|t| *t += s.shift);
                 let (recording, simulation) = (

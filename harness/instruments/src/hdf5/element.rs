@@ -8,6 +8,15 @@ use hdf5_reader::{dtype_element_size, Datatype, H5Type};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Number(pub f64);
 
+/// One integer, with all its digits.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Whole(pub i128);
+
+/// Whether an element of this type is an integer of 8 bytes: a double does not hold each of them.
+pub(super) fn is_long(of: &Datatype) -> bool {
+    matches!(of, Datatype::FixedPoint { size: 8, .. })
+}
+
 /// The numeric fields of a compound record, in order, arrays element by element.
 #[derive(Clone, Debug)]
 pub(super) struct Record(pub Vec<f64>);
@@ -108,6 +117,25 @@ impl H5Type for Number {
     fn decode_vec(raw: &[u8], of: &Datatype, count: usize) -> Option<Result<Vec<Number>>> {
         let each = elements(raw, Number::element_size(of), count)?;
         Some(Ok(each.map(|bytes| Number(number(bytes, of))).collect()))
+    }
+}
+
+impl H5Type for Whole {
+    fn hdf5_type() -> Datatype {
+        f64::hdf5_type()
+    }
+
+    fn from_bytes(bytes: &[u8], of: &Datatype) -> Result<Whole> {
+        let Datatype::FixedPoint { signed, byte_order, .. } = of else {
+            return Err(Error::InvalidData("integers of another type".into()));
+        };
+        let element = bytes.get(..Whole::element_size(of)).ok_or_else(|| short("a number"))?;
+        let value = unsigned(element, *byte_order);
+        Ok(Whole(if *signed { i128::from(value as i64) } else { i128::from(value) }))
+    }
+
+    fn element_size(of: &Datatype) -> usize {
+        dtype_element_size(of).unwrap_or(0)
     }
 }
 

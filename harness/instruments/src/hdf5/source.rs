@@ -2,7 +2,7 @@
 
 use super::attributes::{self, Value};
 use super::clock::clock;
-use super::element::{is_number, Number, Record};
+use super::element::{is_long, is_number, Number, Record, Whole};
 use super::layout::{layout, Kind, Layout};
 use super::tree::{self, folders, Folder};
 use super::{lzf, matlab, Dialect};
@@ -10,7 +10,9 @@ use crate::shared::block::{hand, most};
 use crate::shared::guard::guarded;
 use crate::{Channel, Clock, Fault, Group, Sink, Source};
 use hdf5_reader::error::Error;
+use hdf5_reader::reference::read_object_references;
 use hdf5_reader::{Dataset, Datatype, FilterRegistry, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// Bytes that one chunk, or one read, may take.
@@ -25,7 +27,12 @@ struct Part {
     /// Value of a stored number: `factor` times it plus `offset`, as `scale_factor` and `add_offset` say.
     factor: f64,
     offset: f64,
+    /// The first integer, from which long ones count: a double does not hold their digits.
+    origin: Option<i128>,
 }
+
+/// Largest integer up to which a double holds each.
+const HELD: u128 = 1 << 53;
 
 struct Hdf5 {
     path: PathBuf,
@@ -86,6 +93,7 @@ impl Hdf5 {
     /// Takes all channels of the folders.
     fn take(&mut self, file: &Hdf5File, folders: &[Folder], dialect: Dialect, length: u64) {
         let references = matlab::References::of(file, dialect);
+        let scales = Scales::of(file, folders);
         let mut values: Vec<Vec<Value>> = Vec::new();
         for folder in folders {
             let mut own = folder.attributes.clone();
@@ -102,7 +110,13 @@ impl Hdf5 {
             known.extend(folder.above.iter().flat_map(|&a| values[a].clone()));
             for (name, dataset) in channels {
                 match layout(&dataset, dialect, length) {
-                    Ok(layout) => self.add(&folder.path, &name, dataset, layout, &known),
+                    Ok(layout) => {
+                        let scale = scales.of_time(&dataset, &layout);
+                        let at = self.add(&folder.path, &name, dataset, layout, &known);
+                        if let Some((path, name, scale)) = scale.filter(|s| s.0 != folder.path) {
+                            self.add_scale(at, &tree::join(&path, &name), scale, dialect, length);
+                        }
+                    }
                     Err(why) => {
                         self.notes.push(format!("dataset \"{}\" left out: {why}", tree::join(&folder.path, &name)))
                     }
@@ -112,8 +126,21 @@ impl Hdf5 {
         }
     }
 
-    /// Adds the channels of a dataset to the group of its parent, length and clock.
-    fn add(&mut self, folder: &str, name: &str, dataset: Dataset, layout: Layout, known: &[Value]) {
+    /// Adds the scale of the time axis that a dataset of the group `at` names, from another folder, once.
+    fn add_scale(&mut self, at: usize, name: &str, scale: Dataset, dialect: Dialect, length: u64) {
+        let Ok(layout) = layout(&scale, dialect, length) else { return };
+        let there = self.parts[at].iter().any(|p| p.dataset.address() == scale.address());
+        if layout.kind == Kind::Line && !there && self.groups[at].clock.is_none() {
+            let own = attributes::values(&scale.attributes());
+            let unit = attributes::units(&own).first().cloned().unwrap_or_default();
+            self.groups[at].channels.push(Channel { name: name.to_string(), unit });
+            let origin = origin(&scale, &layout);
+            self.parts[at].push(Part { factor: 1.0, offset: 0.0, origin, dataset: scale, layout });
+        }
+    }
+
+    /// Adds the channels of a dataset to the group of its parent, length and clock; which.
+    fn add(&mut self, folder: &str, name: &str, dataset: Dataset, layout: Layout, known: &[Value]) -> usize {
         let own = attributes::values(&dataset.attributes());
         let clock = clock(&own).or_else(|| clock(known));
         let group = if layout.kind == Kind::Records { tree::join(folder, name) } else { folder.to_string() };
@@ -122,7 +149,13 @@ impl Hdf5 {
         group.channels.extend(channels(name, &layout, &own));
         group.properties.extend(own.iter().map(|v| (format!("{name}.{}", v.name), v.text())));
         let of = |key: &str, other: f64| own.iter().find(|v| v.name == key).and_then(|v| v.number).unwrap_or(other);
-        self.parts[at].push(Part { factor: of("scale_factor", 1.0), offset: of("add_offset", 0.0), dataset, layout });
+        let origin = origin(&dataset, &layout);
+        if let Some(origin) = origin {
+            self.notes.push(format!("dataset \"{name}\" counts from its first number, {origin}"));
+        }
+        let (factor, offset) = (of("scale_factor", 1.0), of("add_offset", 0.0));
+        self.parts[at].push(Part { factor, offset, origin, dataset, layout });
+        at
     }
 
     fn group_of(&mut self, name: String, samples: u64, clock: Option<Clock>, known: &[Value]) -> usize {
@@ -133,6 +166,42 @@ impl Hdf5 {
             self.parts.push(Vec::new());
             self.groups.len() - 1
         })
+    }
+}
+
+/// The first of integers that a double does not hold, where they are counted from it.
+fn origin(dataset: &Dataset, layout: &Layout) -> Option<i128> {
+    if !is_long(dataset.dtype()) || layout.kind != Kind::Line {
+        return None;
+    }
+    let one = |(axis, _): (usize, &u64)| {
+        let end = if axis == layout.time { 1 } else { dataset.shape()[axis] };
+        SliceInfoElem::Slice { start: 0, end, step: 1 }
+    };
+    let selections = dataset.shape().iter().enumerate().map(one).collect();
+    let first = dataset.read_slice::<Whole>(&SliceInfo { selections }).ok()?.iter().next()?.0;
+    Some(first).filter(|f| f.unsigned_abs() > HELD)
+}
+
+/// Datasets that others name as the scale of an axis (`DIMENSION_LIST`), by their address.
+struct Scales(HashMap<u64, (String, Dataset)>, u8);
+
+impl Scales {
+    fn of(file: &Hdf5File, folders: &[Folder]) -> Scales {
+        let all = folders.iter().flat_map(|f| f.datasets.iter().map(|d| (d.address(), (f.path.clone(), d.clone()))));
+        Scales(all.collect(), file.superblock().offset_size)
+    }
+
+    /// The scale of the axis of the samples, where it is as long: its folder, its name and itself.
+    fn of_time(&self, dataset: &Dataset, layout: &Layout) -> Option<(String, String, Dataset)> {
+        let list = dataset.attribute("DIMENSION_LIST").ok()?;
+        let size = dataset.vlen_reference_size();
+        let axis = list.raw_data.chunks_exact(size).nth(layout.time)?;
+        let bytes = dataset.resolve_vlen_reference_bytes(axis, usize::from(self.1)).ok()?;
+        let address = *read_object_references(&bytes, self.1).ok()?.first()?;
+        let (path, scale) = self.0.get(&address)?;
+        let fits = scale.num_elements().ok()? == layout.samples && is_number(scale.dtype());
+        fits.then(|| (path.clone(), scale.name().to_string(), scale.clone()))
     }
 }
 
@@ -227,6 +296,12 @@ impl Part {
             Kind::Records => {
                 for Record(numbers) in self.dataset.read_slice::<Record>(&selection)? {
                     channels.iter_mut().zip(numbers).for_each(|(channel, n)| channel.push(n));
+                }
+            }
+            Kind::Line if self.origin.is_some() => {
+                let origin = self.origin.unwrap_or(0);
+                for Whole(n) in self.dataset.read_slice::<Whole>(&selection)? {
+                    channels[0].push((n - origin) as f64 * self.factor);
                 }
             }
             Kind::Line | Kind::Table { .. } => {

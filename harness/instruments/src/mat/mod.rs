@@ -110,6 +110,11 @@ impl Matrix {
         }
     }
 
+    /// The structs that the matrix lies in, the innermost first.
+    fn structs(&self) -> impl Iterator<Item = &str> {
+        self.name.rmatch_indices('.').map(|(at, _)| &self.name[..at])
+    }
+
     /// The struct that the matrix is a field of, and the field; empty where it is a variable of its own.
     fn field(&self) -> (&str, &str) {
         self.name.rsplit_once('.').unwrap_or(("", &self.name))
@@ -150,8 +155,9 @@ fn grouped(contents: &mut Contents) -> (Vec<Group>, Vec<Vec<usize>>) {
     let (mut groups, mut members): (Vec<Group>, Vec<Vec<usize>>) = (Vec::new(), Vec::new());
     let texts: HashMap<&str, &str> = contents.texts.iter().map(|(n, t)| (n.as_str(), t.as_str())).collect();
     for (i, matrix) in contents.matrices.iter().enumerate() {
-        let of_struct = (matrix.field().0.to_string(), matrix.samples());
-        let key = if timed.contains(&of_struct) { of_struct } else { (String::new(), matrix.samples()) };
+        // of structs in structs the innermost that has a time of this length
+        let of_structs = matrix.structs().map(|s| (s.to_string(), matrix.samples()));
+        let key = of_structs.into_iter().find(|k| timed.contains(k)).unwrap_or((String::new(), matrix.samples()));
         let at = *places.entry(key.clone()).or_insert_with(|| {
             let properties = contents.texts.iter().take(PROPERTIES).cloned().collect();
             groups.push(Group { name: key.0.clone(), samples: matrix.samples(), properties, ..Group::default() });
@@ -175,14 +181,27 @@ fn grouped(contents: &mut Contents) -> (Vec<Group>, Vec<Vec<usize>>) {
 }
 
 /// A matrix' name and unit. A struct like a timeseries says its units; its `Data` are what the struct is named after.
+/// Others have a unit beside their values, or in the label of Simulink's "Structure With Time", whose time is in s.
 fn channel(matrix: &Matrix, timed: bool, texts: &HashMap<&str, &str>) -> Channel {
     let (of, field) = matrix.field();
-    let units = |info: &str| texts.get(format!("{of}.{info}.Units").as_str()).map_or(String::new(), |t| t.to_string());
+    let text = |name: String| texts.get(name.as_str()).map(|t| t.to_string());
+    let units = |info: &str| text(format!("{of}.{info}.Units")).unwrap_or_default();
     match (timed, field) {
-        (true, "Time") => Channel { name: field.to_string(), unit: units("TimeInfo") },
-        (true, "Data") => Channel { name: of.to_string(), unit: units("DataInfo") },
-        _ => Channel { name: matrix.name.clone(), unit: String::new() },
+        (true, "Time") => return Channel { name: field.to_string(), unit: units("TimeInfo") },
+        (true, "Data") => return Channel { name: of.to_string(), unit: units("DataInfo") },
+        _ => {}
     }
+    let beside = || ["unit", "units", "Unit", "Units"].into_iter().find_map(|u| text(format!("{of}.{u}")));
+    let label = || text(format!("{of}.label")).map(|l| crate::shared::unit::of_name(&l).1);
+    let unit = match field.to_lowercase().as_str() {
+        "time" | "t" if timed => {
+            let simulink = texts.contains_key(format!("{of}.signals.dimensions").as_str());
+            text(format!("{of}.time_unit")).or_else(|| simulink.then(|| "s".to_string()))
+        }
+        "data" | "values" | "value" if !of.is_empty() => beside().or_else(label),
+        _ => None,
+    };
+    Channel { name: matrix.name.clone(), unit: unit.unwrap_or_default() }
 }
 
 impl Source for Mat {

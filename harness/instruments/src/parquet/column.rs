@@ -10,6 +10,9 @@ use parquet::errors::{ParquetError, Result};
 use parquet::file::reader::FileReader;
 use parquet::schema::types::ColumnDescriptor;
 
+/// Largest integer up to which a double holds each.
+const HELD: u64 = 1 << 53;
+
 /// What a stored value means.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Meaning {
@@ -38,11 +41,11 @@ pub(super) struct Column {
     meaning: Meaning,
     /// Definition level of a value that is there.
     defined: i16,
-    /// The first value of a column of times, once it was read.
+    /// The first value of a column of times or integers, once it was read.
     pub first: Option<i64>,
 }
 
-/// Samples of a column, and the first value of a column of times.
+/// Samples of a column, and the first value of a column of times or integers.
 pub(super) struct Read {
     pub samples: Vec<f64>,
     pub first: Option<i64>,
@@ -130,7 +133,15 @@ impl Column {
     }
 
     fn integer(&self, value: i64, first: &mut Option<i64>) -> f64 {
-        let mut since_first = || (i128::from(value) - i128::from(*first.get_or_insert(value))) as f64;
+        match self.meaning {
+            Meaning::Signed => {
+                let first = *first.get_or_insert(value);
+                // times since 1970 in ns are integers that a double does not hold
+                return if first.unsigned_abs() > HELD { since(value, first) } else { value as f64 };
+            }
+            _ => {}
+        }
+        let mut since_first = || since(value, *first.get_or_insert(value));
         match self.meaning {
             Meaning::Decimal(scale) => value as f64 / 10f64.powi(scale),
             Meaning::Time { per_second, .. } => since_first() / per_second,
@@ -149,6 +160,11 @@ impl Column {
             _ => f64::NAN,
         }
     }
+}
+
+/// One integer less another.
+fn since(value: i64, first: i64) -> f64 {
+    (i128::from(value) - i128::from(first)) as f64
 }
 
 fn meaning(of: &ColumnDescriptor, field: Option<&Field>) -> Option<Meaning> {

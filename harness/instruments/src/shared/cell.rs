@@ -246,8 +246,27 @@ const MISSING: [&str; 22] = [
     "#div/0!", "#value!", "#ref!", "1.#qnan", "-1.#ind", "1.#ind", "nan(ind)",
 ];
 
-/// Words for an infinite value, in lower case, without sign; `∞` is what PicoScope writes for an overrange.
-const INFINITE: [&str; 4] = ["inf", "infinity", "\u{221e}", "1.#inf"];
+/// Words for an infinite value, in lower case, without sign, and those of meters and loggers for a reading over their
+/// range; `∞` is what PicoScope writes for that. They are read as infinite: no reading, whatever its sign.
+const INFINITE: [&str; 17] = [
+    "inf",
+    "infinity",
+    "\u{221e}",
+    "1.#inf",
+    "ol",
+    "o.l",
+    "o.l.",
+    "0.l",
+    "ovl",
+    "ovld",
+    "ovf",
+    "ovfl",
+    "ovrng",
+    "over",
+    "overload",
+    "overrange",
+    "overflow",
+];
 
 fn other(cell: &[u8]) -> Cell {
     if let Some(stamp) = stamp::parse(cell) {
@@ -317,6 +336,18 @@ mod tests {
             assert_eq!(number(word, Decimal::Point, false), Cell::Text, "{word}");
         }
         assert_eq!(number("  ", Decimal::Point, false), Cell::Empty);
+    }
+
+    #[test]
+    fn words_for_a_reading_over_the_range_are_infinite() {
+        for word in ["OL", "+OL", "OVER", "OVLD", "Overload", "O.L."] {
+            assert_eq!(number(word, Decimal::Point, false), Cell::Number(f64::INFINITY), "{word}");
+        }
+        assert_eq!(number("-OL", Decimal::Point, false), Cell::Number(f64::NEG_INFINITY));
+        assert_eq!(
+            (number("---", Decimal::Point, false), number("Old", Decimal::Point, false)),
+            (Cell::Missing, Cell::Text)
+        );
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Equal steps of time that named values give: a rate or a step, and the time of the first sample.
 
 use super::cell::{Cell, Decimal, Delimiter, Dialect};
-use super::unit;
+use super::unit::{self, ticks_of_a_second};
 use crate::Clock;
 
 /// A named number.
@@ -137,17 +137,6 @@ fn hertz(unit: &str) -> Option<f64> {
         "khz" | "ks/s" | "ksa/s" => Some(1e3),
         "mhz" | "ms/s" | "msa/s" => Some(1e6),
         "ghz" | "gs/s" | "gsa/s" => Some(1e9),
-        _ => None,
-    }
-}
-
-/// How often a unit of time fits into a second; a step divided by it is exact to the last digit.
-pub(crate) fn ticks_of_a_second(unit: &str) -> Option<f64> {
-    match unit.to_lowercase().as_str() {
-        "s" | "sec" | "second" | "seconds" => Some(1.0),
-        "ms" | "msec" | "milliseconds" => Some(1e3),
-        "us" | "\u{b5}s" | "\u{3bc}s" | "usec" | "microseconds" => Some(1e6),
-        "ns" | "nanoseconds" => Some(1e9),
         _ => None,
     }
 }

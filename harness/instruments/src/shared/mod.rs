@@ -5,6 +5,7 @@ pub(crate) mod block;
 pub(crate) mod cell;
 pub(crate) mod clock;
 pub(crate) mod date;
+pub(crate) mod exact;
 pub(crate) mod guard;
 pub(crate) mod half;
 pub(crate) mod head;

@@ -2,8 +2,8 @@
 //!
 //! Times: `12:00:00`, `12:00:00.123`, `12:00:00,123`, `12:00:00:123`, `1:05:00.5 PM`, `05:00.5` (minutes and seconds, only
 //! with a fraction). Dates before them: `2024-05-01` (also with `/` or `.`, also with `T` between), `01.05.2024` (day first),
-//! `05/01/2024` (month first, as instruments of American make write it, unless the first number is above 12),
-//! `01-May-2024`. A zone at the end is passed over.
+//! `05/01/2024` (day or month first, in one order for the whole file: [`Dates`]), `01-May-2024`. A zone at the end is passed
+//! over. Digits beyond picoseconds are cut.
 
 use super::date::days;
 
@@ -14,17 +14,39 @@ const DAY: i64 = 86_400 * PICO;
 /// A time, and the day where the cell names it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stamp {
-    /// Days since 1970-01-01.
-    day: Option<i64>,
+    day: Option<Day>,
     /// Since midnight.
     picoseconds: i64,
+}
+
+/// Days since 1970-01-01, as either order reads the date; None where an order does not give a date.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Day {
+    day_first: Option<i64>,
+    month_first: Option<i64>,
+}
+
+/// What stands first in a date of three numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Order {
+    Day,
+    Month,
+}
+
+impl Day {
+    fn of(self, order: Order) -> Option<i64> {
+        match order {
+            Order::Day => self.day_first.or(self.month_first),
+            Order::Month => self.month_first.or(self.day_first),
+        }
+    }
 }
 
 impl Stamp {
     /// Seconds since `first`. `turns` counts the midnights that passed, where no day is named: the time falls by more than
     /// half a day.
-    fn since(self, first: Stamp, last: Stamp, turns: &mut i64) -> f64 {
-        let days = match (self.day, first.day) {
+    fn since(self, first: Stamp, last: Stamp, turns: &mut i64, order: Order) -> f64 {
+        let days = match (self.day.and_then(|d| d.of(order)), first.day.and_then(|d| d.of(order))) {
             (Some(day), Some(first)) => day - first,
             _ => {
                 *turns += i64::from(self.picoseconds < last.picoseconds - DAY / 2);
@@ -32,6 +54,64 @@ impl Stamp {
             }
         };
         days as f64 * 86_400.0 + (self.picoseconds - first.picoseconds) as f64 / PICO as f64
+    }
+
+    /// Seconds since another stamp near it.
+    pub fn after(self, first: Stamp) -> f64 {
+        self.since(first, first, &mut 0, Order::Month)
+    }
+}
+
+/// In which order the dates of a file are: all its cells decide.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Dates {
+    decided: Option<Order>,
+    /// Whether a cell can only be read with its day, or only with its month, first.
+    only: [bool; 2],
+    /// Longest step from a stamp to the next, s, by either order; infinite where one goes back.
+    longest: [f64; 2],
+}
+
+/// Both orders, as [`Dates`] has them.
+const ORDERS: [Order; 2] = [Order::Day, Order::Month];
+
+impl Dates {
+    fn note(&mut self, stamp: Stamp, last: Stamp) {
+        let Some(day) = stamp.day else { return };
+        self.only[0] |= day.month_first.is_none();
+        self.only[1] |= day.day_first.is_none();
+        for (longest, order) in self.longest.iter_mut().zip(ORDERS) {
+            let step = stamp.since(last, last, &mut 0, order);
+            *longest = longest.max(if step < 0.0 { f64::INFINITY } else { step });
+        }
+    }
+
+    /// What these and `other` saw.
+    pub fn join(&mut self, other: &Dates) {
+        for i in 0..2 {
+            self.only[i] |= other.only[i];
+            self.longest[i] = self.longest[i].max(other.longest[i]);
+        }
+    }
+
+    /// Settles the order: by a number above 12, else by the steps from one stamp to the next, which are the shorter ones in
+    /// the right order; month first where nothing decides, as then nothing depends on it.
+    ///
+    /// # Errors
+    /// Where some dates have a day above 12 first, and others second.
+    pub fn settle(&mut self) -> Result<(), &'static str> {
+        self.decided = Some(match self.only {
+            [true, true] => return Err("some dates have their day first, others their month"),
+            [true, false] => Order::Day,
+            [false, true] => Order::Month,
+            _ if self.longest[0] < self.longest[1] => Order::Day,
+            _ => Order::Month,
+        });
+        Ok(())
+    }
+
+    fn order(&self) -> Order {
+        self.decided.unwrap_or(Order::Month)
     }
 }
 
@@ -44,11 +124,12 @@ pub(crate) struct Elapsed {
 }
 
 impl Elapsed {
-    /// Seconds from the first stamp to this one.
-    pub fn seconds(&mut self, stamp: Stamp) -> f64 {
+    /// Seconds from the first stamp to this one, by the order of `dates`, which sees it.
+    pub fn seconds(&mut self, stamp: Stamp, dates: &mut Dates) -> f64 {
         let first = *self.first.get_or_insert(stamp);
         let last = self.last.replace(stamp).unwrap_or(first);
-        stamp.since(first, last, &mut self.turns)
+        dates.note(stamp, last);
+        stamp.since(first, last, &mut self.turns, dates.order())
     }
 }
 
@@ -94,31 +175,33 @@ fn time_of(text: &str) -> Option<i64> {
     if let Some(half) = half {
         hours = hours % 12 + half;
     }
+    let fraction = fraction.get(..12).filter(|_| fraction.bytes().all(|b| b.is_ascii_digit())).unwrap_or(fraction);
     let fraction = if fraction.is_empty() { 0 } else { digits(fraction, 12)? * 10_i64.pow(12 - fraction.len() as u32) };
     (hours < 24 && minutes < 60 && seconds < 61).then(|| ((hours * 60 + minutes) * 60 + seconds) * PICO + fraction)
 }
 
-/// Days since 1970-01-01.
-fn date_of(text: &str) -> Option<i64> {
+/// The date in a text, by either order.
+fn date_of(text: &str) -> Option<Day> {
     let parts: Vec<&str> = text.split(['-', '/', '.']).collect();
     let [a, b, c] = parts.as_slice() else { return None };
-    let (year, month, day) = if a.len() == 4 {
-        (digits(a, 4)?, month_of(b)?, digits(c, 2)?)
-    } else {
-        let year = match c.len() {
-            4 => digits(c, 4)?,
-            2 if text.contains('.') => 2000 + digits(c, 2)?,
-            _ => return None,
-        };
-        let (first, second) = (digits(a, 2)?, month_of(b)?);
-        let month_first = text.contains('/') && first <= 12;
-        if month_first {
-            (year, first, second)
-        } else {
-            (year, second, first)
-        }
+    let of = |year: i64, month: i64, day: i64| {
+        ((1..=12).contains(&month) && (1..=31).contains(&day)).then(|| days(year, month, day))
     };
-    ((1..=12).contains(&month) && (1..=31).contains(&day)).then(|| days(year, month, day))
+    let one = |day: Option<i64>| Some(Day { day_first: Some(day?), month_first: day });
+    if a.len() == 4 {
+        return one(of(digits(a, 4)?, month_of(b)?, digits(c, 2)?));
+    }
+    let year = match c.len() {
+        4 => digits(c, 4)?,
+        2 if text.contains(['.', '/']) => 2000 + digits(c, 2)?,
+        _ => return None,
+    };
+    let (first, second) = (digits(a, 2)?, month_of(b)?);
+    if text.contains('.') || digits(b, 2).is_none() {
+        return one(of(year, second, first));
+    }
+    let day = Day { day_first: of(year, second, first), month_first: of(year, first, second) };
+    (day.day_first.is_some() || day.month_first.is_some()).then_some(day)
 }
 
 const MONTHS: [&str; 12] = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
@@ -142,7 +225,31 @@ mod tests {
 
     fn between(first: &str, last: &str) -> f64 {
         let (first, last) = (parse(first.as_bytes()).unwrap(), parse(last.as_bytes()).unwrap());
-        last.since(first, first, &mut 0)
+        last.after(first)
+    }
+
+    fn whole(stamps: &[&str]) -> Result<Vec<f64>, &'static str> {
+        let mut dates = Dates::default();
+        let all: Vec<Stamp> = stamps.iter().map(|s| parse(s.as_bytes()).unwrap()).collect();
+        let mut elapsed = Elapsed::default();
+        for s in &all {
+            elapsed.seconds(*s, &mut dates);
+        }
+        dates.settle()?;
+        let mut elapsed = Elapsed::default();
+        Ok(all.iter().map(|s| elapsed.seconds(*s, &mut dates)).collect())
+    }
+
+    #[test]
+    fn dates_are_read_in_one_order_decided_by_all_cells() {
+        // the 12th passes to the 13th at midnight: the second cell decides for the first
+        assert_eq!(whole(&["12/01/2024 23:59:59", "13/01/2024 00:00:01"]), Ok(vec![0.0, 2.0]));
+        assert_eq!(whole(&["01/12/2024 23:59:59", "01/13/2024 00:00:01"]), Ok(vec![0.0, 2.0]));
+        // no number is above 12: the shorter step decides
+        assert_eq!(whole(&["01/02/2024 23:59:59", "02/02/2024 00:00:01"]), Ok(vec![0.0, 2.0]));
+        assert_eq!(whole(&["02/01/2024 23:59:59", "02/02/2024 00:00:01"]), Ok(vec![0.0, 2.0]));
+        assert_eq!(whole(&["31-01-2024 23:59:59", "01-02-2024 00:00:01"]), Ok(vec![0.0, 2.0]));
+        assert!(whole(&["13/01/2024 00:00:00", "01/13/2024 00:00:01"]).is_err());
     }
 
     #[test]
@@ -157,21 +264,13 @@ mod tests {
         assert_eq!(between("31.12.2023 23:59:59", "01.01.2024 00:00:00"), 1.0);
         assert_eq!(between("12/31/2023 23:59:59", "01/01/2024 00:00:00"), 1.0);
         assert_eq!(between("28-Feb-2023 00:00:00", "01-Mar-2023 00:00:00"), 86_400.0);
+        assert_eq!(between("12:00:00.0019531249982946", "12:00:00.0039531249982946"), 0.002);
         assert_eq!(between("23:59:59", "00:00:01"), 2.0, "midnight passed");
     }
 
     #[test]
     fn what_is_no_time_is_none() {
-        for text in [
-            "12:30",
-            "25:00:00",
-            "12:61:00",
-            "a:b:c",
-            "12:00:00.1234567890123",
-            "::",
-            "Force: 12:00:00",
-            "2024-05-01 12:00:00 0.25",
-        ] {
+        for text in ["12:30", "25:00:00", "12:61:00", "a:b:c", "::", "Force: 12:00:00", "2024-05-01 12:00:00 0.25"] {
             assert_eq!(parse(text.as_bytes()), None, "{text}");
         }
         assert!(is_date(b"2024-05-01") && is_date(b"01.05.2024") && !is_date(b"1.5.7") && !is_date(b"2024-13-01"));

@@ -1,42 +1,11 @@
 //! Units beside and inside names.
 
-/// What units are made of. Prefixes stand before the ones that have them.
-const PREFIXED: [&str; 17] =
-    ["s", "g", "m", "N", "V", "A", "Pa", "Hz", "W", "J", "bar", "Nm", "C", "rad", "T", "S/s", "eps"];
-const PREFIXES: [&str; 10] = ["n", "u", "\u{b5}", "\u{3bc}", "m", "c", "d", "k", "M", "G"];
-const WHOLE: [&str; 73] = [
-    "min", "h", "d", "t", "lb", "lbf", "lbm", "klbf", "kip", "kp", "kgf", "ft", "in", "inch", "inches", "psi", "ksi",
-    "K", "degC", "degF", "deg", "\u{b0}", "\u{b0}C", "\u{b0}F", "%", "rpm", "RPM", "U", "rev", "G", "gn", "g0", "dB",
-    "strain", "\u{3b5}", "mil", "kph", "mph", "Ohm", "\u{3a9}", "atm", "Torr", "sec", "secs", "msec", "usec", "second",
-    "seconds", "Second", "Seconds", "ms.", "sec.", "Volt", "Volts", "volt", "volts", "Ampere", "Amps", "counts",
-    "digits", "EU", "AU", "u/min", "pC", "VA", "kOhm", "k\u{3a9}", "mol", "bit", "bits", "cts", "count", "samples",
-];
-const WORDS: [&str; 8] = ["newton", "newtons", "metre", "meter", "meters", "metres", "pascal", "hertz"];
+pub(crate) use units::is_unit;
 
-fn is_atom(text: &str) -> bool {
-    let prefixed = |rest: &str| PREFIXED.contains(&rest);
-    WHOLE.contains(&text)
-        || prefixed(text)
-        || PREFIXES.iter().any(|p| text.strip_prefix(p).is_some_and(prefixed))
-        || WORDS.contains(&text.to_lowercase().as_str())
-}
-
-/// Whether a text is a unit: atoms with exponents, multiplied and divided; or the sign for none (`-`, `1`).
-pub(crate) fn is_unit(text: &str) -> bool {
-    if matches!(text, "-" | "1") {
-        return true;
-    }
-    let joins = |c: char| "/*\u{b7}\u{22c5}\u{d7}() .".contains(c);
-    let exponent = |c: char| c.is_ascii_digit() || "^\u{b2}\u{b3}-+\u{b9}\u{207b}\u{2212}".contains(c);
-    let mut atoms = 0;
-    is_atom(text)
-        || text.split(joins).filter(|part| !part.is_empty()).all(|part| {
-            let atom = part.trim_end_matches(exponent);
-            // the 1 of 1/min
-            let one = part == "1" && text.starts_with("1/");
-            atoms += usize::from(!one);
-            one || is_atom(atom)
-        }) && atoms > 0
+/// How often a unit of time fits into a second: a step divided by it is exact to the last digit; None for other units.
+pub(crate) fn ticks_of_a_second(unit: &str) -> Option<f64> {
+    let seconds = units::factor("time", unit)?;
+    Some(if seconds < 1.0 { (1.0 / seconds).round() } else { 1.0 / seconds })
 }
 
 /// The unit in a cell of a row of units: brackets off; None where it is none.
@@ -91,9 +60,8 @@ fn parenthesis(cell: &str) -> Option<(&str, &str)> {
 
 /// Whether a channel is a time, by its unit or its name.
 pub(crate) fn is_time(name: &str, unit: &str) -> bool {
-    let unit_of_time = ["s", "ms", "us", "\u{b5}s", "\u{3bc}s", "ns", "min", "h", "sec", "second", "seconds", "msec"];
     let name = name.to_lowercase();
-    unit_of_time.contains(&unit.to_lowercase().as_str())
+    units::factor("time", unit).is_some()
         || ["time", "zeit", "temps", "tiempo"].iter().any(|t| name.starts_with(t))
         || name == "t"
 }

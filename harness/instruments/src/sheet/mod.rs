@@ -62,8 +62,10 @@ fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
         Some(Sheets::Xlsx) | None => excel::xlsx(path),
     }?;
     let mut memory = Memory { notes: book.notes, ..Memory::default() };
+    let mut dates = table::dates(&book.sheets);
+    dates.settle().map_err(|what| Fault::new(path, what, "write all dates in one order, such as 2024-05-31"))?;
     for sheet in book.sheets {
-        table::take(sheet, &book.properties, &mut memory);
+        table::take(sheet, &book.properties, dates, &mut memory);
     }
     if memory.groups.is_empty() {
         let what = format!(

@@ -5,7 +5,7 @@ use super::layout::{layout, Kind, Layout};
 use super::time;
 use crate::shared::cell::{proves_thousands, Cell as Text, Decimal, Delimiter, Dialect};
 use crate::shared::head::{self, property, Head, Row};
-use crate::shared::stamp::Elapsed;
+use crate::shared::stamp::{self, Dates, Elapsed};
 use crate::shared::{clock, unit};
 use crate::{Group, Memory};
 
@@ -13,7 +13,7 @@ use crate::{Group, Memory};
 const HEAD: usize = 1000;
 
 /// Adds the group of a sheet to `memory`; nothing where no column holds numbers.
-pub(super) fn take(sheet: Sheet, properties: &[(String, String)], memory: &mut Memory) {
+pub(super) fn take(sheet: Sheet, properties: &[(String, String)], dates: Dates, memory: &mut Memory) {
     let dialect = dialect(&sheet);
     let kinds: Vec<Vec<Kind>> =
         sheet.rows.iter().take(HEAD).map(|row| row.iter().map(|c| kind(c, dialect)).collect()).collect();
@@ -28,7 +28,7 @@ pub(super) fn take(sheet: Sheet, properties: &[(String, String)], memory: &mut M
             memory.notes.extend(left_out(&sheet, layout.first, column, &channel.name));
             continue;
         }
-        let read = samples(&sheet, layout.first, column, dialect);
+        let read = samples(&sheet, layout.first, column, dialect, dates);
         if let Some(day) = read.first_day {
             let name = if channel.name.is_empty() { letters(column) } else { channel.name.clone() };
             group.properties.push((format!("{name}.first"), time::iso(day)));
@@ -52,6 +52,24 @@ pub(super) fn take(sheet: Sheet, properties: &[(String, String)], memory: &mut M
         memory.groups.push(group);
         memory.samples.push(all);
     }
+}
+
+/// In which order the dates are that all sheets hold as texts.
+pub(super) fn dates(sheets: &[Sheet]) -> Dates {
+    let mut dates = Dates::default();
+    for sheet in sheets {
+        let width = sheet.rows.iter().map(Vec::len).max().unwrap_or(0);
+        for column in 0..width {
+            let mut elapsed = Elapsed::default();
+            for cell in sheet.rows.iter().filter_map(|r| r.get(column)) {
+                let Cell::Text(text) = cell else { continue };
+                if let Some(stamp) = stamp::parse(text.trim().as_bytes()) {
+                    elapsed.seconds(stamp, &mut dates);
+                }
+            }
+        }
+    }
+    dates
 }
 
 /// How the sheet's texts write numbers: with the decimal separator that reads more of them.
@@ -122,7 +140,7 @@ enum First {
 }
 
 /// The samples of a column from a row on.
-fn samples(sheet: &Sheet, from: usize, column: usize, mut dialect: Dialect) -> Column {
+fn samples(sheet: &Sheet, from: usize, column: usize, mut dialect: Dialect, mut dates: Dates) -> Column {
     let mut first: Option<First> = None;
     let mut first_day = None;
     let mut sample = |cell: &Cell| -> Option<f64> {
@@ -143,7 +161,7 @@ fn samples(sheet: &Sheet, from: usize, column: usize, mut dialect: Dialect) -> C
             Text::Empty | Text::Missing => Some(f64::NAN),
             Text::Number(n) => matches!(first.get_or_insert(First::Number), First::Number).then_some(n),
             Text::Stamp(stamp) => match first.get_or_insert_with(|| First::Stamp(Elapsed::default())) {
-                First::Stamp(elapsed) => Some(elapsed.seconds(stamp)),
+                First::Stamp(elapsed) => Some(elapsed.seconds(stamp, &mut dates)),
                 _ => None,
             },
             Text::Date | Text::Text => None,

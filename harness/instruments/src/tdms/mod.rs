@@ -11,7 +11,7 @@ mod strain;
 
 use crate::shared::binary::Bytes;
 use crate::shared::block::{hand, spans};
-use crate::shared::clock::ticks_of_a_second;
+use crate::shared::unit::ticks_of_a_second;
 use crate::{Channel, Clock, Fault, Format, Group, Sink, Source};
 use object::{Object, Piece, Stored, Track};
 use scaling::{Plan, Unscaled};
@@ -57,6 +57,7 @@ fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
 /// The groups and their columns: the channels of a group that have one length and one clock.
 fn grouped(objects: &[Object], notes: &mut Vec<String>) -> (Vec<Group>, Vec<Vec<Column>>) {
     let places: HashMap<&str, usize> = objects.iter().enumerate().map(|(i, o)| (o.path.as_str(), i)).collect();
+    let origin = objects.iter().filter(|o| o.samples > 0).filter_map(Object::begin).min();
     let mut parts: HashMap<(&str, u64, Option<[u64; 2]>), usize> = HashMap::new();
     let (mut groups, mut columns): (Vec<Group>, Vec<Vec<Column>>) = (Vec::new(), Vec::new());
     for (place, object) in objects.iter().enumerate() {
@@ -80,7 +81,7 @@ fn grouped(objects: &[Object], notes: &mut Vec<String>) -> (Vec<Group>, Vec<Vec<
         if plan.is_raw() && object.is_daqmx() && matches!(object.stored(), Some(Stored::Number(_))) {
             notes.push(format!("channel \"{channel_name}\" of group \"{group_name}\" has no scaling: raw numbers"));
         }
-        let clock = clock(object);
+        let clock = clock(object, origin);
         let key = (object.group.as_str(), object.samples, clock.map(|c| [c.start.to_bits(), c.step.to_bits()]));
         let at = *parts.entry(key).or_insert_with(|| {
             let properties = parents.iter().flatten().flat_map(|p| p.texts("")).take(PROPERTIES).collect();
@@ -106,15 +107,16 @@ fn unit(object: &Object) -> String {
     }
 }
 
-/// The waveform's steps, where they are of time.
-fn clock(object: &Object) -> Option<Clock> {
+/// The waveform's steps, where they are of time; they count from `origin`, when the first waveform of the file begins.
+fn clock(object: &Object, origin: Option<(i64, u64)>) -> Option<Clock> {
     let ticks = match object.text("wf_xunit_string").map(str::trim) {
         None | Some("") => 1.0,
         Some(unit) => ticks_of_a_second(unit)?,
     };
     let seconds = |name: &str| object.number(name).map(|n| n / ticks).filter(|s| s.is_finite());
     let step = seconds("wf_increment").filter(|s| *s > 0.0)?;
-    let start = seconds("wf_start_offset").unwrap_or(0.0);
+    let late = object.begin().zip(origin).map_or(0.0, |(begin, origin)| object::seconds(begin, origin));
+    let start = seconds("wf_start_offset").unwrap_or(0.0) + late;
     Some(Clock { start, step })
 }
 

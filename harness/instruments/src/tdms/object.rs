@@ -42,6 +42,8 @@ pub(super) struct Track {
 pub(super) enum Value {
     Number(f64),
     Text(String),
+    /// Seconds from 1904 and parts of 2^-64 s.
+    Time((i64, u64)),
 }
 
 /// The file, a group or a channel.
@@ -117,14 +119,23 @@ impl Object {
     pub(super) fn number(&self, name: &str) -> Option<f64> {
         match self.value(name)? {
             Value::Number(n) => Some(*n),
-            Value::Text(_) => None,
+            Value::Text(_) | Value::Time(_) => None,
         }
     }
 
     pub(super) fn text(&self, name: &str) -> Option<&str> {
         match self.value(name)? {
             Value::Text(t) => Some(t),
-            Value::Number(_) => None,
+            Value::Number(_) | Value::Time(_) => None,
+        }
+    }
+
+    /// When the waveform begins, seconds from 1904 and parts of 2^-64 s; None where it does not say so.
+    pub(super) fn begin(&self) -> Option<(i64, u64)> {
+        match self.value("wf_start_time")? {
+            // LabVIEW writes 0 where it does not know
+            Value::Time(t) => Some(*t).filter(|t| t.0 != 0),
+            _ => None,
         }
     }
 
@@ -141,6 +152,7 @@ impl Object {
             let text = match v {
                 Value::Number(x) => x.to_string(),
                 Value::Text(t) => t.clone(),
+                Value::Time(t) => date(*t),
             };
             (format!("{before}{n}"), text)
         })
@@ -194,7 +206,7 @@ pub(super) fn property(walk: &mut Walk) -> Result<(String, Value), Fault> {
         }
         TIMESTAMP => {
             let order = walk.order;
-            Value::Text(date(timestamp(walk.array()?, order)))
+            Value::Time(timestamp(walk.array()?, order))
         }
         kind => match number(kind) {
             Some(number) => Value::Number(walk.number(number)?),

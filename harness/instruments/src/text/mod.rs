@@ -26,6 +26,7 @@ use crate::shared::block::Block;
 use crate::shared::cell::{split, text, Delimiter, Dialect};
 use crate::shared::head::{Head, PROPERTIES};
 use crate::shared::lines::{encoding, Encoding, Lines, Mark};
+use crate::shared::stamp::Dates;
 use crate::shared::{clock, unit};
 use crate::{Fault, Format, Group, Sink, Source};
 use layout::{Kept, Kind, Layout, WINDOW};
@@ -75,12 +76,21 @@ struct Text {
     tables: Vec<Table>,
     groups: Vec<Group>,
     notes: Vec<String>,
+    /// In which order the dates of all tables are.
+    dates: Dates,
 }
 
 fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
-    let mut source =
-        Text { path: path.to_path_buf(), lines: Lines::open(path)?, tables: vec![], groups: vec![], notes: vec![] };
+    let mut source = Text {
+        path: path.to_path_buf(),
+        lines: Lines::open(path)?,
+        tables: vec![],
+        groups: vec![],
+        notes: vec![],
+        dates: Dates::default(),
+    };
     source.scan()?;
+    source.dates.settle().map_err(|what| Fault::new(path, what, "write all dates in one order, such as 2024-05-31"))?;
     if source.groups.is_empty() {
         let cure = "give a table with a delimiter between its cells and numbers in its lines";
         return Err(Fault::new(path, "no table of numbers was found in the text", cure));
@@ -213,17 +223,22 @@ impl Text {
             );
         }
         self.lines.go(start)?;
-        let mut walk = Walk::new(&self.path, found.dialect, &found.kinds);
+        let mut walk = Walk::new(&self.path, found.dialect, &found.kinds, Dates::default());
         let stop = walk.rows(&mut self.lines, u64::MAX, &mut |_| ControlFlow::Continue(()))?;
         self.notes.append(&mut walk.notes);
+        self.dates.join(&walk.dates);
         let mut said = header::read(header, found.dialect, &found.kinds);
         beside(found, window, &mut said);
         let shown: Vec<usize> = (0..found.kinds.len()).filter(|c| walk.columns[*c].is_shown()).collect();
         for (c, column) in walk.columns.iter().enumerate() {
-            let name = &said.channels[c].name;
+            let name = &said.channels[c].name.clone();
             if column.is_shown() {
                 if column.kind == Kind::Stamp {
                     said.channels[c].unit = "s".to_string();
+                }
+                if let Some(first) = column.origin() {
+                    self.notes
+                        .push(format!("line {line}: column {} ({name}) counts from its first number, {first}", c + 1));
                 }
             } else if !name.is_empty() && !name.contains('=') && !said.properties.iter().any(|(n, _)| n == name) {
                 let what = if column.kind == Kind::Text { "text" } else { "nothing" };
@@ -316,7 +331,7 @@ impl Source for Text {
         let mut block = Block::new(table.shown.len());
         let mut stopped = false;
         self.lines.go(table.start)?;
-        let mut walk = Walk::new(&self.path, table.dialect, &table.kinds);
+        let mut walk = Walk::new(&self.path, table.dialect, &table.kinds, self.dates);
         walk.rows(&mut self.lines, rows, &mut |row| {
             block.columns.iter_mut().zip(&table.shown).for_each(|(b, c)| b.push(row[*c]));
             let flow = block.hand_full(sink);

@@ -1,13 +1,16 @@
 //! The lines of a table, one sample of every column each.
 
 use super::layout::{comment, is_blank, Kind};
-use crate::shared::cell::{bare, split, Cell, Delimiter, Dialect};
+use crate::shared::cell::{bare, split, Cell, Decimal, Delimiter, Dialect};
+use crate::shared::exact::Exact;
 use crate::shared::lines::{excerpt, Lines, Mark};
-use crate::shared::stamp::Elapsed;
+use crate::shared::stamp::{Dates, Elapsed};
 use crate::Fault;
 use std::ops::{ControlFlow, Range};
 use std::path::{Path, PathBuf};
 
+/// Least number that may be a time since 1970: such numbers have more digits than a double.
+const EPOCH: f64 = 1e9;
 /// Lines of one form that make the form of the table.
 const STEADY: u32 = 3;
 
@@ -18,6 +21,8 @@ pub(crate) struct Column {
     /// Numbers and times in it.
     pub values: u64,
     elapsed: Elapsed,
+    /// The first number, from which the column counts: a double does not hold all digits of its numbers.
+    origin: Option<Exact>,
 }
 
 /// Where a table ended.
@@ -52,6 +57,8 @@ pub(crate) struct Walk {
     /// Samples so far.
     pub count: u64,
     pub notes: Vec<String>,
+    /// In which order dates are.
+    pub dates: Dates,
     cells: Vec<Range<usize>>,
     row: Vec<f64>,
     /// Columns whose kind the last line decided.
@@ -75,13 +82,14 @@ enum Row {
 }
 
 impl Walk {
-    pub fn new(path: &Path, dialect: Dialect, kinds: &[Kind]) -> Walk {
+    pub fn new(path: &Path, dialect: Dialect, kinds: &[Kind], dates: Dates) -> Walk {
         Walk {
             path: path.to_path_buf(),
             dialect,
             columns: kinds.iter().map(|kind| Column::new(*kind)).collect(),
             count: 0,
             notes: Vec::new(),
+            dates,
             cells: Vec::new(),
             decided: Vec::new(),
             row: vec![f64::NAN; kinds.len()],
@@ -190,10 +198,10 @@ impl Walk {
                 Cell::Number(number) => {
                     values += 1;
                     match column.kind {
-                        Kind::Number => self.row[c] = number,
+                        Kind::Number => self.row[c] = column.number(number, &line[place.clone()], self.dialect.decimal),
                         Kind::Open => {
                             column.kind = Kind::Number;
-                            self.row[c] = number;
+                            self.row[c] = column.number(number, &line[place.clone()], self.dialect.decimal);
                         }
                         Kind::Text => {}
                         Kind::Stamp => {
@@ -207,7 +215,7 @@ impl Walk {
                     column.kind = Kind::Stamp;
                     column.values += 1;
                     values += 1;
-                    self.row[c] = column.elapsed.seconds(stamp);
+                    self.row[c] = column.elapsed.seconds(stamp, &mut self.dates);
                 }
                 Cell::Stamp(_) | Cell::Date | Cell::Text => {
                     texts += 1;
@@ -276,6 +284,25 @@ fn ends_open(line: &[u8], delimiter: Delimiter) -> bool {
 
 impl Column {
     fn new(kind: Kind) -> Column {
-        Column { kind, values: 0, elapsed: Elapsed::default() }
+        Column { kind, values: 0, elapsed: Elapsed::default(), origin: None }
+    }
+
+    /// The number of a cell, counted from the first of the column where a double cannot hold all its digits.
+    fn number(&mut self, number: f64, cell: &[u8], decimal: Decimal) -> f64 {
+        if self.values == 0 && number.abs() >= EPOCH {
+            self.origin = Exact::of(bare(cell), decimal).filter(Exact::is_long);
+        }
+        match &self.origin {
+            None => number,
+            Some(origin) => {
+                let exact = Exact::of(bare(cell), decimal).and_then(|e| e.less(origin));
+                exact.unwrap_or(number - origin.value())
+            }
+        }
+    }
+
+    /// The first number, where the column counts from it.
+    pub(crate) fn origin(&self) -> Option<f64> {
+        self.origin.as_ref().map(Exact::value)
     }
 }

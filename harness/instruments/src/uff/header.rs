@@ -2,6 +2,7 @@
 
 use crate::shared::cell::{Cell, Decimal, Delimiter, Dialect};
 use crate::shared::lines::decode;
+use crate::shared::unit::ticks_of_a_second;
 
 /// Lines of a header.
 pub(crate) const LINES: usize = 11;
@@ -189,6 +190,15 @@ impl Header {
             1 => matches!(self.abscissa.data_type, 0 | 1 | 17),
             0 => self.abscissa.data_type == 17,
             _ => false,
+        }
+    }
+
+    /// How often the unit of the abscissa fits into a second; None where it is no unit of time. An abscissa without a unit
+    /// is in s.
+    pub fn ticks(&self) -> Option<f64> {
+        match self.abscissa.unit.as_str() {
+            "" => Some(1.0),
+            unit => ticks_of_a_second(unit),
         }
     }
 

@@ -4,7 +4,7 @@
 //! Read are time responses (function type 1, and 0 with time as abscissa) of real numbers. Other functions, complex ones
 //! and those in floats other than IEEE are left out with a note; datasets of other types are skipped. Datasets of equal
 //! start, step and length form a group with a clock; one with uneven abscissa is a group of two channels, the abscissa
-//! first. Names come from ID line 1, or the ordinate's axis label, or the node and direction; units from the axes'
+//! first; the steps of an even one are in the unit of its axis. Names come from ID line 1, or the ordinate's axis label, or the node and direction; units from the axes'
 //! unit labels, or from the data type and the units of dataset 164 (SI where there is none).
 //!
 //! Samples are read in blocks from the file, in constant memory. Our own reader stands here since there is no kept crate
@@ -92,7 +92,9 @@ impl Uff {
             self.sets.push(vec![set]);
             return;
         }
-        let clock = Clock { start: header.start, step: header.step };
+        // the abscissa's label may say ms
+        let ticks = header.ticks().unwrap_or(1.0);
+        let clock = Clock { start: header.start / ticks, step: header.step / ticks };
         let key = (clock.start.to_bits(), clock.step.to_bits(), set.count);
         match of_clock.get(&key) {
             Some(at) => {

@@ -150,6 +150,7 @@ impl Scan<'_> {
             (h, _) if matches!(h.data_type, 5 | 6) => Some("it is complex"),
             (h, _) if !matches!(h.data_type, 2 | 4) => Some("its data type is not known"),
             (h, _) if !h.is_time_response() => Some("it is no time response"),
+            (h, _) if h.even && h.ticks().is_none() => Some("the unit of its abscissa is no unit of time"),
             (h, _) if h.even && h.step <= 0.0 => Some("its step is not above 0"),
             (h, _) if h.count == 0 => Some("it holds no values"),
             (_, None) => Some("its floats are not of IEEE"),
