@@ -5,7 +5,7 @@
 
 use super::arithmetic;
 use super::error::Discarded;
-use super::log::{step_finished, touchdown_host_logger, Log};
+use super::log::{step_finished, touchdown_host_logger, HandedOut, Log};
 use super::trouble::{judge, misuse, Answer, Trouble};
 use fmi::fmi2::binding::{self, Fmi2Binding};
 use fmi::fmi2::CallbackFunctions;
@@ -64,6 +64,7 @@ pub(super) struct Here {
     /// Set where fmi2Fatal was answered: nothing may be called after it, freeing included.
     fatal: Arc<AtomicBool>,
     _callbacks: Rc<CallbackFunctions>,
+    _handed_out: HandedOut,
     log: Arc<Log>,
     binding: Arc<Fmi2Binding>,
 }
@@ -148,10 +149,11 @@ impl Here {
         let Ok(instantiate) = &binding.fmi2Instantiate else {
             return Err("its binary has no fmi2Instantiate; export it again".into());
         };
+        let handed_out = HandedOut::new(&log, &making.name);
         let callbacks = Rc::new(CallbackFunctions {
             logger: Some(touchdown_host_logger),
             step_finished: Some(step_finished),
-            component_environment: Arc::as_ptr(&log).cast_mut().cast::<c_void>(),
+            component_environment: handed_out.environment(),
             ..CallbackFunctions::default()
         });
         log.begin();
@@ -183,6 +185,7 @@ impl Here {
             patience: making.patience,
             fatal,
             _callbacks: callbacks,
+            _handed_out: handed_out,
             log,
             binding,
         })
