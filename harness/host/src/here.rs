@@ -6,10 +6,11 @@
 use super::arithmetic;
 use super::error::Discarded;
 use super::log::{step_finished, touchdown_host_logger, HandedOut, Log};
+use super::missing;
 use super::trouble::{judge, misuse, Answer, Trouble};
 use fmi::fmi2::binding::{self, Fmi2Binding};
 use fmi::fmi2::CallbackFunctions;
-use std::ffi::{c_char, c_int, c_void, CStr, CString};
+use std::ffi::{c_char, c_int, CStr, CString};
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -110,12 +111,7 @@ pub(super) fn load(library: &Path) -> Result<Fmi2Binding, String> {
     // SAFETY: loading runs the binary's initializers; whoever loads it here trusts it to run in this process
     let binding = unsafe { Fmi2Binding::new(library) }.map_err(|e| {
         let why = with_cause(&e);
-        let cure = if why.contains("undefined symbol: _Py") || why.contains("undefined symbol: Py") {
-            "it runs in the Python it was exported with: start this with LD_PRELOAD=PATH/libpython3.N.so, that Python's library"
-        } else {
-            "export it again for this platform"
-        };
-        format!("its binary does not load: {why}; {cure}")
+        format!("its binary does not load: {why}; {}", missing::cure(&why))
     })?;
     arithmetic::restore();
     if let Some(version) = answer(&binding.fmi2GetVersion).filter(|v| v != "2.0" && !v.starts_with("2.0.")) {

@@ -17,9 +17,11 @@ mod instance;
 mod isolation;
 mod log;
 pub mod master;
+mod missing;
 mod state;
 mod status;
 mod trouble;
+mod units;
 mod value;
 mod xml;
 

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// What to simulate, and how.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Scenario file (TOML), system of FMUs (TOML) or SSP 1.0 archive.
+    /// Scenario file (TOML), system of FMUs (TOML) or SSP archive.
     pub scenario: PathBuf,
     /// Folder for results.csv, summary.json and report.html.
     pub out: PathBuf,
@@ -24,6 +24,10 @@ pub struct Options {
     pub parquet: bool,
     /// Where somebody else's FMUs run.
     pub isolation: Isolation,
+    /// Macro-step of a system in place of its own, s.
+    pub step: Option<f64>,
+    /// End of a system's run in place of its own, s.
+    pub stop: Option<f64>,
 }
 
 /// What came of it.
@@ -71,6 +75,12 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     if host::master::System::is_one(&o.scenario) {
         return super::system::simulated(o, follow);
     }
+    let only = |given: bool, option: &str| {
+        ensure!(!given, "{option} is for systems of FMUs, and {} is a scenario; leave it out", o.scenario.display());
+        Ok(())
+    };
+    only(o.step.is_some(), "--step")?;
+    only(o.stop.is_some(), "--stop")?;
     let scenario = Scenario::load(&o.scenario)?;
     let mut cases = scenario.cases();
     let mut source = Source::new(o.isolation.clone());
