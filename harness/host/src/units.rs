@@ -24,6 +24,12 @@ pub(super) struct Named {
 }
 
 impl Named {
+    /// Its name without brackets around it.
+    fn bare(&self) -> &str {
+        let name = self.name.trim();
+        name.strip_prefix('[').and_then(|n| n.strip_suffix(']')).unwrap_or(name)
+    }
+
     /// What it may be: as defined, else as touchdown knows units by name.
     fn meanings(&self) -> Vec<Unit> {
         if let Some(unit) = &self.unit {
@@ -32,7 +38,7 @@ impl Named {
         let known = KNOWN.iter().filter_map(|(column, of)| {
             let mut exponents = [0; 8];
             exponents[..3].copy_from_slice(of);
-            Some(Unit { exponents, factor: factor(column, &self.name)?, offset: 0.0 })
+            Some(Unit { exponents, factor: factor(column, self.bare())?, offset: 0.0 })
         });
         known.collect()
     }
@@ -44,7 +50,7 @@ impl Named {
 /// That they are of different kinds, or which of them is not defined.
 pub(super) fn conversion(from: &Named, to: &Named, relative: bool) -> Result<(f64, f64), String> {
     let alike = from.unit == to.unit || from.unit.is_none() || to.unit.is_none();
-    if from.name == to.name && alike {
+    if from.bare() == to.bare() && alike {
         return Ok((1.0, 0.0));
     }
     let (all_from, all_to) = (from.meanings(), to.meanings());
@@ -92,6 +98,8 @@ mod tests {
     fn names_that_no_file_defines_are_known_or_refused_and_never_taken_for_another() {
         assert_eq!(conversion(&undefined("mm"), &defined("m", 0, 1.0, 0.0), false), Ok((1e-3, 0.0)));
         assert_eq!(conversion(&undefined("furlong"), &undefined("furlong"), false), Ok((1.0, 0.0)));
+        assert_eq!(conversion(&undefined("[m3]"), &undefined("m3"), false), Ok((1.0, 0.0)));
+        assert_eq!(conversion(&undefined("[mm]"), &undefined("m"), false), Ok((1e-3, 0.0)));
         let e = conversion(&undefined("furlong"), &undefined("m"), false).unwrap_err();
         assert_eq!(e, "furlong, which is not defined");
         let e = conversion(&undefined("mm"), &defined("K", 1, 1.0, 0.0), false).unwrap_err();

@@ -118,7 +118,8 @@ impl Reader {
                 match c.attribute(element).filter(|e| !e.is_empty()) {
                     None => Ok(((own, connector), true)),
                     Some(name) => {
-                        let known: Vec<&str> = elements.keys().copied().collect();
+                        let mut known: Vec<&str> = elements.keys().copied().collect();
+                        known.sort_unstable();
                         let found = elements.get(name).copied().with_context(|| {
                             format!("{}: {}", c.place(), record::words::not_known("element", name, &known))
                         });
