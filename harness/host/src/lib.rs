@@ -28,7 +28,7 @@ mod xml;
 pub use apart::serve;
 pub use coupled::{handed_back, propose, replaceable, Fmus, Ours, Proposal, ProposedBond};
 pub use description::{Capabilities, Causality, Description, Kind, Start, Unit, Variability, Variable};
-pub use error::{CallError, Discarded, HostError};
+pub use error::{end_asked, CallError, Discarded, HostError};
 pub use fmu::Fmu;
 pub use fmu_element::{Coupling, FmuElement, Names};
 pub use instance::Instance;

@@ -88,6 +88,7 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     follow.begin("run", cases.len() as u64);
     let mut outcomes: Vec<(usize, Outcome, String)> = Vec::new();
     let mut failure = None;
+    let mut ended = Vec::new();
     for (i, case) in cases.iter_mut().enumerate() {
         let of = if case.name.is_empty() { String::new() } else { format!(" ({})", case.name) };
         let named = || format!("{}{of}", o.scenario.display());
@@ -106,7 +107,13 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
         let (outcome, end) = simulate_as_far(case, element.as_mut(), &mut watch);
         follow.add(1);
         failure = end.err().filter(|_| !follow.stopped()).map(|e| e.context(named()));
-        let stop = outcome.interrupted || follow.stopped();
+        let asked = failure.as_ref().filter(|_| !outcome.rows.is_empty()).and_then(host::end_asked).map(String::from);
+        if let Some(who) = &asked {
+            let at = outcome.rows.last().map_or(0.0, |r| r.time);
+            ended.push(format!("{who} asked for the end{of} at {at} s, and the run ends there"));
+            failure = None;
+        }
+        let stop = (outcome.interrupted && asked.is_none()) || follow.stopped();
         // a motion that cannot be computed is no result; one that an FMU broke off is
         if !outcome.rows.is_empty() && failure.as_ref().is_none_or(of_fmu) {
             outcomes.push((i, outcome, name));
@@ -143,6 +150,7 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     let out: Vec<(&str, &[u8])> = out.iter().map(|(name, bytes)| (*name, bytes.as_slice())).collect();
     place::write(&o.out, "run", &out)?.iter().for_each(|n| follow.warning(n));
     let mut lines = report::run::lines(&done, &summary);
+    lines.extend(ended);
     lines.push(format!("pictures: {}", o.out.join("report.html").display()));
     if cut {
         lines.push(format!("interrupted: {} of {} runs, the last one as far as it came", done.len(), cases.len()));

@@ -281,6 +281,10 @@ fn fits(from: Kind, to: Kind) -> bool {
 fn mapped(c: &Connection, from: &Variable, to: &Variable) -> Result<Map, String> {
     let number = |v: &Variable, value: &Value| -> Result<f64, String> {
         match value {
+            // an archive names what is mapped by items, and has numbers of what has none
+            Value::Text(text) if v.items.is_empty() && text.trim().parse::<i32>().is_ok() => {
+                Ok(f64::from(text.trim().parse::<i32>().unwrap_or_default()))
+            }
             Value::Text(name) => v.item(name).map(f64::from),
             value => plain_number(value).ok_or_else(|| format!("{value} is no number")),
         }

@@ -4,7 +4,6 @@ use super::implicit::STEP_SLOT;
 use super::network::Network;
 use super::options::{Adapt, Method, Options};
 use super::step::Point;
-use crate::HostError;
 use anyhow::{bail, ensure, Context, Result};
 
 /// Slot of where a step began that may be taken back as a whole.
@@ -104,7 +103,7 @@ pub fn run(
             Some(a) => d.adaptive(p, a, each),
         };
         if let Err(e) = done {
-            let Some(who) = asks_for_the_end(&e) else { return Err(e) };
+            let Some(who) = crate::end_asked(&e) else { return Err(e) };
             d.out.ended = Some(format!("{who} asked for the end at {} s, and the run ends there", d.out.time));
         }
     } else {
@@ -113,12 +112,6 @@ pub fn run(
     let mut o = d.out;
     o.slave_steps = network.work.steps - done;
     Ok(o)
-}
-
-/// The FMU that ends the simulation, where it is that: a step discarded, and fmi2Terminated beside it (FMI 2.0 section 4.2.2).
-fn asks_for_the_end(e: &anyhow::Error) -> Option<&str> {
-    let call = e.chain().find_map(|c| c.downcast_ref::<HostError>())?.call()?;
-    call.discarded.filter(|d| d.terminated).map(|_| call.instance.as_str())
 }
 
 fn able(network: &Network, o: &Options) -> Result<()> {
