@@ -294,14 +294,16 @@ mod tests {
             // SAFETY: terminated strings; the environment is not read
             unsafe { super::line(environment, name.as_ptr(), 0, c"c".as_ptr(), text.as_ptr(), 0) }
         };
+        // as Overture's code generator passes it
+        let own = std::ptr::without_provenance_mut::<c_void>(1);
         let (given, other) = (HandedOut::new(&a, c"an element"), HandedOut::new(&b, c"another element"));
         log(given.environment(), c"whatever", c"1");
-        log(1 as *mut c_void, c"an element", c"2");
+        log(own, c"an element", c"2");
         log(std::ptr::null_mut(), c"another element", c"3");
         // two instances in this thread, and a name of neither
-        log(1 as *mut c_void, c"unknown", c"lost");
+        log(own, c"unknown", c"lost");
         drop(other);
-        log(1 as *mut c_void, c"unknown", c"4");
+        log(own, c"unknown", c"4");
         let environment = given.environment();
         drop(given);
         log(environment, c"an element", c"lost");

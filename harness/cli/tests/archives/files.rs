@@ -269,6 +269,20 @@ fn a_value_beyond_what_an_fmu_declares_is_noted_by_the_bounds_of_the_variable_or
 }
 
 #[test]
+fn a_bond_in_other_units_than_those_of_its_energy_is_refused() {
+    let source =
+        fmu((FREE, PREFERS), &["Real.0 input x unit=\"m\"", "Real.10 output v unit=\"mm\"", "Real.11 output f"]);
+    let dir = folder(&[("a.fmu", &source)]);
+    let r = run_toml(
+        dir.path(),
+        &[("a", "a.fmu")],
+        "[master]\nstop = 0.2\n[[bond]]\nforce = \"a.f\"\nvelocity = \"a.v\"\n",
+    );
+    assert_eq!(r.code, Some(2), "{}", r.said);
+    assert!(r.said.contains("system.toml:8: a.v is in mm, and a bond is in m/s"), "{}", r.said);
+}
+
+#[test]
 fn an_archive_of_every_type_reads_back_as_it_was_and_holds_no_empty_lists() {
     let [source, sink] = every_type();
     let dir = folder(&[("a.fmu", &source), ("b.fmu", &sink)]);

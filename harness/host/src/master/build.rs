@@ -4,7 +4,7 @@ use super::network::{Feed, Input, Map, Network, Output, Part};
 use super::options::{Adapt, Bond, Inputs, Lookahead, Method, Options, Shape, Touch};
 use super::slave::FmuSlave;
 use super::system::{AdaptBy, Component, Connection, System};
-use crate::units::conversion as convert;
+use crate::units::{conversion as convert, Named};
 use crate::value::Value;
 use crate::{Causality, Description, Fmu, Instance, Kind, Variability, Variable};
 use anyhow::{anyhow, Context, Result};
@@ -119,6 +119,11 @@ fn connected(s: &System, mut opened: Vec<Opened>, folder: output::Scratch) -> Re
     let feeds = connect(s, &mut opened, &mut notes)?;
     notes.extend(beyond_bounds(s, &opened));
     let mut options = options(s, &opened, &mut notes)?;
+    for b in &s.bond {
+        let ports = [(&b.force, FORCE), (&b.velocity, SPEED)].into_iter();
+        let energies = b.work.iter().chain(&b.energy).map(|e| (e, ENERGY));
+        ports.chain(energies).try_for_each(|(text, unit)| in_si(s, &opened, text, unit))?;
+    }
     let mut output = |text: &Spanned<String>| -> Result<(usize, usize)> {
         let (k, v) = find(s, &opened, text)?;
         let v = v.clone();
@@ -219,6 +224,28 @@ fn connected(s: &System, mut opened: Vec<Opened>, folder: output::Scratch) -> Re
     network.propagate(&mut start).with_context(|| format!("{}", s.path.display()))?;
     let fmus = opened.into_iter().map(|o| o.fmu).collect();
     Ok(Built { network, start, options, columns, every, parquet: s.results.parquet, notes, fmus, _folder: folder })
+}
+
+/// Units that bonds are in: name, exponents of kg, m, s.
+type Si = (&'static str, [i32; 3]);
+const FORCE: Si = ("N", [1, 1, -2]);
+const SPEED: Si = ("m/s", [0, 1, -1]);
+const ENERGY: Si = ("J", [1, 2, -2]);
+
+/// That a variable of a bond is in its SI unit where its FMU defines what it is in: energies of other units would add up to
+/// nothing.
+fn in_si(s: &System, opened: &[Opened], text: &Spanned<String>, (name, exponents): Si) -> Result<()> {
+    let (k, v) = find(s, opened, text)?;
+    let Some(Named { name: own, unit: Some(u) }) = opened[k].description().unit_of(v) else { return Ok(()) };
+    let right = u.exponents[..3] == exponents && u.exponents[3..7].iter().all(|e| *e == 0);
+    if right && (u.factor - 1.0).abs() < 1e-12 {
+        return Ok(());
+    }
+    let what = format!(
+        "{} is in {own}, and a bond is in {name}; name a variable in that, or leave the bond out",
+        text.get_ref()
+    );
+    Err(s.at(text.span(), &what))
 }
 
 /// Place of a variable among those listed, put there where it is not yet.

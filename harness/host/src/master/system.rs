@@ -384,3 +384,26 @@ pub fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
 fn line_of(text: &str, byte: usize) -> usize {
     1 + text.as_bytes()[..byte.min(text.len())].iter().filter(|&&b| b == b'\n').count()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_without_an_end_of_its_own_lasts_as_long_as_the_default_experiments() {
+        let of = |start, stop| {
+            let mut d = Description::default();
+            (d.start_time, d.stop_time) = (start, stop);
+            d
+        };
+        let within = |all: &[Description]| {
+            let m = Master::plain().within(all.iter());
+            (m.start, m.stop)
+        };
+        assert_eq!(within(&[of(None, Some(1e-3))]), (0.0, 1e-3));
+        assert_eq!(within(&[of(Some(2.0), Some(3.0)), of(Some(1.0), Some(2.5)), of(None, None)]), (1.0, 3.0));
+        // what is no end is none
+        assert_eq!(within(&[of(Some(5.0), Some(5.0))]), (5.0, 6.0));
+        assert_eq!(within(&[]), (0.0, 1.0));
+    }
+}

@@ -9,7 +9,7 @@ mod wiring;
 use super::system::{Component, Master, System};
 use crate::archive;
 use crate::description::Description;
-use crate::Causality;
+use crate::{Causality, Variability};
 use anyhow::{anyhow, bail, ensure, Context, Result};
 use node::Node;
 use place::Base;
@@ -194,8 +194,10 @@ impl Reader {
             let Some(d) = &description else { continue };
             let Some(v) = d.variable(&b.name) else { continue };
             self.read.used(b.id);
-            if matches!(v.causality, Causality::Output | Causality::CalculatedParameter | Causality::Independent) {
-                let what = format!("{}.{} is an {:?} of its FMU", around.path, b.name, v.causality);
+            let computed =
+                matches!(v.causality, Causality::Output | Causality::CalculatedParameter | Causality::Independent);
+            if computed || v.variability == Variability::Constant {
+                let what = format!("{}.{} is no parameter of its FMU", around.path, b.name);
                 self.notes.push(format!("{}: {what}, and is not set", b.place));
                 continue;
             }

@@ -113,10 +113,8 @@ impl Wiring {
             bail!("{}: a connection of array elements, which FMI 2.0 has not; export it with scalars", n.place());
         }
         let gives = |(port, inner): &(Port, bool)| self.elements[port.0].gives(&port.1, *inner);
-        let back = match (gives(&start), gives(&end)) {
-            (Some(false), Some(true) | None) | (None, Some(true)) => true,
-            _ => false,
-        };
+        let ends = (gives(&start), gives(&end));
+        let back = matches!(ends, (Some(false), Some(true) | None) | (None, Some(true)));
         let (from, to) = if back { (end.0, start.0) } else { (start.0, end.0) };
         let (suppress, transform) = (n.flag("suppressUnitConversion"), Transform::of(n)?);
         self.edges.push(Edge { from, to, suppress, transform, place: n.place() });
