@@ -269,6 +269,44 @@ fn what_is_wrong_in_an_archive_is_named_with_its_place() {
 }
 
 #[test]
+fn a_unit_that_an_fmu_only_names_is_converted_and_one_that_the_archive_alone_declares_too() {
+    let inches = fmu((FREE, "stepSize=\"0.1\""), &["Real.0 parameter u start=\"0\"", "Real.10 output y unit=\"in\""]);
+    let bare = fmu((FREE, "stepSize=\"0.1\""), &["Real.0 parameter u start=\"0\"", "Real.10 output y"]);
+    let of = |name: &str, inside: &str| {
+        let value = bindings(&bound("", &real("u", "2")));
+        format!("<ssd:Component name=\"{name}\" source=\"resources/{name}.fmu\">{inside}{value}</ssd:Component>")
+    };
+    let declared = connectors(&[("y", "output", "mm")]);
+    let elements = of("inches", "") + &of("bare", &declared) + &component("a", "") + &component("b", "");
+    let wires = connection(("inches", "y"), ("a", "u"), ">") + &connection(("bare", "y"), ("b", "u"), ">");
+    let inside = format!("<ssd:Elements>{elements}</ssd:Elements>{}", connections(&wires));
+    let units = "<ssd:Units><ssc:Unit name=\"mm\"><ssc:BaseUnit m=\"1\" factor=\"0.001\"/></ssc:Unit></ssd:Units>";
+    let r = ran(&[
+        ("SystemStructure.ssd", ssd("1.0", &inside, units).as_bytes()),
+        ("resources/inches.fmu", &inches),
+        ("resources/bare.fmu", &bare),
+    ]);
+    assert_eq!((r.code, r.last("a.y"), r.last("b.y")), (Some(0), 0.0508, 0.002), "{}", r.said);
+}
+
+#[test]
+fn a_description_that_names_itself_is_refused_and_connections_that_lead_round_too() {
+    let itself = |name: &str| format!("<ssd:Component name=\"{name}\" source=\"SystemStructure.ssd\"/>");
+    let r = system(&format!("<ssd:Elements>{}</ssd:Elements>", itself("a")));
+    assert!(r.code == Some(2) && r.said.contains("more than 20 systems inside each other"), "{}", r.said);
+    let r = system(&format!("<ssd:Elements>{}{}</ssd:Elements>", component("x", ""), itself("a")));
+    assert!(r.code == Some(2) && r.said.contains("inside each other"), "{}", r.said);
+    let ports = connectors(&[("in", "input", ""), ("out", "output", "")]);
+    let sub = format!(
+        "<ssd:System name=\"s\">{ports}{}</ssd:System>",
+        connections(&connection(("", "in"), ("", "out"), ">"))
+    );
+    let wires = connection(("s", "out"), ("s", "in"), ">") + &connection(("s", "out"), ("a", "u"), ">");
+    let r = system(&format!("<ssd:Elements>{sub}{}</ssd:Elements>{}", component("a", ""), connections(&wires)));
+    assert!(r.code == Some(2) && r.said.contains("the connections lead round without a component"), "{}", r.said);
+}
+
+#[test]
 fn an_archive_inside_an_archive_is_a_system_of_it() {
     let ports = connectors(&[("in", "input", ""), ("out", "output", "")]);
     let wires = connections(&(connection(("", "in"), ("a", "u"), ">") + &connection(("a", "y"), ("", "out"), ">")));

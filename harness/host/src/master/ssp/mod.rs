@@ -20,8 +20,9 @@ use toml::Spanned;
 use values::{bindings, units, Bound, Read};
 use wiring::{connectors, Connector, Element, Wiring};
 
-/// Archives inside each other that are read.
+/// Systems inside each other that are read, and elements of all of them: a description may name itself.
 const DEEPEST: usize = 20;
+const MOST_ELEMENTS: usize = 20_000;
 
 /// Reads archives and keeps what was read.
 #[derive(Default)]
@@ -58,12 +59,23 @@ fn description_root(root: &Node) -> Result<()> {
 }
 
 impl Reader {
+    /// Adds an element.
+    fn add(&mut self, e: Element, n: &Node) -> Result<usize> {
+        let all = self.wiring.elements.len();
+        ensure!(
+            all < MOST_ELEMENTS,
+            "{}: more than {MOST_ELEMENTS} elements; simulate a part of the system",
+            n.place()
+        );
+        self.wiring.elements.push(e);
+        Ok(all)
+    }
+
     /// Reads a system; `inherited`: what bindings outside give to names in it, those of more weight later. Its element.
     fn system(&mut self, n: &Node, around: &Around<'_>, inherited: Vec<Bound>) -> Result<usize> {
         ensure!(around.depth < DEEPEST, "{}: more than {DEEPEST} systems inside each other", n.place());
         let mut bound = bindings(n, around.base, None, &mut self.read)?;
         bound.extend(inherited);
-        let own = self.wiring.elements.len();
         let connectors = connectors(n, around.units)?;
         let mut values = HashMap::new();
         for b in bound.iter().filter(|b| connectors.contains_key(&b.name)) {
@@ -71,7 +83,7 @@ impl Reader {
             values.insert(b.name.clone(), b.clone());
         }
         let name = if around.path.is_empty() { "the system".to_string() } else { around.path.to_string() };
-        self.wiring.elements.push(Element { name, component: false, description: None, connectors, values });
+        let own = self.add(Element { name, component: false, description: None, connectors, values }, n)?;
         let mut dictionaries = around.dictionaries.clone();
         for d in n.listed("SignalDictionaries", "SignalDictionary") {
             let name = d.need("name")?.to_string();
@@ -154,8 +166,7 @@ impl Reader {
             }
         }
         let (name, values) = (name.to_string(), HashMap::new());
-        self.wiring.elements.push(Element { name, component: false, description: None, connectors, values });
-        Ok(self.wiring.elements.len() - 1)
+        self.add(Element { name, component: false, description: None, connectors, values }, d)
     }
 
     /// Reads a component: an FMU, or an archive or a description of a system of its own.
@@ -206,8 +217,7 @@ impl Reader {
         self.components.push(component);
         let (connectors, values) = (connectors(c, around.units)?, HashMap::new());
         let name = around.path.to_string();
-        self.wiring.elements.push(Element { name, component: true, description, connectors, values });
-        Ok(self.wiring.elements.len() - 1)
+        self.add(Element { name, component: true, description, connectors, values }, c)
     }
 }
 

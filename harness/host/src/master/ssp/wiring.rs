@@ -38,10 +38,13 @@ impl Element {
         d.variable(connector).map(|v| (d, v))
     }
 
-    /// Unit of a connector: that of the FMU's variable, else what the archive declares.
+    /// Unit of a connector: that of the FMU's variable, else what the archive declares; one that is defined before one that is
+    /// only named.
     fn unit(&self, connector: &str) -> Option<Named> {
-        let own = self.variable(connector).and_then(|(d, v)| d.unit_of(v)).filter(|u| u.unit.is_some());
-        own.or_else(|| self.connectors.get(connector)?.unit.clone())
+        let own = self.variable(connector).and_then(|(d, v)| d.unit_of(v));
+        let declared = self.connectors.get(connector).and_then(|c| c.unit.clone());
+        let defined = |u: &Option<Named>| u.clone().filter(|u| u.unit.is_some());
+        defined(&own).or(defined(&declared)).or(own).or(declared)
     }
 
     /// Whether data flows out of a connector into the connection; None where nothing says so. `inner`: the connection is
@@ -129,14 +132,14 @@ impl Wiring {
     ///
     /// # Errors
     /// Connections that lead round, or two into one port.
-    fn way_to(&self, e: usize) -> Result<(Vec<usize>, &Port)> {
+    fn way_to(&self, e: usize, into: &HashMap<&Port, Vec<usize>>) -> Result<(Vec<usize>, &Port)> {
         let mut way = vec![e];
         let mut at = &self.edges[e].from;
         while !self.elements[at.0].component {
-            let mut into = (0..self.edges.len()).filter(|i| self.edges[*i].to == *at);
-            let Some(before) = into.next() else { break };
-            if let Some(other) = into.next() {
-                let place = &self.edges[other].place;
+            let Some([before, more @ ..]) = into.get(at).map(Vec::as_slice) else { break };
+            let before = *before;
+            if let Some(other) = more.first() {
+                let place = &self.edges[*other].place;
                 bail!("{place}: {} is connected twice; leave one connection out", self.named(at));
             }
             if way.contains(&before) {
@@ -193,8 +196,12 @@ impl Wiring {
     #[allow(clippy::type_complexity)]
     pub fn flat(&self, notes: &mut Vec<String>) -> Result<(Vec<Connection>, Vec<(usize, String, Value, usize)>)> {
         let (mut connections, mut set) = (Vec::new(), Vec::new());
+        let mut into: HashMap<&Port, Vec<usize>> = HashMap::new();
+        for (i, e) in self.edges.iter().enumerate() {
+            into.entry(&e.to).or_default().push(i);
+        }
         for (i, last) in self.edges.iter().enumerate().filter(|(_, e)| self.elements[e.to.0].component) {
-            let (way, from) = self.way_to(i)?;
+            let (way, from) = self.way_to(i, &into)?;
             let sink = self.elements[last.to.0].variable(&last.to.1);
             if !self.elements[from.0].component {
                 // nothing feeds it but what a binding gives to a connector on the way
