@@ -12,6 +12,7 @@ import zipfile
 import fmpy
 import pytest
 from fmpy.validation import validate_fmu
+from lxml import etree
 
 from .element import Element
 
@@ -219,3 +220,20 @@ def test_a_choice_by_name_goes_through_an_ssp_archive(touchdown, fmu, tmp_path):
     (tmp_path / "wrong.zip").rename(tmp_path / "wrong.ssp")
     o = subprocess.run([touchdown, "run", str(tmp_path / "wrong.ssp"), "--out", str(tmp_path / "no")], capture_output=True, text=True)
     assert o.returncode == 2 and 'did you mean "reach"?' in o.stderr, o.stderr
+
+
+@pytest.mark.parametrize("what", ["contactor", "transformed", "alone"])
+def test_an_exported_archive_keeps_to_the_schema_of_ssp(touchdown, fmu, tmp_path, what):
+    """By the schema of SSP 1.0 that fmpy brings."""
+    text = SYSTEM.read_text().replace('"touchdown:contact"', json.dumps(fmu))
+    if what == "transformed":
+        text = text.replace('to = "bar.force"', 'to = "bar.force"\nfactor = 0.5\noffset = 1.0\nsuppress_unit_conversion = true')
+    if what == "alone":
+        text = f'[[fmu]]\nname = "a & b"\nfile = {json.dumps(fmu)}\n[master]\nstop = 0.1\nstep = 0.01\n'
+    (tmp_path / "system.toml").write_text(text)
+    archive = tmp_path / "system.ssp"
+    o = subprocess.run([touchdown, "export-ssp", str(tmp_path / "system.toml"), "--out", str(archive)], capture_output=True, text=True)
+    assert o.returncode == 0 and ("not every host applies" in o.stderr) == (what == "transformed"), o.stderr
+    schema = pathlib.Path(fmpy.__file__).parent / "ssp/schema/SystemStructureDescription.xsd"
+    with zipfile.ZipFile(archive) as z:
+        etree.XMLSchema(etree.parse(str(schema))).assertValid(etree.fromstring(z.read("SystemStructure.ssd")))

@@ -404,6 +404,10 @@ fn null_arguments_are_refused_and_change_nothing() {
         assert_eq!(fmi2::get_real::<P>(state, &Y, 1, &mut d), ERROR);
         assert_eq!(fmi2::set_fmu_state::<P>(c, c), ERROR);
         let mut none = null_mut();
+        // nor a state for its address
+        assert_eq!(fmi2::free_fmu_state::<P>(c, state.cast()), ERROR);
+        assert_eq!(fmi2::get_fmu_state::<P>(c, state.cast()), ERROR);
+        assert_eq!(fmi2::de_serialize_fmu_state::<P>(c, bytes.as_ptr(), LENGTH, state.cast()), ERROR);
         assert_eq!(fmi2::free_fmu_state::<P>(c, null_mut()), OK);
         assert_eq!(fmi2::free_fmu_state::<P>(c, &mut none), OK);
         assert_eq!(fmi2::free_fmu_state::<P>(c, &mut state), OK);

@@ -90,6 +90,24 @@ fn unpack_by(path: &Path, sort: &Sort, policy: &Policy) -> Result<Scratch, Strin
     Ok(folder)
 }
 
+/// The bytes of one entry of an archive, at most those of the longest text.
+///
+/// # Errors
+/// No archive, no such entry, or a longer one.
+pub(super) fn entry(path: &Path, name: &str) -> Result<Vec<u8>, String> {
+    let file = input::open(path).map_err(|e| format!("cannot be read ({e})"))?;
+    let mut zip =
+        zip::ZipArchive::new(std::io::BufReader::new(file)).map_err(|e| format!("not a zip archive ({e})"))?;
+    let entry = zip.by_name(name).map_err(|e| format!("{name:?} in it cannot be read ({e})"))?;
+    let mut bytes = Vec::new();
+    let longest = crate::xml::LONGEST;
+    entry.take(longest + 1).read_to_end(&mut bytes).map_err(|e| format!("{name:?} in it cannot be read ({e})"))?;
+    if bytes.len() as u64 > longest {
+        return Err(format!("{name:?} in it is longer than {} MiB", longest >> 20));
+    }
+    Ok(bytes)
+}
+
 /// Unpacks one entry, at most one byte more than `left`. Bytes written.
 fn one<R: Read>(entry: &mut ZipFile<'_, R>, name: &str, folder: &Path, left: u64, depth: usize) -> Result<u64, String> {
     const AGAIN: &str = "export it again, with plain files alone";

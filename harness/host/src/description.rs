@@ -4,11 +4,14 @@
 //! not know, which vendors' files have, and it cannot distinguish an output without a list of dependencies (FMI 2.0: depends
 //! on everything) from one with an empty list (depends on nothing).
 
+use super::archive;
+use super::units::Named;
 use super::xml::{self, Walk};
 use crate::value::Value;
 use quick_xml::events::{BytesStart, Event};
 use record::words;
 use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
 use std::str::FromStr;
 
 macro_rules! words {
@@ -108,8 +111,14 @@ pub struct Variable {
     pub start: Option<Start>,
     /// Name of the unit, its own or its type's.
     pub unit: Option<String>,
-    /// Least and largest value of a Real, where the file gives them.
+    /// Whether the unit's offset counts for nothing: the value is a difference (FMI 2.0 section 2.2.3).
+    pub relative: bool,
+    /// Least and largest value of a number, where the variable or its type gives them.
     pub bounds: (Option<f64>, Option<f64>),
+    /// Size to expect of a Real, where the variable or its type gives it.
+    pub nominal: Option<f64>,
+    /// Name of its type, where it has one.
+    pub declared_type: Option<String>,
     /// The items of an Enumeration: name, number.
     pub items: Vec<(String, i32)>,
     /// The exporter's words.
@@ -139,6 +148,33 @@ pub struct Unit {
     pub factor: f64,
     /// Offset to SI.
     pub offset: f64,
+}
+
+impl Unit {
+    /// The unit that the attributes of a BaseUnit define.
+    ///
+    /// # Errors
+    /// An attribute that is no number; a factor of 0.
+    pub(super) fn of(attributes: &mut BTreeMap<String, String>) -> Result<Unit, String> {
+        let mut number = |key: &str| -> Result<Option<f64>, String> {
+            let Some(text) = attributes.remove(key) else { return Ok(None) };
+            text.trim().parse().map(Some).map_err(|e| format!("{key}=\"{text}\": {e}"))
+        };
+        let mut u = Unit { exponents: [0; 8], factor: 1.0, offset: 0.0 };
+        for (exponent, base) in u.exponents.iter_mut().zip(["kg", "m", "s", "A", "K", "mol", "cd", "rad"]) {
+            let given = number(base)?.unwrap_or(0.0);
+            if given.fract() != 0.0 || given.abs() > 1e3 {
+                return Err(format!("{base}=\"{given}\": an exponent is a whole number"));
+            }
+            *exponent = given as i32;
+        }
+        u.factor = number("factor")?.unwrap_or(1.0);
+        u.offset = number("offset")?.unwrap_or(0.0);
+        if u.factor == 0.0 || !u.factor.is_finite() || !u.offset.is_finite() {
+            return Err("the factor of a unit is 0, or its numbers are not finite".into());
+        }
+        Ok(u)
+    }
 }
 
 /// Attributes of the CoSimulation element; false and 0 where not given.
@@ -198,6 +234,12 @@ pub struct Description {
     pub log_categories: Vec<String>,
     /// Preferred step of the default experiment, s.
     pub step_size: Option<f64>,
+    /// Start of the default experiment, s.
+    pub start_time: Option<f64>,
+    /// End of the default experiment, s.
+    pub stop_time: Option<f64>,
+    /// Relative tolerance of the default experiment.
+    pub tolerance: Option<f64>,
     /// Units by name, those that are given by their base units.
     pub units: HashMap<String, Unit>,
     by_name: HashMap<String, usize>,
@@ -265,13 +307,39 @@ fn decode(bytes: &[u8]) -> Result<String, String> {
     }
 }
 
+/// What a declared type gives to variables that do not say otherwise.
+#[derive(Clone, Default)]
+struct SimpleType {
+    unit: Option<String>,
+    relative: bool,
+    bounds: (Option<f64>, Option<f64>),
+    nominal: Option<f64>,
+    items: Vec<(String, i32)>,
+}
+
+impl SimpleType {
+    /// The attributes that types and variables share; what is not given is as `base` has it. A bound or a size that is no
+    /// number is none.
+    fn of(a: &mut Attributes, base: SimpleType) -> Result<SimpleType, String> {
+        Ok(SimpleType {
+            unit: a.0.remove("unit").or(base.unit),
+            relative: a.get::<Flag>("relativeQuantity")?.map_or(base.relative, |f| f.0),
+            bounds: (
+                a.get("min").unwrap_or_default().or(base.bounds.0),
+                a.get("max").unwrap_or_default().or(base.bounds.1),
+            ),
+            nominal: a.get("nominal").unwrap_or_default().or(base.nominal),
+            items: base.items,
+        })
+    }
+}
+
 #[derive(Default)]
 struct Reading {
     d: Description,
     unit: Option<String>,
     simple_type: Option<String>,
-    type_units: HashMap<String, String>,
-    type_items: HashMap<String, Vec<(String, i32)>>,
+    types: HashMap<String, SimpleType>,
     pending: Option<Variable>,
     dependencies: Vec<(i64, Option<String>)>,
 }
@@ -297,16 +365,16 @@ impl Reading {
             }
             [_, "CoSimulation"] => self.d.co_simulation = Some(capabilities(&mut a)?),
             [_, "ModelExchange"] => self.d.model_exchange = true,
-            [_, "DefaultExperiment"] => self.d.step_size = a.get("stepSize")?,
+            [_, "DefaultExperiment"] => {
+                self.d.step_size = a.get("stepSize")?;
+                self.d.start_time = a.get("startTime")?;
+                self.d.stop_time = a.get("stopTime")?;
+                self.d.tolerance = a.get("tolerance")?;
+            }
             [_, "LogCategories", "Category"] => self.d.log_categories.push(a.need("name")?),
             [_, "UnitDefinitions", "Unit"] => self.unit = Some(a.need("name")?),
             [_, "UnitDefinitions", "Unit", "BaseUnit"] => {
-                let mut u = Unit { exponents: [0; 8], factor: 1.0, offset: 0.0 };
-                for (i, base) in ["kg", "m", "s", "A", "K", "mol", "cd", "rad"].iter().enumerate() {
-                    u.exponents[i] = a.get(base)?.unwrap_or(0);
-                }
-                u.factor = a.get("factor")?.unwrap_or(1.0);
-                u.offset = a.get("offset")?.unwrap_or(0.0);
+                let u = Unit::of(&mut a.0)?;
                 if let Some(name) = self.unit.take() {
                     self.d.units.insert(name, u);
                 }
@@ -315,12 +383,13 @@ impl Reading {
             [_, "TypeDefinitions", "SimpleType", "Enumeration", "Item"] => {
                 let (item, value) = (a.need("name")?, a.get("value")?.ok_or("attribute value is missing")?);
                 if let Some(name) = &self.simple_type {
-                    self.type_items.entry(name.clone()).or_default().push((item, value));
+                    self.types.entry(name.clone()).or_default().items.push((item, value));
                 }
             }
-            [_, "TypeDefinitions", "SimpleType", "Real"] => {
-                if let (Some(name), Some(unit)) = (self.simple_type.take(), a.get::<String>("unit")?) {
-                    self.type_units.insert(name, unit);
+            [_, "TypeDefinitions", "SimpleType", "Real" | "Integer" | "Enumeration"] => {
+                if let Some(name) = &self.simple_type {
+                    let declared = SimpleType::of(&mut a, SimpleType::default())?;
+                    self.types.insert(name.clone(), declared);
                 }
             }
             [_, "ModelVariables", "ScalarVariable"] => {
@@ -332,7 +401,10 @@ impl Reading {
                     kind: Kind::Real,
                     start: None,
                     unit: None,
+                    relative: false,
                     bounds: (None, None),
+                    nominal: None,
+                    declared_type: None,
                     items: Vec::new(),
                     description: a.text("description"),
                 });
@@ -347,15 +419,11 @@ impl Reading {
                     Kind::Boolean => a.get::<Flag>("start")?.map(|f| Start::Boolean(f.0)),
                     Kind::String => a.0.remove("start").map(Start::String),
                 };
-                v.unit = a.0.remove("unit");
-                if kind == Kind::Real {
-                    // a bound that is no number bounds nothing
-                    v.bounds = (a.get("min").unwrap_or_default(), a.get("max").unwrap_or_default());
-                }
-                if let Some(declared) = a.0.get("declaredType") {
-                    v.unit = v.unit.or_else(|| self.type_units.get(declared).cloned());
-                    v.items = self.type_items.get(declared).cloned().unwrap_or_default();
-                }
+                v.declared_type = a.0.remove("declaredType");
+                let declared = v.declared_type.as_ref().and_then(|t| self.types.get(t)).cloned().unwrap_or_default();
+                let own = SimpleType::of(&mut a, declared)?;
+                (v.unit, v.relative, v.bounds, v.nominal, v.items) =
+                    (own.unit, own.relative, own.bounds, own.nominal, own.items);
                 if self.d.by_name.insert(v.name.clone(), self.d.variables.len()).is_some() {
                     return Err(format!("two variables are named {}", v.name));
                 }
@@ -438,6 +506,20 @@ impl Description {
                 _ => {}
             }
         }
+    }
+
+    /// Reads the description inside an FMU, without unpacking it.
+    ///
+    /// # Errors
+    /// No archive, no description in it, or what is wrong with that one.
+    pub(super) fn in_archive(path: &Path) -> Result<Description, String> {
+        Description::read(&archive::entry(path, archive::FMU.needs)?)
+    }
+
+    /// The unit of a variable, and what it is where the file defines it; None of one without.
+    pub(super) fn unit_of(&self, v: &Variable) -> Option<Named> {
+        let name = v.unit.clone().filter(|u| !u.trim().is_empty())?;
+        Some(Named { unit: self.units.get(&name).cloned(), name })
     }
 
     /// The variable of that name.

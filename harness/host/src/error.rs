@@ -98,6 +98,13 @@ fn at(time: Option<f64>) -> String {
     time.map_or(String::new(), |t| format!(" at simulation time {t} s"))
 }
 
+/// The name of the FMU that ends the simulation, where an error is that: a step discarded, and fmi2Terminated beside it
+/// (FMI 2.0 section 4.2.2).
+pub fn end_asked(e: &anyhow::Error) -> Option<&str> {
+    let call = e.chain().find_map(|c| c.downcast_ref::<HostError>())?.call()?;
+    call.discarded.filter(|d| d.terminated).map(|_| call.instance.as_str())
+}
+
 impl HostError {
     /// Whether the FMU's process died.
     pub fn is_death(&self) -> bool {

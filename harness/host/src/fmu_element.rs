@@ -202,7 +202,8 @@ impl FmuElement {
         for (variable, value) in &self.settings {
             apply(&mut self.instance, variable, *value)?;
         }
-        self.instance.setup_experiment(None, 0.0, None)?;
+        let tolerance = self.instance.fmu().description().tolerance.filter(|t| *t > 0.0);
+        self.instance.setup_experiment(tolerance, 0.0, None)?;
         self.instance.enter_initialization()?;
         self.set(x, v)?;
         self.instance.exit_initialization()?;

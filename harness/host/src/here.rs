@@ -5,11 +5,12 @@
 
 use super::arithmetic;
 use super::error::Discarded;
-use super::log::{step_finished, touchdown_host_logger, Log};
+use super::log::{step_finished, touchdown_host_logger, HandedOut, Log};
+use super::missing;
 use super::trouble::{judge, misuse, Answer, Trouble};
 use fmi::fmi2::binding::{self, Fmi2Binding};
 use fmi::fmi2::CallbackFunctions;
-use std::ffi::{c_char, c_int, c_void, CStr, CString};
+use std::ffi::{c_char, c_int, CStr, CString};
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -64,6 +65,7 @@ pub(super) struct Here {
     /// Set where fmi2Fatal was answered: nothing may be called after it, freeing included.
     fatal: Arc<AtomicBool>,
     _callbacks: Rc<CallbackFunctions>,
+    _handed_out: HandedOut,
     log: Arc<Log>,
     binding: Arc<Fmi2Binding>,
 }
@@ -109,12 +111,7 @@ pub(super) fn load(library: &Path) -> Result<Fmi2Binding, String> {
     // SAFETY: loading runs the binary's initializers; whoever loads it here trusts it to run in this process
     let binding = unsafe { Fmi2Binding::new(library) }.map_err(|e| {
         let why = with_cause(&e);
-        let cure = if why.contains("undefined symbol: _Py") || why.contains("undefined symbol: Py") {
-            "it runs in the Python it was exported with: start this with LD_PRELOAD=PATH/libpython3.N.so, that Python's library"
-        } else {
-            "export it again for this platform"
-        };
-        format!("its binary does not load: {why}; {cure}")
+        format!("its binary does not load: {why}; {}", missing::cure(&why))
     })?;
     arithmetic::restore();
     if let Some(version) = answer(&binding.fmi2GetVersion).filter(|v| v != "2.0" && !v.starts_with("2.0.")) {
@@ -148,10 +145,11 @@ impl Here {
         let Ok(instantiate) = &binding.fmi2Instantiate else {
             return Err("its binary has no fmi2Instantiate; export it again".into());
         };
+        let handed_out = HandedOut::new(&log, &making.name);
         let callbacks = Rc::new(CallbackFunctions {
             logger: Some(touchdown_host_logger),
             step_finished: Some(step_finished),
-            component_environment: Arc::as_ptr(&log).cast_mut().cast::<c_void>(),
+            component_environment: handed_out.environment(),
             ..CallbackFunctions::default()
         });
         log.begin();
@@ -183,6 +181,7 @@ impl Here {
             patience: making.patience,
             fatal,
             _callbacks: callbacks,
+            _handed_out: handed_out,
             log,
             binding,
         })

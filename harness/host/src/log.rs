@@ -2,9 +2,10 @@
 
 use super::status::Status;
 use std::collections::VecDeque;
-use std::ffi::{c_char, c_int, c_void, CStr};
+use std::ffi::{c_char, c_int, c_void, CStr, CString};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, Once, PoisonError, Weak};
+use std::thread::ThreadId;
 use std::time::Duration;
 
 /// Lines kept, and bytes of text in them; older ones are dropped, and counted.
@@ -55,16 +56,18 @@ impl LogLine {
 /// Where a line goes instead of being kept.
 pub(super) type Forward = Box<dyn Fn(LogLine) + Send + Sync>;
 
-/// What an FMU gets as componentEnvironment. `line` comes first: logger.c reads it.
-#[repr(C)]
+/// What an FMU logs into. Its address is what the FMU gets as componentEnvironment; what an FMU passes back is never
+/// followed, but looked up among those that were handed out ([`HandedOut`]).
 pub(super) struct Log {
-    line: unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char, usize),
     call: AtomicU64,
     kept: Mutex<Kept>,
     forward: Option<Forward>,
     finished: Mutex<Option<u32>>,
     bell: Condvar,
 }
+
+/// In logger.c: who takes a line.
+type Taker = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, usize);
 
 extern "C" {
     /// In logger.c.
@@ -76,6 +79,65 @@ extern "C" {
         message: *const c_char,
         ...
     );
+    /// In logger.c.
+    fn touchdown_host_logger_into(taker: Taker);
+}
+
+/// An environment that an instance was given.
+struct Given {
+    environment: usize,
+    name: CString,
+    /// Where the instance was made, and is called from.
+    thread: ThreadId,
+    log: Weak<Log>,
+}
+
+/// Every environment that is handed out.
+static GIVEN: Mutex<Vec<Given>> = Mutex::new(Vec::new());
+
+/// A log handed out as the environment of an instance, until this is dropped.
+pub(super) struct HandedOut(usize);
+
+impl HandedOut {
+    /// Hands out `log` to the instance called `name`.
+    pub(super) fn new(log: &Arc<Log>, name: &CStr) -> HandedOut {
+        static ONCE: Once = Once::new();
+        // SAFETY: a pointer to a function of the type that logger.c has
+        ONCE.call_once(|| unsafe { touchdown_host_logger_into(line) });
+        let environment = Arc::as_ptr(log) as usize;
+        let thread = std::thread::current().id();
+        lock(&GIVEN).push(Given { environment, name: name.to_owned(), thread, log: Arc::downgrade(log) });
+        HandedOut(environment)
+    }
+
+    /// What the FMU gets.
+    pub(super) fn environment(&self) -> *mut c_void {
+        self.0 as *mut c_void
+    }
+}
+
+impl Drop for HandedOut {
+    fn drop(&mut self) {
+        lock(&GIVEN).retain(|g| g.environment != self.0);
+    }
+}
+
+/// The log of an environment that was handed out. Where an FMU passes another (code generators of some tools pass one of
+/// their own): the log of the instance of that name, of this thread's where several have it; where it passes a name of its
+/// own too, that of the only instance in this thread.
+fn log_of(environment: *mut c_void, instance: Option<&CStr>) -> Option<Arc<Log>> {
+    let given = lock(&GIVEN);
+    if let Some(g) = given.iter().find(|g| g.environment == environment as usize) {
+        return g.log.upgrade();
+    }
+    let here = std::thread::current().id();
+    let named = |g: &&Given| instance.is_some_and(|n| *n == *g.name);
+    let of_name = given.iter().filter(named).count();
+    if of_name > 0 {
+        return given.iter().filter(named).find(|g| of_name == 1 || g.thread == here)?.log.upgrade();
+    }
+    let mut of_thread = given.iter().filter(|g| g.thread == here);
+    of_thread.next().filter(|_| of_thread.next().is_none())?.log.upgrade()
 }
 
 fn lock<T>(m: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -101,13 +163,15 @@ fn text(s: *const c_char, whole: usize) -> String {
 /// Called by logger.c, from whichever thread the FMU logs.
 unsafe extern "C" fn line(
     environment: *mut c_void,
+    instance: *const c_char,
     status: c_int,
     category: *const c_char,
     message: *const c_char,
     length: usize,
 ) {
-    // SAFETY: the environment is the Log that Here::new passed; it outlives the FMU's instance
-    let Some(log) = (unsafe { environment.cast::<Log>().as_ref() }) else { return };
+    // SAFETY: FMI 2.0 section 2.1.5: null or a terminated string
+    let instance = (!instance.is_null()).then(|| unsafe { CStr::from_ptr(instance) });
+    let Some(log) = log_of(environment, instance) else { return };
     log.push(LogLine {
         status: Status::from(status as u32),
         category: text(category, 0),
@@ -118,8 +182,7 @@ unsafe extern "C" fn line(
 
 /// The FMU's stepFinished: rings the bell.
 pub(super) unsafe extern "C" fn step_finished(environment: *mut c_void, status: fmi::fmi2::binding::fmi2Status) {
-    // SAFETY: as in `line`
-    let Some(log) = (unsafe { environment.cast::<Log>().as_ref() }) else { return };
+    let Some(log) = log_of(environment, None) else { return };
     *lock(&log.finished) = Some(status);
     log.bell.notify_all();
 }
@@ -127,7 +190,6 @@ pub(super) unsafe extern "C" fn step_finished(environment: *mut c_void, status: 
 impl Log {
     pub(super) fn new() -> Self {
         Log {
-            line,
             call: AtomicU64::new(0),
             kept: Mutex::default(),
             forward: None,
@@ -223,6 +285,30 @@ mod tests {
             log.push(line(&"x".repeat(50_000)));
         }
         assert_eq!((log.all().len(), log.dropped()), (20, 80));
+    }
+
+    #[test]
+    fn an_environment_is_looked_up_and_never_followed() {
+        let (a, b) = (Arc::new(Log::new()), Arc::new(Log::new()));
+        let log = |environment: *mut c_void, name: &CStr, text: &CStr| {
+            // SAFETY: terminated strings; the environment is not read
+            unsafe { super::line(environment, name.as_ptr(), 0, c"c".as_ptr(), text.as_ptr(), 0) }
+        };
+        // as Overture's code generator passes it
+        let own = std::ptr::without_provenance_mut::<c_void>(1);
+        let (given, other) = (HandedOut::new(&a, c"an element"), HandedOut::new(&b, c"another element"));
+        log(given.environment(), c"whatever", c"1");
+        log(own, c"an element", c"2");
+        log(std::ptr::null_mut(), c"another element", c"3");
+        // two instances in this thread, and a name of neither
+        log(own, c"unknown", c"lost");
+        drop(other);
+        log(own, c"unknown", c"4");
+        let environment = given.environment();
+        drop(given);
+        log(environment, c"an element", c"lost");
+        let texts = |l: &Log| l.all().into_iter().map(|l| l.message).collect::<Vec<_>>();
+        assert_eq!((texts(&a), texts(&b)), (vec!["1".into(), "2".into(), "4".into()], vec!["3".to_string()]));
     }
 
     #[test]

@@ -3,31 +3,32 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* First field of what the host passes as componentEnvironment; see log.rs. */
-struct host_log {
-    void (*line)(void *environment, int status, const char *category, const char *text, size_t length);
-};
+/* Who takes the text; log.rs looks the environment up, which may be none of the host's: FMUs pass what they like. */
+typedef void (*taker)(void *environment, const char *instance, int status, const char *category, const char *text,
+                      size_t length);
+
+static taker take;
+
+void touchdown_host_logger_into(taker t) { take = t; }
 
 /* Bytes formatted of a message, its end included; log.rs keeps no more. */
 #define LONGEST 65537
 
 void touchdown_host_logger(void *environment, const char *instance, int status, const char *category,
                            const char *message, ...) {
-    const struct host_log *host = environment;
     char small[512];
     char *text = small;
     va_list arguments;
     int length;
 
-    (void)instance;
-    if (!host || !host->line) return;
+    if (!take) return;
     if (!category) category = "";
     if (!message) message = "";
     va_start(arguments, message);
     length = vsnprintf(small, sizeof small, message, arguments);
     va_end(arguments);
     if (length < 0) {
-        host->line(environment, status, category, message, 0);
+        take(environment, instance, status, category, message, 0);
         return;
     }
     if ((size_t)length >= sizeof small) {
@@ -41,6 +42,6 @@ void touchdown_host_logger(void *environment, const char *instance, int status, 
             text = small;
         }
     }
-    host->line(environment, status, category, text, (size_t)length);
+    take(environment, instance, status, category, text, (size_t)length);
     if (text != small) free(text);
 }

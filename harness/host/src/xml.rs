@@ -9,7 +9,7 @@ const DEEPEST: usize = 100;
 /// Most attributes of an element; the standards name twenty.
 const MOST_ATTRIBUTES: usize = 1000;
 /// Longest file, bytes.
-const LONGEST: u64 = 256 << 20;
+pub(super) const LONGEST: u64 = 256 << 20;
 
 /// A reader of a text, and where it is.
 pub(super) struct Walk<'a> {

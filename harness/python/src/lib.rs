@@ -151,7 +151,7 @@ mod native {
     ) -> PyResult<String> {
         followed(py, &notify, move |follow| {
             let isolation = fmus.isolation(follow.stop())?;
-            let o = tasks::run::Options { scenario, out, fmu, direct, parquet, isolation };
+            let o = tasks::run::Options { scenario, out, fmu, direct, parquet, isolation, step: None, stop: None };
             let done = tasks::run::simulated(&o, follow.as_ref())?;
             match done.failure {
                 Some(e) => Err(e),

@@ -28,11 +28,25 @@ unsafe fn kept<'a, M: Model>(p: *mut c_void) -> Outcome<&'a mut Kept<M::State>> 
     Ok(&mut *p.cast())
 }
 
+/// That `p` is the address of a state: fmusim 0.0.39 passes the state itself, and what lies there is its magic number,
+/// which is no address.
+///
+/// # Safety
+/// `p` is null, or points to a pointer or to what [`kept`] takes.
+unsafe fn address<M: Model>(p: *mut *mut c_void) -> Outcome<()> {
+    // of an address there is one word to read
+    if !p.is_null() && p.cast::<usize>().read_unaligned() == Magic::<M>::STATE as usize {
+        return refuse("FMUstate is a state: pass its address");
+    }
+    Ok(())
+}
+
 /// Puts a state where a host wants it: into its own, or into a new one.
 ///
 /// # Safety
 /// `p` is null, or points to null or to what [`kept`] takes.
 unsafe fn keep<M: Model>(p: *mut *mut c_void, state: M::State) -> Outcome<()> {
+    address::<M>(p)?;
     let p = target(p, "FMUstate")?;
     if p.is_null() {
         let kept = boxed(Kept { magic: Magic::<M>::STATE, state });
@@ -71,6 +85,7 @@ pub unsafe fn set_fmu_state<M: Model>(c: *mut c_void, p: *mut c_void) -> Status 
 /// [`de_serialize_fmu_state`] gave for the same model and [`free_fmu_state`] has not freed.
 pub unsafe fn free_fmu_state<M: Model>(c: *mut c_void, p: *mut *mut c_void) -> Status {
     call::<M>(c, |_| {
+        address::<M>(p)?;
         let p = match p.as_mut() {
             Some(p) if !p.is_null() => p,
             _ => return Ok(()),

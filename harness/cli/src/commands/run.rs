@@ -20,7 +20,7 @@ const EXAMPLES: &str = "Examples:
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Scenario file (TOML), system of FMUs (TOML) or SSP 1.0 archive
+    /// Scenario file (TOML), system of FMUs (TOML) or SSP archive
     scenario: PathBuf,
     /// Folder for results.csv, summary.json and report.html
     #[arg(long)]
@@ -34,6 +34,12 @@ pub struct Arguments {
     /// Write results.parquet too
     #[arg(long)]
     parquet: bool,
+    /// Macro-step of a system of FMUs in place of its own, s
+    #[arg(long, value_name = "SECONDS")]
+    step: Option<f64>,
+    /// End of a system of FMUs in place of its own, s
+    #[arg(long, value_name = "SECONDS")]
+    stop: Option<f64>,
     #[command(flatten)]
     fmus: Fmus,
     #[command(flatten)]
@@ -48,6 +54,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         direct: a.direct,
         parquet: a.parquet,
         isolation: a.fmus.isolation()?,
+        step: a.step,
+        stop: a.stop,
     };
     let done = simulated(&o, &Terminal::new(a.form))?;
     match &done.summary {

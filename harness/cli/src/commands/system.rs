@@ -26,7 +26,9 @@ pub struct ExportArguments {
 pub fn export(a: &ExportArguments) -> Result<ExitCode> {
     let mut s = System::load(&a.system)?;
     s.isolation = a.fmus.isolation()?;
-    export_ssp(&s, &a.out)?;
+    for note in export_ssp(&s, &a.out)? {
+        print::warning(&note);
+    }
     print::beside(&format!("{}\n", a.out.display()));
     Ok(ExitCode::SUCCESS)
 }

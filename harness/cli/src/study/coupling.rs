@@ -85,10 +85,10 @@ impl Pair {
         };
         let input = |f: &Fmu, name: &str, source: usize| -> Result<Input> {
             let feed = Feed { source, factor: 1.0, offset: 0.0 };
-            Ok(Input { name: name.into(), reference: reference(f, name)?, feed })
+            Ok(Input::real(name, reference(f, name)?, feed))
         };
         let output = |f: &Fmu, name: &str, depends: &[usize]| -> Result<Output> {
-            Ok(Output { name: name.into(), reference: reference(f, name)?, depends: depends.to_vec() })
+            Ok(Output::real(name, reference(f, name)?, depends.to_vec()))
         };
         let (b, c) = (&self.bar, &self.contact);
         let parts = vec![

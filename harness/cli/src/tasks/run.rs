@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// What to simulate, and how.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Scenario file (TOML), system of FMUs (TOML) or SSP 1.0 archive.
+    /// Scenario file (TOML), system of FMUs (TOML) or SSP archive.
     pub scenario: PathBuf,
     /// Folder for results.csv, summary.json and report.html.
     pub out: PathBuf,
@@ -24,6 +24,10 @@ pub struct Options {
     pub parquet: bool,
     /// Where somebody else's FMUs run.
     pub isolation: Isolation,
+    /// Macro-step of a system in place of its own, s.
+    pub step: Option<f64>,
+    /// End of a system's run in place of its own, s.
+    pub stop: Option<f64>,
 }
 
 /// What came of it.
@@ -71,6 +75,12 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     if host::master::System::is_one(&o.scenario) {
         return super::system::simulated(o, follow);
     }
+    let only = |given: bool, option: &str| {
+        ensure!(!given, "{option} is for systems of FMUs, and {} is a scenario; leave it out", o.scenario.display());
+        Ok(())
+    };
+    only(o.step.is_some(), "--step")?;
+    only(o.stop.is_some(), "--stop")?;
     let scenario = Scenario::load(&o.scenario)?;
     let mut cases = scenario.cases();
     let mut source = Source::new(o.isolation.clone());
@@ -78,6 +88,7 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     follow.begin("run", cases.len() as u64);
     let mut outcomes: Vec<(usize, Outcome, String)> = Vec::new();
     let mut failure = None;
+    let mut ended = Vec::new();
     for (i, case) in cases.iter_mut().enumerate() {
         let of = if case.name.is_empty() { String::new() } else { format!(" ({})", case.name) };
         let named = || format!("{}{of}", o.scenario.display());
@@ -96,7 +107,13 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
         let (outcome, end) = simulate_as_far(case, element.as_mut(), &mut watch);
         follow.add(1);
         failure = end.err().filter(|_| !follow.stopped()).map(|e| e.context(named()));
-        let stop = outcome.interrupted || follow.stopped();
+        let asked = failure.as_ref().filter(|_| !outcome.rows.is_empty()).and_then(host::end_asked).map(String::from);
+        if let Some(who) = &asked {
+            let at = outcome.rows.last().map_or(0.0, |r| r.time);
+            ended.push(format!("{who} asked for the end{of} at {at} s, and the run ends there"));
+            failure = None;
+        }
+        let stop = (outcome.interrupted && asked.is_none()) || follow.stopped();
         // a motion that cannot be computed is no result; one that an FMU broke off is
         if !outcome.rows.is_empty() && failure.as_ref().is_none_or(of_fmu) {
             outcomes.push((i, outcome, name));
@@ -133,6 +150,7 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     let out: Vec<(&str, &[u8])> = out.iter().map(|(name, bytes)| (*name, bytes.as_slice())).collect();
     place::write(&o.out, "run", &out)?.iter().for_each(|n| follow.warning(n));
     let mut lines = report::run::lines(&done, &summary);
+    lines.extend(ended);
     lines.push(format!("pictures: {}", o.out.join("report.html").display()));
     if cut {
         lines.push(format!("interrupted: {} of {} runs, the last one as far as it came", done.len(), cases.len()));

@@ -16,6 +16,8 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     let (path, out, parquet) = (&o.scenario, &o.out, o.parquet);
     let mut s = System::load(path)?;
     s.isolation = o.isolation.clone();
+    s.master.step = o.step.or(s.master.step);
+    s.master.stop = o.stop.unwrap_or(s.master.stop);
     follow.looks();
     let mut b = build(&s)?;
     for n in &b.notes {
@@ -36,8 +38,7 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     let mut row = Vec::with_capacity(head.len());
     let (columns, every) = (&b.columns, b.every);
     let done = step(&mut b.network, &b.options, b.start.clone(), &mut |network, m| {
-        let last = m.time >= stop;
-        if m.touch || last || since % every == 0 {
+        if m.touch || m.last || since % every == 0 {
             row.clear();
             row.push(m.time);
             for c in columns {
@@ -85,6 +86,7 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
         "order": order,
         "end": done.time,
         "interrupted": done.interrupted,
+        "ended": done.ended,
         "macro_steps": done.steps,
         "macro_steps_taken_back": done.rejected,
         "do_step_calls": done.slave_steps,
@@ -117,6 +119,9 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     }
     for (bond, e) in s.bond.iter().zip(&done.created) {
         words += &format!("energy created by the coupling at {}: {e:.6e} J\n", bond.force.get_ref());
+    }
+    if let Some(why) = done.ended.as_ref().filter(|_| !done.interrupted) {
+        words += &format!("{why}\n");
     }
     words += &format!("results: {}\n", out.join(name).display());
     if done.interrupted {

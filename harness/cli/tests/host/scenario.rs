@@ -76,6 +76,17 @@ fn a_held_force_gains_the_energy_it_must() {
 }
 
 #[test]
+fn a_contact_that_asks_for_the_end_ends_the_run_with_its_results() {
+    let dir = tempfile::tempdir().unwrap();
+    spring::write(dir.path(), &spring::description("", r#"dependencies="1 2""#));
+    // the spring discards every step where it misbehaves so, and answers fmi2Terminated with true
+    let o = run(dir.path(), &scenario("parameters = { rate = 2000.0, misbehave = 1 }\nmacro_step = 1e-3"));
+    let said = format!("{}{}", String::from_utf8_lossy(&o.stdout), String::from_utf8_lossy(&o.stderr));
+    assert_eq!(o.status.code(), Some(0), "{said}");
+    assert!(said.contains("asked for the end at ") && dir.path().join("out/results.csv").exists(), "{said}");
+}
+
+#[test]
 fn what_an_fmu_lacks_is_told_with_the_cure() {
     let dir = tempfile::tempdir().unwrap();
     spring::write(dir.path(), &spring::description("", r#"dependencies="1 2""#));

@@ -130,7 +130,7 @@ fn what_is_wrong_in_a_system_file_is_named_with_its_line() {
     let line = |part: &str| 1 + contactor().lines().position(|l| l.contains(part)).unwrap();
     for (from, to, says) in [
         ("bar.penetration\"\nto", "bar.depth\"\nto", "bar has no variable depth"),
-        ("to = \"bar.force\"", "to = \"bar.velocity\"", "bar.velocity is no Real input; bar has force"),
+        ("to = \"bar.force\"", "to = \"bar.velocity\"", "bar.velocity is no input; bar has force"),
         ("to = \"bar.force\"", "to = \"beam.force\"", "no FMU is named beam; give one of bar, contact"),
         ("mass = 0.509 ", "mas = 0.509 ", "bar has no variable mas; its parameters are mass, travel"),
         ("mass = 0.509 ", "mass = true ", "mass is of type Real and cannot be"),

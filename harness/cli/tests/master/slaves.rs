@@ -38,8 +38,8 @@ impl Toy {
         Part {
             name: name.into(),
             slave: Box::new(self),
-            inputs: vec![Input { name: "u".into(), reference: 0, feed: Feed { source, factor: 1.0, offset: 0.0 } }],
-            outputs: vec![Output { name: "y".into(), reference: 1, depends: if through { vec![0] } else { vec![] } }],
+            inputs: vec![Input::real("u", 0, Feed { source, factor: 1.0, offset: 0.0 })],
+            outputs: vec![Output::real("y", 1, if through { vec![0] } else { vec![] })],
         }
     }
 

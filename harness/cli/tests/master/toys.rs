@@ -122,6 +122,28 @@ fn an_implicit_or_iterated_mean_neither_gains_nor_loses_energy() {
 }
 
 #[test]
+fn an_input_that_is_held_is_neither_extrapolated_nor_iterated_for() {
+    let held = || {
+        let mut parts =
+            vec![Toy::new(Model::Gain(-1.0, 0.0)).part("minus", 1), Toy::new(Model::Integrator(1.0)).part("x", 0)];
+        parts[1].inputs[0].held = true;
+        network(parts)
+    };
+    // Euler's method, whatever the master
+    let euler = 0.9f64.powi(10);
+    for (method, inputs) in [
+        (Method::GaussSeidel, Inputs::Held),
+        (Method::GaussSeidel, Inputs::Extrapolated),
+        (Method::Implicit, Inputs::Held),
+        (Method::Iterated, Inputs::Held),
+    ] {
+        let o = Options { method, inputs, step: 0.1, stop: 1.0, ..Options::default() };
+        let x = end(held, &o, 1);
+        assert!((x - euler).abs() < 1e-12, "{method:?} {inputs:?}: {x}");
+    }
+}
+
+#[test]
 fn doubling_meets_its_tolerance_and_refuses_the_impossible() {
     let exact = (-1.0f64).exp();
     for (tolerance, within) in [(1e-4, 1e-2), (1e-8, 1e-6)] {

@@ -3,6 +3,9 @@
 mod failing;
 mod foreign;
 mod ours;
+#[allow(dead_code)]
+#[path = "../archives/relay.rs"]
+mod relay;
 mod two_bonds;
 
 use std::path::Path;

@@ -143,6 +143,37 @@ fn what_is_found_out_of_the_fmus_is_what_they_were_given() {
 }
 
 #[test]
+fn fmus_connected_by_other_types_than_real_are_coupled_too() {
+    use super::relay::{fmu, FREE};
+    let dir = campaign();
+    let counter =
+        ["Integer.0 parameter teeth", "Integer.10 output count", "Boolean.0 parameter on", "Boolean.10 output closed"];
+    let gauge = [
+        "Real.0 input count",
+        "Boolean.0 input closed",
+        "Real.10 output got unit=\"m\"",
+        "Boolean.10 output got_closed",
+    ];
+    std::fs::write(dir.path().join("counter.fmu"), fmu((FREE, ""), &counter)).unwrap();
+    std::fs::write(dir.path().join("gauge.fmu"), fmu((FREE, ""), &gauge)).unwrap();
+    let more = "[[fmu]]\nname = \"gauge\"\nfile = \"gauge.fmu\"\n[[fmu]]\nname = \"counter\"\nfile = \"counter.fmu\"\n\
+                [fmu.set]\nteeth = 7\non = true\n[[connect]]\nfrom = \"counter.count\"\nto = \"gauge.count\"\nmap = [[7, 9]]\n\
+                [[connect]]\nfrom = \"counter.closed\"\nto = \"gauge.closed\"\n[master]";
+    std::fs::write(dir.path().join("system.toml"), SYSTEM.replace("[master]", more)).unwrap();
+    let text = std::fs::read_to_string(dir.path().join("campaign.toml")).unwrap();
+    let text = text.replace("penetration = \"bar.penetration\"\n[[rec", "penetration = \"gauge.got\"\n[[rec");
+    std::fs::write(dir.path().join("campaign.toml"), text).unwrap();
+    let m = machine(dir.path());
+    let mut seen = f64::NAN;
+    m.run(0, &[0.0; mechanisms::physics::FREE], &mut |r| {
+        seen = r.output(2);
+        Ok(())
+    })
+    .unwrap();
+    assert_eq!(seen, 9.0);
+}
+
+#[test]
 fn fmus_with_a_mechanism_at_their_bond_move_as_the_rig_with_it() {
     type Change = fn(&mut Physics);
     let dir = campaign();

@@ -1,7 +1,7 @@
 //! The user's system handed back, with FMUs of ours at a bond that hold what was found.
 
 use super::layout::system_of;
-use crate::master::{export_ssp, System};
+use crate::master::{export_ssp, Connection, System};
 use crate::value::Value;
 use crate::Isolation;
 use anyhow::{Context, Result};
@@ -107,6 +107,9 @@ fn written(s: &System, bond: &record::Bond, force: &str, ours: &Ours<'_>) -> Str
         if let Some(n) = c.input_orders {
             let _ = writeln!(o, "input_orders = {n}");
         }
+        if let Some(t) = c.tolerance {
+            let _ = writeln!(o, "tolerance = {t:?}");
+        }
         if !c.set.is_empty() {
             o += "[fmu.set]\n";
         }
@@ -119,38 +122,49 @@ fn written(s: &System, bond: &record::Bond, force: &str, ours: &Ours<'_>) -> Str
     for (name, file) in contact.iter().map(|n| (n, CONTACT.1)).chain(body.iter().map(|n| (n, BODY.1))) {
         let _ = write!(o, "\n[[fmu]]\nname = {}\nfile = {}\n", quoted(name), quoted(file));
     }
-    let mut connect = |from: &str, to: &str, factor: f64, offset: f64| {
-        let _ = write!(o, "\n[[connect]]\nfrom = {}\nto = {}\n", quoted(from), quoted(to));
-        if factor != 1.0 {
-            let _ = writeln!(o, "factor = {factor:?}");
+    let mut connect = |c: &Connection| {
+        let _ = write!(o, "\n[[connect]]\nfrom = {}\nto = {}\n", quoted(c.from.get_ref()), quoted(c.to.get_ref()));
+        if c.factor != 1.0 {
+            let _ = writeln!(o, "factor = {:?}", c.factor);
         }
-        if offset != 0.0 {
-            let _ = writeln!(o, "offset = {offset:?}");
+        if c.offset != 0.0 {
+            let _ = writeln!(o, "offset = {:?}", c.offset);
+        }
+        if c.suppress_unit_conversion {
+            let _ = writeln!(o, "suppress_unit_conversion = true");
+        }
+        if !c.map.is_empty() {
+            let entries: Vec<String> = c.map.iter().map(|(a, b)| format!("[{a}, {b}]")).collect();
+            let _ = writeln!(o, "map = [{}]", entries.join(", "));
         }
     };
+    let with = |from: &str, to: &str, factor: f64| Connection { factor, ..Connection::plain(from.into(), to.into()) };
     // ours give forces out of the stop
     let out = if ours.turned { -1.0 } else { 1.0 };
     let onward = body.as_ref().map(|b| format!("{b}.other_force"));
     for c in &s.connect {
         match (c.to.get_ref() == force, &contact, &onward) {
             (true, Some(_), _) => {}
-            (true, None, Some(onward)) => connect(c.from.get_ref(), onward, out * c.factor, out * c.offset),
-            _ => connect(c.from.get_ref(), c.to.get_ref(), c.factor, c.offset),
+            (true, None, Some(onward)) => {
+                let to = Spanned::new(0..0, onward.clone());
+                connect(&Connection { to, factor: out * c.factor, offset: out * c.offset, ..c.clone() });
+            }
+            _ => connect(c),
         }
     }
     if let Some(contact) = &contact {
         let from = format!("{contact}.force");
         match &onward {
-            Some(onward) => connect(&from, onward, 1.0, 0.0),
-            None => connect(&from, force, out, 0.0),
+            Some(onward) => connect(&with(&from, onward, 1.0)),
+            None => connect(&with(&from, force, out)),
         }
     }
     if let Some(body) = &body {
-        connect(&format!("{body}.force"), force, out, 0.0);
+        connect(&with(&format!("{body}.force"), force, out));
     }
     for name in contact.iter().chain(&body) {
-        connect(&bond.penetration.text, &format!("{name}.penetration"), 1.0, 0.0);
-        connect(&bond.velocity.text, &format!("{name}.velocity"), 1.0, 0.0);
+        connect(&with(&bond.penetration.text, &format!("{name}.penetration"), 1.0));
+        connect(&with(&bond.velocity.text, &format!("{name}.velocity"), 1.0));
     }
     let m = &s.master;
     let _ =
@@ -160,7 +174,7 @@ fn written(s: &System, bond: &record::Bond, force: &str, ours: &Ours<'_>) -> Str
             let _ = writeln!(o, "{key} = {}", quoted(v.get_ref()));
         }
     }
-    for (key, value) in [("step", m.step), ("tolerance", m.tolerance)] {
+    for (key, value) in [("step", m.step), ("tolerance", m.tolerance), ("iteration_tolerance", m.iteration_tolerance)] {
         if let Some(v) = value {
             let _ = writeln!(o, "{key} = {v:?}");
         }

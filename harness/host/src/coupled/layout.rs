@@ -2,8 +2,8 @@
 
 use crate::master::build::{connect, find, open, place, Opened};
 use crate::master::network::components;
-use crate::master::{Component, Feed, System};
-use crate::{Causality, Isolation, Kind, Limits, Variable};
+use crate::master::{Component, Feed, Map, Master, System};
+use crate::{Causality, Description, Isolation, Kind, Limits, Variable};
 use anyhow::{Context, Result};
 use record::{Channel, FmuSystem, Written};
 use std::path::Path;
@@ -36,10 +36,15 @@ pub(super) struct BondAt {
 }
 
 /// An input that another FMU feeds.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Fed {
     pub reference: u32,
     pub feed: Feed,
+    pub kind: Kind,
+    /// Whether it is held over a step, as what is no Real at either end is.
+    pub held: bool,
+    /// What values become instead.
+    pub map: Map,
     /// The bond whose face is fed here, and whether it is the face's speed.
     pub face: Option<(usize, bool)>,
 }
@@ -48,8 +53,9 @@ pub(super) struct Fed {
 #[derive(Clone, Debug)]
 pub(super) struct PartAt {
     pub inputs: Vec<Fed>,
-    /// References of the outputs that are read, and the place of the first among all.
+    /// References of the outputs that are read, whether all of them are Reals, and the place of the first among all.
     pub outputs: Vec<u32>,
+    pub reals: bool,
     pub first: usize,
     /// Bonds that push on it.
     pub bonds: Vec<usize>,
@@ -94,19 +100,15 @@ pub(crate) fn system_of(path: &Path, isolation: &Isolation) -> Result<System> {
     Ok(s)
 }
 
-/// One FMU as a system; it has the name of its file.
+/// One FMU as a system; it has the name of its file, and runs as long as its DefaultExperiment.
 fn alone(path: &Path) -> System {
-    let plain = |text: String| Spanned::new(0..0, text);
     let name = path.file_stem().map_or("model".into(), |n| n.to_string_lossy().replace('.', "_"));
     let file = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let component = Component {
-        name: plain(name.clone()),
-        file: plain(file),
-        set: Default::default(),
-        input_orders: None,
-        log: Vec::new(),
-    };
-    System { name: Some(name), ..System::of(vec![component], path, path.parent().unwrap_or(Path::new(""))) }
+    let bare = System::of(vec![Component::named(name.clone(), file)], path, path.parent().unwrap_or(Path::new("")));
+    // what is wrong with it is said where it is opened
+    let described = Description::in_archive(path).ok();
+    let master = described.map_or_else(Master::plain, |d| Master::plain().within(std::iter::once(&d)));
+    System { name: Some(name), master, ..bare }
 }
 
 /// FMU and variable of a text of campaign.toml.
@@ -190,7 +192,7 @@ impl Layout {
                         return Err(of.wrong(w.line, format!("{} is no Real input", w.text), cure).into());
                     }
                     let si = to_si(&opened[k], input);
-                    let fed = opened[k].inputs.iter().position(|i| i.name == input.name);
+                    let fed = opened[k].inputs.iter().position(|i| i.name == input.name && !i.held);
                     let source = fed.map(|i| {
                         let f = opened[k].inputs[i].feed;
                         Feed { source: global(feeds[k][i]), factor: f.factor * si, offset: f.offset * si }
@@ -218,16 +220,31 @@ impl Layout {
             let cut = |reference: u32| {
                 bonds.iter().any(|b: &BondAt| b.port.is_some_and(|p| p.part == k && p.reference == reference))
             };
-            let inputs = o.inputs.iter().zip(&feeds[k]).filter(|(i, _)| !cut(i.reference)).map(|(i, f)| Fed {
-                reference: i.reference,
-                feed: Feed { source: global(*f), ..i.feed },
-                face: None,
-            });
+            let mut inputs = Vec::new();
+            for (i, f) in o.inputs.iter().zip(&feeds[k]) {
+                // a Real and another type have references of their own
+                if i.kind == Kind::Real && cut(i.reference) {
+                    continue;
+                }
+                if i.kind == Kind::String {
+                    let what = format!("{}.{} is fed by a String", o.name, i.name);
+                    return Err(of.wrong(of.file.line, what, "leave Strings unconnected in a diagnosis").into());
+                }
+                inputs.push(Fed {
+                    reference: i.reference,
+                    feed: Feed { source: global(*f), ..i.feed },
+                    kind: i.kind,
+                    held: i.held,
+                    map: i.map.clone(),
+                    face: None,
+                });
+            }
             let c = o.fmu.capabilities();
             let orders = system.fmu[k].input_orders.unwrap_or(1);
             parts.push(PartAt {
-                inputs: inputs.collect(),
+                inputs,
                 outputs: o.outputs.iter().map(|v| v.value_reference).collect(),
+                reals: o.outputs.iter().all(|v| v.kind == Kind::Real),
                 first: first[k],
                 orders: if c.can_interpolate_inputs { orders } else { 0 },
                 in_halves: !pushed.is_empty()
@@ -328,7 +345,8 @@ fn order_of(opened: &[Opened], parts: &[PartAt], owner: &[usize]) -> Vec<usize> 
     for (k, o) in opened.iter().enumerate() {
         let d = o.description();
         for i in &parts[k].inputs {
-            let name = o.inputs.iter().find(|p| p.reference == i.reference).map_or("", |p| p.name.as_str());
+            let same = |p: &&crate::master::Input| p.reference == i.reference && p.kind == i.kind;
+            let name = o.inputs.iter().find(same).map_or("", |p| p.name.as_str());
             let through = o.outputs.iter().any(|v| d.feedthrough(&v.name, name).unwrap_or(true));
             let from = owner[i.feed.source];
             if through && from != k && !after[k].contains(&from) {

@@ -1,7 +1,7 @@
 //! The FMUs of a system under way in one thread.
 
 use super::layout::{Fed, Layout, Port};
-use crate::master::build::{made, set_all};
+use crate::master::build::{made, set_all, tolerance_of};
 use crate::Instance;
 use anyhow::{ensure, Result};
 use plant::machine::{Push, Running};
@@ -61,8 +61,8 @@ impl Sitting {
         for (s, value) in of_set.iter().copied().chain(free) {
             self.instances[s.part].set_real(&[s.reference], &[value])?;
         }
-        for i in &mut self.instances {
-            i.setup_experiment(None, l.start, None)?;
+        for ((i, c), o) in self.instances.iter_mut().zip(&l.system.fmu).zip(&l.opened) {
+            i.setup_experiment(tolerance_of(&l.system, c, o.description()), l.start, None)?;
             i.enter_initialization()?;
         }
         let n = l.owner.len();
@@ -154,9 +154,25 @@ impl Moving<'_> {
         if part.inputs.is_empty() {
             return Ok(());
         }
-        let references: Vec<u32> = part.inputs.iter().map(|i| i.reference).collect();
-        let values: Vec<f64> = part.inputs.iter().map(|i| self.end_of(i)).collect();
+        let (mut references, mut values) = (Vec::new(), Vec::new());
+        for i in &part.inputs {
+            if i.held {
+                self.hold(k, i, self.end_of(i))?;
+            } else {
+                references.push(i.reference);
+                values.push(self.end_of(i));
+            }
+        }
+        if references.is_empty() {
+            return Ok(());
+        }
         Ok(self.instances[k].set_real(&references, &values)?)
+    }
+
+    /// Sets an input that is held over a step.
+    fn hold(&mut self, k: usize, i: &Fed, value: f64) -> Result<()> {
+        let value = i.map.iter().find(|m| m.0 == value).map_or(value, |m| m.1);
+        self.instances[k].set_number(i.kind, i.reference, value)
     }
 
     fn read(&mut self, k: usize) -> Result<()> {
@@ -165,7 +181,13 @@ impl Moving<'_> {
             return Ok(());
         }
         let to = part.first + part.outputs.len();
-        self.instances[k].get_real(&part.outputs, &mut self.y[part.first..to])?;
+        if part.reals {
+            self.instances[k].get_real(&part.outputs, &mut self.y[part.first..to])?;
+        } else {
+            for (i, (r, v)) in part.outputs.iter().zip(&self.l.opened[k].outputs).enumerate() {
+                self.y[part.first + i] = self.instances[k].number(v.kind, *r)?;
+            }
+        }
         if let Some(i) = (part.first..to).find(|i| !self.y[*i].is_finite()) {
             let name = &self.l.opened[k].outputs[i - part.first].name;
             let of = &self.l.opened[k].name;
@@ -184,6 +206,10 @@ impl Moving<'_> {
         for i in &part.inputs {
             let from = i.feed.factor * self.source_value(i, &self.before, &self.faces_before) + i.feed.offset;
             let known = i.face.is_some() || stepped[l.owner[i.feed.source]];
+            if i.held {
+                self.hold(k, i, if known { self.end_of(i) } else { from })?;
+                continue;
+            }
             let slope = if known { (self.end_of(i) - from) / h } else { i.feed.factor * self.rates[i.feed.source] };
             references.push(i.reference);
             starts.push(from);

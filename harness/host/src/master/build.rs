@@ -1,9 +1,10 @@
 //! Makes a network of what a user wrote.
 
-use super::network::{Feed, Input, Network, Output, Part};
+use super::network::{Feed, Input, Map, Network, Output, Part};
 use super::options::{Adapt, Bond, Inputs, Lookahead, Method, Options, Shape, Touch};
 use super::slave::FmuSlave;
-use super::system::{AdaptBy, Component, System};
+use super::system::{AdaptBy, Component, Connection, System};
+use crate::units::{conversion as convert, Named};
 use crate::value::Value;
 use crate::{Causality, Description, Fmu, Instance, Kind, Variability, Variable};
 use anyhow::{anyhow, Context, Result};
@@ -41,7 +42,8 @@ pub struct Built {
     pub parquet: bool,
     /// What was noticed: algebraic loops, connections of unlike units.
     pub notes: Vec<String>,
-    fmus: Vec<Fmu>,
+    /// FMUs in the order of the system.
+    pub(super) fmus: Vec<Fmu>,
     _folder: output::Scratch,
 }
 
@@ -113,9 +115,15 @@ pub(crate) fn open(s: &System, folder: &std::path::Path) -> Result<Vec<Opened>> 
 
 /// Connects, sets and initializes the FMUs opened.
 fn connected(s: &System, mut opened: Vec<Opened>, folder: output::Scratch) -> Result<Built> {
-    let mut notes = Vec::new();
+    let mut notes = s.notes.clone();
     let feeds = connect(s, &mut opened, &mut notes)?;
-    let mut options = options(s, &opened)?;
+    notes.extend(beyond_bounds(s, &opened));
+    let mut options = options(s, &opened, &mut notes)?;
+    for b in &s.bond {
+        let ports = [(&b.force, FORCE), (&b.velocity, SPEED)].into_iter();
+        let energies = b.work.iter().chain(&b.energy).map(|e| (e, ENERGY));
+        ports.chain(energies).try_for_each(|(text, unit)| in_si(s, &opened, text, unit))?;
+    }
     let mut output = |text: &Spanned<String>| -> Result<(usize, usize)> {
         let (k, v) = find(s, &opened, text)?;
         let v = v.clone();
@@ -187,6 +195,7 @@ fn connected(s: &System, mut opened: Vec<Opened>, folder: output::Scratch) -> Re
             .map(|v| Output {
                 name: v.name.clone(),
                 reference: v.value_reference,
+                kind: v.kind,
                 depends: if v.causality == Causality::Output { depends(v) } else { (0..inputs.len()).collect() },
             })
             .collect();
@@ -215,6 +224,28 @@ fn connected(s: &System, mut opened: Vec<Opened>, folder: output::Scratch) -> Re
     network.propagate(&mut start).with_context(|| format!("{}", s.path.display()))?;
     let fmus = opened.into_iter().map(|o| o.fmu).collect();
     Ok(Built { network, start, options, columns, every, parquet: s.results.parquet, notes, fmus, _folder: folder })
+}
+
+/// Units that bonds are in: name, exponents of kg, m, s.
+type Si = (&'static str, [i32; 3]);
+const FORCE: Si = ("N", [1, 1, -2]);
+const SPEED: Si = ("m/s", [0, 1, -1]);
+const ENERGY: Si = ("J", [1, 2, -2]);
+
+/// That a variable of a bond is in its SI unit where its FMU defines what it is in: energies of other units would add up to
+/// nothing.
+fn in_si(s: &System, opened: &[Opened], text: &Spanned<String>, (name, exponents): Si) -> Result<()> {
+    let (k, v) = find(s, opened, text)?;
+    let Some(Named { name: own, unit: Some(u) }) = opened[k].description().unit_of(v) else { return Ok(()) };
+    let right = u.exponents[..3] == exponents && u.exponents[3..7].iter().all(|e| *e == 0);
+    if right && (u.factor - 1.0).abs() < 1e-12 {
+        return Ok(());
+    }
+    let what = format!(
+        "{} is in {own}, and a bond is in {name}; name a variable in that, or leave the bond out",
+        text.get_ref()
+    );
+    Err(s.at(text.span(), &what))
 }
 
 /// Place of a variable among those listed, put there where it is not yet.
@@ -251,21 +282,51 @@ pub(crate) fn find<'a>(s: &System, opened: &'a [Opened], text: &Spanned<String>)
     Ok((k, v))
 }
 
-/// (factor, offset) that takes a value in the source's unit to the sink's, where both are defined; a note where they
-/// are of different kinds.
-fn conversion(from: (&Description, &Variable), to: (&Description, &Variable)) -> Result<(f64, f64), String> {
-    let unit = |(d, v): (&Description, &Variable)| v.unit.as_ref().and_then(|u| d.units.get(u)).cloned();
-    let (Some(a), Some(b)) = (unit(from), unit(to)) else { return Ok((1.0, 0.0)) };
-    if a.exponents != b.exponents {
-        return Err(format!(
-            "{} is in {}, {} in {}, which are of different kinds",
-            from.1.name,
-            from.1.unit.as_deref().unwrap_or("1"),
-            to.1.name,
-            to.1.unit.as_deref().unwrap_or("1")
-        ));
+/// A variable of an FMU.
+pub(crate) type Of<'a> = (&'a Description, &'a Variable);
+
+/// (factor, offset) that takes a value in the source's unit to the sink's; 1 and 0 where one of them has no unit.
+///
+/// # Errors
+/// Why it cannot be converted.
+pub(crate) fn conversion((d, from): Of<'_>, (e, to): Of<'_>) -> Result<(f64, f64), String> {
+    let (Some(a), Some(b)) = (d.unit_of(from), e.unit_of(to)) else { return Ok((1.0, 0.0)) };
+    convert(&a, &b, from.relative || to.relative)
+}
+
+/// Whether a value of one type can go to an input of another without losing anything.
+fn fits(from: Kind, to: Kind) -> bool {
+    use Kind::{Boolean, Enumeration, Integer, Real};
+    from == to
+        || matches!(
+            (from, to),
+            (Integer | Enumeration | Boolean, Real) | (Boolean | Enumeration, Integer) | (Integer, Enumeration)
+        )
+}
+
+/// The entries of a connection's map in numbers.
+fn mapped(c: &Connection, from: &Variable, to: &Variable) -> Result<Map, String> {
+    let number = |v: &Variable, value: &Value| -> Result<f64, String> {
+        match value {
+            // an archive names what is mapped by items, and has numbers of what has none
+            Value::Text(text) if v.items.is_empty() && text.trim().parse::<i32>().is_ok() => {
+                Ok(f64::from(text.trim().parse::<i32>().unwrap_or_default()))
+            }
+            Value::Text(name) => v.item(name).map(f64::from),
+            value => plain_number(value).ok_or_else(|| format!("{value} is no number")),
+        }
+    };
+    c.map.iter().map(|(a, b)| Ok((number(from, a)?, number(to, b)?))).collect()
+}
+
+/// The number that a value is, of a Boolean 0 or 1.
+fn plain_number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Boolean(b) => Some(f64::from(u8::from(*b))),
+        Value::Integer(n) => Some(*n as f64),
+        Value::Real(x) => Some(*x),
+        Value::Text(_) => None,
     }
-    Ok((a.factor / b.factor, (a.offset - b.offset) / b.factor))
 }
 
 pub(crate) type Places = Vec<Vec<(usize, usize)>>;
@@ -277,36 +338,110 @@ pub(crate) fn connect(s: &System, opened: &mut [Opened], notes: &mut Vec<String>
         let (a, from) = find(s, opened, &c.from)?;
         let (b, to) = find(s, opened, &c.to)?;
         let (from, to) = (from.clone(), to.clone());
-        if to.causality != Causality::Input || to.kind != Kind::Real {
+        if to.causality != Causality::Input {
             let names = opened[b].description().names(Causality::Input).join(", ");
+            return Err(s.at(c.to.span(), &format!("{} is no input; {} has {names}", c.to.get_ref(), opened[b].name)));
+        }
+        if matches!(from.causality, Causality::Input | Causality::Independent) {
+            let names = opened[a].description().names(Causality::Output).join(", ");
             return Err(
-                s.at(c.to.span(), &format!("{} is no Real input; {} has {names}", c.to.get_ref(), opened[b].name))
+                s.at(c.from.span(), &format!("{} is no output; {} has {names}", c.from.get_ref(), opened[a].name))
             );
         }
-        if from.kind != Kind::Real || matches!(from.causality, Causality::Input | Causality::Independent) {
-            let names = opened[a].description().names(Causality::Output).join(", ");
-            return Err(s.at(
-                c.from.span(),
-                &format!("{} is no Real output; {} has {names}", c.from.get_ref(), opened[a].name),
-            ));
+        if !fits(from.kind, to.kind) {
+            let what = format!(
+                "{} is a {:?} and {} a {:?}, which cannot hold it; connect it to an input that can",
+                c.from.get_ref(),
+                from.kind,
+                c.to.get_ref(),
+                to.kind
+            );
+            return Err(s.at(c.to.span(), &what));
+        }
+        let reals = from.kind == Kind::Real && to.kind == Kind::Real;
+        if !reals && (c.factor != 1.0 || c.offset != 0.0) {
+            let what =
+                format!("{} and {} are not both Reals; leave factor and offset out", c.from.get_ref(), c.to.get_ref());
+            return Err(s.at(c.to.span(), &what));
+        }
+        if !c.map.is_empty() && (from.kind == Kind::Real || from.kind == Kind::String) {
+            let what = format!("{} is a {:?}, whose values have no map; leave it out", c.from.get_ref(), from.kind);
+            return Err(s.at(c.from.span(), &what));
         }
         if opened[b].inputs.iter().any(|i| i.name == to.name) {
             return Err(s.at(c.to.span(), &format!("{} is connected twice; leave one connection out", c.to.get_ref())));
         }
-        let (factor, offset) = conversion((opened[a].description(), &from), (opened[b].description(), &to))
-            .unwrap_or_else(|note| {
-                notes.push(format!("{} -> {}: {note}", c.from.get_ref(), c.to.get_ref()));
+        let map = mapped(c, &from, &to).map_err(|e| s.at(c.from.span(), &format!("map: {e}")))?;
+        let (mut factor, mut offset) = (1.0, 0.0);
+        if reals && !c.suppress_unit_conversion {
+            let found = conversion((opened[a].description(), &from), (opened[b].description(), &to));
+            (factor, offset) = found.unwrap_or_else(|why| {
+                notes.push(format!(
+                    "{} -> {}: their units are {why}: the number goes as it is; define both, or write \
+                     suppress_unit_conversion = true where that is right",
+                    c.from.get_ref(),
+                    c.to.get_ref()
+                ));
                 (1.0, 0.0)
             });
+        }
+        let unnamed = |(_, n): &&(String, i32)| to.items.iter().all(|i| i.1 != *n);
+        if from.kind == Kind::Enumeration && to.kind == Kind::Enumeration && map.is_empty() {
+            if let Some((item, n)) = from.items.iter().find(unnamed) {
+                let (a, b) = (c.from.get_ref(), c.to.get_ref());
+                notes.push(format!("{a} -> {b}: {item} is {n}, which {b} has no item for; give the connection a map"));
+            }
+        }
         let at = place(&mut opened[a].outputs, from);
         let feed = Feed { source: 0, factor: c.factor * factor, offset: c.factor * offset + c.offset };
-        opened[b].inputs.push(Input { name: to.name.clone(), reference: to.value_reference, feed });
+        opened[b].inputs.push(Input {
+            name: to.name.clone(),
+            reference: to.value_reference,
+            kind: to.kind,
+            feed,
+            held: !reals,
+            map,
+        });
         feeds[b].push((a, at));
     }
     Ok(feeds)
 }
 
-fn options(s: &System, opened: &[Opened]) -> Result<Options> {
+/// What the system sets beyond the least and largest values that the FMUs declare.
+fn beyond_bounds(s: &System, opened: &[Opened]) -> Vec<String> {
+    let mut notes = Vec::new();
+    for (c, o) in s.fmu.iter().zip(opened) {
+        for (name, value) in &c.set {
+            let number = plain_number(value.get_ref());
+            let (Some(v), Some(x)) = (o.description().variable(name), number) else { continue };
+            let (least, most) = v.bounds;
+            let unit = v.unit.as_deref().map_or(String::new(), |u| format!(" {u}"));
+            let limit = match () {
+                () if least.is_some_and(|l| x < l) => least.map(|l| format!("at least {l}")),
+                () if most.is_some_and(|m| x > m) => most.map(|m| format!("at most {m}")),
+                () => None,
+            };
+            if let Some(limit) = limit {
+                notes.push(format!("{}.{name} = {x}{unit}: the FMU declares {limit}{unit}", o.name));
+            }
+        }
+    }
+    notes
+}
+
+/// The relative tolerance that an FMU is given: its own in the system, the master's, or what its description says.
+pub(crate) fn tolerance_of(s: &System, c: &Component, d: &Description) -> Option<f64> {
+    c.tolerance.or(s.master.tolerance).or(d.tolerance).filter(|t| *t > 0.0)
+}
+
+/// A step that divides a span into some 500 to 1000: 1, 2 or 5 of a power of ten.
+fn some_step(span: f64) -> f64 {
+    let least = span / 1000.0;
+    let power = 10f64.powf(least.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].into_iter().map(|n| n * power).find(|h| *h >= least * (1.0 - 1e-9)).unwrap_or(least)
+}
+
+fn options(s: &System, opened: &[Opened], notes: &mut Vec<String>) -> Result<Options> {
     let m = &s.master;
     let wrong = |v: &Spanned<String>, may: &str| s.at(v.span(), &format!("{:?}: give {may}", v.get_ref()));
     let method = match m.method.get_ref().as_str() {
@@ -332,14 +467,21 @@ fn options(s: &System, opened: &[Opened]) -> Result<Options> {
         let all = opened.iter().filter_map(|o| o.description().step_size).filter(|h| *h > 0.0);
         all.fold(f64::INFINITY, f64::min)
     };
-    let step = m.step.unwrap_or_else(preferred);
     let d = Options::default();
     let file = s.path.display();
     let good = |ok: bool, what: &str| if ok { Ok(()) } else { Err(anyhow!("{file}: [master] {what}")) };
-    good(step.is_finite() && step > 0.0, "step: give one above 0, in s; no FMU prefers any")?;
     good(m.start.is_finite() && m.stop.is_finite() && m.stop > m.start, "stop: give a time after start, in s")?;
-    let tolerance = m.tolerance.unwrap_or(d.tolerance);
-    good(tolerance > 0.0 && tolerance < 1.0, "tolerance: give a number between 0 and 1")?;
+    let mut step = m.step.unwrap_or_else(preferred);
+    // an archive has no place of the standard's own for a step
+    if m.step.is_none() && !step.is_finite() && s.text.is_empty() {
+        step = some_step(m.stop - m.start);
+        notes.push(format!("no step is given and no FMU prefers one: {step} s is taken; give another with --step"));
+    }
+    good(step.is_finite() && step > 0.0, "step: give one above 0, in s (or --step); no FMU prefers any")?;
+    let of_fmus = s.fmu.iter().filter_map(|c| c.tolerance).chain(m.tolerance);
+    good(of_fmus.into_iter().all(|t| t > 0.0 && t < 1.0), "tolerance: give a number between 0 and 1")?;
+    let tolerance = m.iteration_tolerance.unwrap_or(d.tolerance);
+    good(tolerance > 0.0 && tolerance < 1.0, "iteration_tolerance: give a number between 0 and 1")?;
     let (adapt, shortest, longest) = match m.adapt {
         None => (None, None, None),
         Some(AdaptBy::Energy { tolerance, floor, shortest, longest }) => {
@@ -400,6 +542,10 @@ fn columns(s: &System, opened: &[Opened]) -> Result<Vec<Column>> {
             }
             None => {
                 let (k, v) = find(s, opened, r)?;
+                if v.kind == Kind::String {
+                    let what = format!("{} is a String, and results are numbers; leave it out", r.get_ref());
+                    return Err(s.at(r.span(), &what));
+                }
                 columns.push(column(k, v));
             }
         }
@@ -414,7 +560,7 @@ fn initialize(s: &System, c: &Component, o: &Opened, options: &Options) -> Resul
     let refuse = |e: anyhow::Error| s.within(c.name.span(), e);
     let mut i = made(s, c, o)?;
     set_all(s, c, o, &mut i)?;
-    i.setup_experiment(None, options.start, None).map_err(|e| refuse(e.into()))?;
+    i.setup_experiment(tolerance_of(s, c, o.description()), options.start, None).map_err(|e| refuse(e.into()))?;
     i.enter_initialization().map_err(|e| refuse(e.into()))?;
     Ok(FmuSlave::new(i, c.input_orders))
 }
@@ -467,6 +613,7 @@ fn set(i: &mut Instance, v: &Variable, value: &Value) -> Result<()> {
             i.set_integer(&r, &[*x as i32])?;
         }
         (Kind::Enumeration, Value::Text(name)) => i.set_integer(&r, &[v.item(name).map_err(|e| anyhow!(e))?])?,
+        (Kind::Boolean, Value::Integer(n @ (0 | 1))) => i.set_boolean(&r, &[*n == 1])?,
         (Kind::Boolean, Value::Boolean(b)) => i.set_boolean(&r, &[*b])?,
         (Kind::String, Value::Text(t)) => i.set_string(&r, &[t])?,
         (kind, value) => return Err(anyhow!("{} is of type {kind:?} and cannot be {value:?}", v.name)),

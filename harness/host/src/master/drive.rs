@@ -23,6 +23,8 @@ const FAR_BEYOND: f64 = 3.0;
 const MOST_STEPS: f64 = 1e9;
 /// Share of the whole time that counts as no time: steps shorter than that are not taken.
 const NO_TIME: f64 = 1e-14;
+/// Steps by which a span may miss a whole number of them and count as one.
+const WHOLE: f64 = 1e-6;
 
 /// A communication point.
 pub struct Moment<'a> {
@@ -38,6 +40,8 @@ pub struct Moment<'a> {
     pub created: &'a [f64],
     /// Macro-steps so far.
     pub steps: u64,
+    /// Whether it is the last that is planned.
+    pub last: bool,
 }
 
 /// How a run went.
@@ -57,6 +61,8 @@ pub struct Outcome {
     pub slave_steps: u64,
     /// Whether the run was ended before its time.
     pub interrupted: bool,
+    /// Why it ended where it did, where that is not its stop: an FMU asked for the end, or takes no shorter step.
+    pub ended: Option<String>,
 }
 
 struct Driver<'a> {
@@ -91,10 +97,14 @@ pub fn run(
     }
     let p = Point::start(options.start, y);
     d.out.time = p.time;
-    if d.hand_on(&p, false, each)? {
-        match options.adapt {
-            None => d.fixed(p, each)?,
-            Some(a) => d.adaptive(p, a, each)?,
+    if d.hand_on(&p, false, false, each)? {
+        let done = match options.adapt {
+            None => d.fixed(p, each),
+            Some(a) => d.adaptive(p, a, each),
+        };
+        if let Err(e) = done {
+            let Some(who) = crate::end_asked(&e) else { return Err(e) };
+            d.out.ended = Some(format!("{who} asked for the end at {} s, and the run ends there", d.out.time));
         }
     } else {
         d.out.interrupted = true;
@@ -136,9 +146,9 @@ fn able(network: &Network, o: &Options) -> Result<()> {
 type Each<'a> = dyn FnMut(&mut Network, &Moment) -> Result<bool> + 'a;
 
 impl Driver<'_> {
-    fn hand_on(&mut self, p: &Point, touch: bool, each: &mut Each) -> Result<bool> {
-        let m =
-            Moment { time: p.time, y: &p.y, step: p.step, touch, created: &self.out.created, steps: self.out.steps };
+    fn hand_on(&mut self, p: &Point, touch: bool, last: bool, each: &mut Each) -> Result<bool> {
+        let (created, steps) = (&self.out.created, self.out.steps);
+        let m = Moment { time: p.time, y: &p.y, step: p.step, touch, created, steps, last };
         each(self.network, &m)
     }
 
@@ -282,21 +292,34 @@ impl Driver<'_> {
         let m = self.step(&p, after)?;
         self.accept(&p, &m, 0)?;
         self.out.touches.push(m.time);
-        let on = self.hand_on(&m, true, each)?;
+        let on = self.hand_on(&m, true, false, each)?;
         Ok((m, on))
     }
 
     fn fixed(&mut self, mut p: Point, each: &mut Each) -> Result<()> {
         let o = self.options;
         let whole = (o.stop - o.start) / o.step;
+        let stiff = self.network.parts.iter().find(|p| !p.slave.abilities().variable_step).map(|p| p.name.clone());
         let mut n = whole.round();
-        if (whole - n).abs() > 1e-6 {
-            n = if o.needs_variable_step() { whole.ceil() } else { whole.floor() };
+        if (whole - n).abs() > WHOLE || n < 1.0 {
+            n = if stiff.is_none() { whole.ceil() } else { whole.floor() };
+            if let Some(name) = &stiff {
+                let only = format!("{name} takes no step of another length (canHandleVariableCommunicationStepSize)");
+                ensure!(
+                    n >= 1.0,
+                    "a step of {} s is longer than the whole run, and {only}; give a shorter one",
+                    o.step
+                );
+                let end = o.start + n * o.step;
+                let why = format!("ends at {end} s, short of {} s, which is no multiple of the step; {only}", o.stop);
+                self.out.ended = Some(why);
+            }
         }
         let none = NO_TIME * (o.stop.abs() + o.start.abs());
         for i in 1..=n as u64 {
+            let last = i == n as u64;
             // from the start each time: a running sum would drift
-            let to = if i as f64 > whole { o.stop } else { o.start + i as f64 * o.step };
+            let to = if last && stiff.is_none() { o.stop } else { o.start + i as f64 * o.step };
             let mut found = 0;
             while to - p.time > none {
                 if !o.touches.is_empty() {
@@ -318,8 +341,8 @@ impl Driver<'_> {
                 }
             }
             p.time = to;
-            if !self.hand_on(&p, false, each)? {
-                self.out.interrupted = i < n as u64;
+            if !self.hand_on(&p, false, last, each)? {
+                self.out.interrupted = !last;
                 return Ok(());
             }
         }
@@ -406,7 +429,7 @@ impl Driver<'_> {
                     self.out.touches.push(m.time);
                 }
                 p = m;
-                if !self.hand_on(&p, there, each)? {
+                if !self.hand_on(&p, there, false, each)? {
                     self.out.interrupted = true;
                     return Ok(());
                 }
@@ -425,8 +448,9 @@ impl Driver<'_> {
                 h.max(try_h) * self.change(e)
             };
             h = h.min(o.longest).max(o.shortest);
-            if !self.hand_on(&p, false, each)? {
-                self.out.interrupted = o.stop - p.time > none;
+            let last = o.stop - p.time <= none;
+            if !self.hand_on(&p, false, last, each)? {
+                self.out.interrupted = !last;
                 return Ok(());
             }
         }
@@ -458,7 +482,7 @@ impl Driver<'_> {
         let Some(half) = self.try_step(p, p.time + 0.5 * (to - p.time))? else { return Ok((None, None)) };
         let Some(q) = self.try_step(&half, to)? else { return Ok((None, None)) };
         let mut error = 0.0f64;
-        for i in 0..q.y.len() {
+        for i in (0..q.y.len()).filter(|i| self.network.real[*i]) {
             let size = self.scale[i].max(q.y[i].abs()).max(whole.y[i].abs());
             if size > 0.0 {
                 error = error.max((q.y[i] - whole.y[i]).abs() / (tolerance * size));

@@ -1,37 +1,97 @@
-//! SSP 1.0 archives out: a system that other hosts load and run as it stands.
+//! SSP archives out, by the schema of SSP 1.0: a system that other hosts load and run as it stands.
 //!
 //! Not every host applies parameter bindings, so our own FMUs are packed with their values inside; for others the
 //! bindings stand in the description. The step stands in the OMSimulator annotation, which libcosim and ecos read too.
 
 use super::build::{build, file_of};
-use super::system::System;
+use super::system::{Connection, System};
 use crate::description::{Description, Kind, Variable};
 use crate::value::Value;
-use crate::Fmu;
 use anyhow::{bail, Context, Result};
 use pack::Model;
 use quick_xml::escape::escape;
-use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::io::{Cursor, Write};
 use std::path::Path;
 
+/// Tolerance in the annotation where nothing says another: OMSimulator's own.
+const TOLERANCE: f64 = 1e-4;
+
 /// What a value of a variable is as an SSP parameter: type and text.
 fn parameter(variable: Option<&Variable>, v: &Value) -> (&'static str, String) {
-    match v {
-        Value::Boolean(b) => ("Boolean", b.to_string()),
-        Value::Integer(n) => ("Real", n.to_string()),
-        Value::Real(x) => ("Real", format!("{x:e}")),
-        Value::Text(t) if variable.is_some_and(|v| v.kind == Kind::Enumeration) => ("Enumeration", t.clone()),
-        Value::Text(t) => ("String", t.clone()),
+    let kind = variable.map(|v| v.kind);
+    match (v, kind) {
+        (Value::Boolean(b), _) => ("Boolean", b.to_string()),
+        (Value::Integer(n), Some(Kind::Boolean)) => ("Boolean", (*n != 0).to_string()),
+        (Value::Integer(n), Some(Kind::Integer)) => ("Integer", n.to_string()),
+        (Value::Real(x), Some(Kind::Integer)) => ("Integer", format!("{x:.0}")),
+        (Value::Integer(n), Some(Kind::Enumeration)) => item(variable, *n as f64),
+        (Value::Real(x), Some(Kind::Enumeration)) => item(variable, *x),
+        (Value::Integer(n), _) => ("Real", n.to_string()),
+        (Value::Real(x), _) => ("Real", format!("{x:e}")),
+        (Value::Text(t), Some(Kind::Enumeration)) => ("Enumeration", t.clone()),
+        (Value::Text(t), _) => ("String", t.clone()),
     }
 }
 
-/// Writes the system as an SSP 1.0 archive to `out`, components in the order they are stepped.
+/// An Enumeration's item by its number, else the number.
+fn item(variable: Option<&Variable>, n: f64) -> (&'static str, String) {
+    let items = variable.map_or(&[][..], |v| v.items.as_slice());
+    match items.iter().find(|i| f64::from(i.1) == n) {
+        Some((name, _)) => ("Enumeration", name.clone()),
+        None => ("Integer", format!("{n:.0}")),
+    }
+}
+
+/// Enumerations of the connectors, each once: name and items.
+#[derive(Default)]
+struct Enumerations(Vec<(String, Vec<(String, i32)>)>);
+
+impl Enumerations {
+    /// The name of that of a variable of the FMU called `fmu`; None where it has no items.
+    fn name(&mut self, fmu: &str, v: &Variable) -> Option<String> {
+        if v.items.is_empty() {
+            return None;
+        }
+        let mut name = v.declared_type.clone().unwrap_or_else(|| v.name.clone());
+        if self.0.iter().any(|e| e.0 == name && e.1 != v.items) {
+            name = format!("{fmu}.{name}");
+        }
+        if self.0.iter().all(|e| e.0 != name) {
+            self.0.push((name.clone(), v.items.clone()));
+        }
+        Some(name)
+    }
+
+    fn written(&self) -> String {
+        let mut o = String::new();
+        for (name, items) in &self.0 {
+            // writing to a String cannot fail
+            let _ = writeln!(o, "    <ssc:Enumeration name=\"{}\">", escape(name.as_str()));
+            for (item, value) in items {
+                let _ = writeln!(o, "      <ssc:Item name=\"{}\" value=\"{value}\"/>", escape(item.as_str()));
+            }
+            o += "    </ssc:Enumeration>\n";
+        }
+        listed("  ", "ssd:Enumerations", &o)
+    }
+}
+
+/// A list in its element; the schema has no empty ones.
+fn listed(indent: &str, name: &str, entries: &str) -> String {
+    if entries.is_empty() {
+        return String::new();
+    }
+    format!("{indent}<{name}>\n{entries}{indent}</{name}>\n")
+}
+
+/// Writes the system as an SSP 1.0 archive to `out`, components in the order they are stepped. What not every host heeds of
+/// it.
 ///
 /// # Errors
-/// What [`build`] finds wrong with the system; an FMU that cannot be read; a connection with a factor or offset,
-/// which not every host applies; an archive that cannot be written (none is left half-written).
-pub fn export_ssp(s: &System, out: &Path) -> Result<()> {
+/// What [`build`] finds wrong with the system; an FMU that cannot be read; an archive that cannot be written (none is left
+/// half-written).
+pub fn export_ssp(s: &System, out: &Path) -> Result<Vec<String>> {
     let built = build(s)?;
     let order: Vec<String> = built.network.stepping_order().into_iter().map(String::from).collect();
     let folder = output::Scratch::new("export")?;
@@ -41,11 +101,19 @@ pub fn export_ssp(s: &System, out: &Path) -> Result<()> {
         .last_modified_time(zip::DateTime::default())
         .unix_permissions(0o644);
     let mut elements = String::new();
+    let mut enumerations = Enumerations::default();
+    let mut sources: Vec<String> = Vec::new();
     for name in &order {
-        let Some(c) = s.fmu.iter().find(|c| c.name.get_ref() == name) else { bail!("{name}: no such FMU") };
-        let source = format!("resources/{name}.fmu");
+        let Some(k) = s.fmu.iter().position(|c| c.name.get_ref() == name) else { bail!("{name}: no such FMU") };
+        let (c, d) = (&s.fmu[k], built.fmus[k].description());
+        // what a URI and every file system take as it is
+        let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).collect();
+        let mut source = format!("resources/{plain}.fmu");
+        while sources.contains(&source) {
+            source.insert(source.len() - ".fmu".len(), '_');
+        }
+        sources.push(source.clone());
         let own = c.own();
-        let mut foreign = None;
         let bytes = match own {
             Some(model) => {
                 let m = Model::named(model)?;
@@ -65,99 +133,147 @@ pub fn export_ssp(s: &System, out: &Path) -> Result<()> {
             }
             None => {
                 let path = file_of(s, c, folder.path())?;
-                foreign = Some((Fmu::open_in(&path, &s.isolation)?, &c.set));
                 input::bytes(&path, input::LIBRARY).with_context(|| format!("{}: cannot be read", path.display()))?
             }
         };
         zip.start_file(source.as_str(), options)?;
         zip.write_all(&bytes)?;
-        elements += &element(s, name, &source, foreign.as_ref().map(|(f, set)| (f.description(), *set)))?;
-    }
-    let mut connections = String::new();
-    for c in &s.connect {
-        if c.factor != 1.0 || c.offset != 0.0 {
-            return Err(s.at(c.from.span(), "a factor or offset here is not applied by every host; leave it out"));
-        }
-        let (a, x) = split(c.from.get_ref());
-        let (b, y) = split(c.to.get_ref());
-        connections += &format!(
-            "      <ssd:Connection startElement=\"{a}\" startConnector=\"{x}\" endElement=\"{b}\" endConnector=\"{y}\"/>\n"
+        let connectors = connectors(s, name, d, &mut enumerations);
+        let bindings = if own.is_none() { bindings(s, k, d) } else { String::new() };
+        let tag = format!(
+            "      <ssd:Component name=\"{}\" type=\"application/x-fmu-sharedlibrary\" source=\"{source}\"",
+            escape(name.as_str())
         );
+        elements += &match (connectors + &bindings).as_str() {
+            "" => format!("{tag}/>\n"),
+            inside => format!("{tag}>\n{inside}      </ssd:Component>\n"),
+        };
     }
+    let mut notes = built.notes.clone();
+    let connections: String = s.connect.iter().map(|c| connection(c, &mut notes)).collect();
     let (name, o) = (s.title(), &built.options);
     let name = escape(name.as_str());
     let (start, stop, step) = (o.start, o.stop, o.step);
+    let described = built.fmus.iter().filter_map(|f| f.description().tolerance).filter(|t| *t > 0.0);
+    let least = described.fold(f64::INFINITY, f64::min);
+    let tolerance = s.master.tolerance.unwrap_or(if least.is_finite() { least } else { TOLERANCE });
+    let elements = listed("    ", "ssd:Elements", &elements);
+    let connections = listed("    ", "ssd:Connections", &connections);
+    let enumerations = enumerations.written();
     let ssd = format!(
         r#"<?xml version="1.0" encoding="UTF-8"?>
 <ssd:SystemStructureDescription xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" xmlns:oms="https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd" name="{name}" version="1.0">
   <ssd:System name="{name}">
-    <ssd:Elements>
-{elements}    </ssd:Elements>
-    <ssd:Connections>
-{connections}    </ssd:Connections>
-    <ssd:Annotations>
+{elements}{connections}    <ssd:Annotations>
       <ssc:Annotation type="org.openmodelica">
         <oms:Annotations>
           <oms:SimulationInformation>
-            <oms:FixedStepMaster description="oms-ma" stepSize="{step:e}" absoluteTolerance="1e-4" relativeTolerance="1e-4"/>
+            <oms:FixedStepMaster description="oms-ma" stepSize="{step:e}" absoluteTolerance="{tolerance:e}" relativeTolerance="{tolerance:e}"/>
           </oms:SimulationInformation>
         </oms:Annotations>
       </ssc:Annotation>
     </ssd:Annotations>
   </ssd:System>
-  <ssd:DefaultExperiment startTime="{start}" stopTime="{stop}"/>
+{enumerations}  <ssd:DefaultExperiment startTime="{start}" stopTime="{stop}"/>
 </ssd:SystemStructureDescription>
 "#
     );
     zip.start_file("SystemStructure.ssd", options)?;
     zip.write_all(ssd.as_bytes())?;
-    output::write(out, &zip.finish()?.into_inner()).with_context(|| format!("{}: cannot be written", out.display()))
+    output::write(out, &zip.finish()?.into_inner()).with_context(|| format!("{}: cannot be written", out.display()))?;
+    Ok(notes)
 }
 
-fn split(port: &str) -> (String, String) {
-    let (a, b) = port.split_once('.').unwrap_or((port, ""));
-    (escape(a).into_owned(), escape(b).into_owned())
+fn split(port: &str) -> (&str, &str) {
+    port.split_once('.').unwrap_or((port, ""))
 }
 
-/// A component with its connected ports and, of somebody else's FMU, the parameters given.
-fn element(
-    s: &System,
-    name: &str,
-    source: &str,
-    foreign: Option<(&Description, &BTreeMap<String, toml::Spanned<Value>>)>,
-) -> Result<String> {
-    let mut ports: Vec<(String, &str)> = Vec::new();
+/// A connection; a note where it holds what not every host applies.
+fn connection(c: &Connection, notes: &mut Vec<String>) -> String {
+    let ((a, x), (b, y)) = (split(c.from.get_ref()), split(c.to.get_ref()));
+    let mut o = format!(
+        "      <ssd:Connection startElement=\"{}\" startConnector=\"{}\" endElement=\"{}\" endConnector=\"{}\"",
+        escape(a),
+        escape(x),
+        escape(b),
+        escape(y)
+    );
+    if c.suppress_unit_conversion {
+        o += " suppressUnitConversion=\"true\"";
+    }
+    let mut inside = String::new();
+    if c.factor != 1.0 || c.offset != 0.0 {
+        let (factor, offset) = (c.factor, c.offset);
+        let _ = writeln!(inside, "        <ssc:LinearTransformation factor=\"{factor:e}\" offset=\"{offset:e}\"/>");
+    } else if let Some((first, _)) = c.map.first() {
+        let kind = match first {
+            Value::Boolean(_) => "Boolean",
+            Value::Text(_) => "Enumeration",
+            _ => "Integer",
+        };
+        let text = |v: &Value| match v {
+            Value::Text(t) => escape(t.as_str()).into_owned(),
+            v => v.to_string(),
+        };
+        let entries = c
+            .map
+            .iter()
+            .map(|(a, b)| format!("          <ssc:MapEntry source=\"{}\" target=\"{}\"/>\n", text(a), text(b)));
+        inside = listed("        ", &format!("ssc:{kind}MappingTransformation"), &entries.collect::<String>());
+    }
+    if inside.is_empty() {
+        return o + "/>\n";
+    }
+    notes.push(format!(
+        "{} -> {}: its transformation is in the archive, and not every host applies those (fmpy does not)",
+        c.from.get_ref(),
+        c.to.get_ref()
+    ));
+    o + ">\n" + &inside + "      </ssd:Connection>\n"
+}
+
+/// The connected ports of an FMU.
+fn connectors(s: &System, name: &str, d: &Description, enumerations: &mut Enumerations) -> String {
+    let mut ports: Vec<(&str, &str)> = Vec::new();
     for c in &s.connect {
         for (port, kind) in [(c.from.get_ref(), "output"), (c.to.get_ref(), "input")] {
             let (fmu, variable) = split(port);
-            if fmu == escape(name) && !ports.iter().any(|p| p.0 == variable) {
+            if fmu == name && !ports.iter().any(|p| p.0 == variable) {
                 ports.push((variable, kind));
             }
         }
     }
-    let mut o = format!(
-        "      <ssd:Component name=\"{}\" type=\"application/x-fmu-sharedlibrary\" source=\"{}\">\n        <ssd:Connectors>\n",
-        escape(name),
-        escape(source)
-    );
-    for (variable, kind) in &ports {
-        o += &format!("          <ssd:Connector name=\"{variable}\" kind=\"{kind}\"><ssc:Real/></ssd:Connector>\n");
+    let mut o = String::new();
+    for (port, kind) in ports {
+        let of = match d.variable(port) {
+            Some(v) if v.kind == Kind::Enumeration => match enumerations.name(name, v) {
+                Some(of) => format!("Enumeration name=\"{}\"", escape(of.as_str())),
+                None => "Integer".to_string(),
+            },
+            v => format!("{:?}", v.map_or(Kind::Real, |v| v.kind)),
+        };
+        let port = escape(port);
+        let _ = writeln!(o, "          <ssd:Connector name=\"{port}\" kind=\"{kind}\"><ssc:{of}/></ssd:Connector>");
     }
-    o += "        </ssd:Connectors>\n";
-    if let Some((d, set)) = foreign.filter(|f| !f.1.is_empty()) {
-        o += "        <ssd:ParameterBindings>\n          <ssd:ParameterBinding>\n            <ssd:ParameterValues>\n";
-        o += "              <ssv:ParameterSet version=\"1.0\" name=\"start\">\n                <ssv:Parameters>\n";
-        for (n, v) in set {
-            let (kind, text) = parameter(d.variable(n), v.get_ref());
-            o += &format!(
-                "                  <ssv:Parameter name=\"{}\"><ssv:{kind} value=\"{}\"/></ssv:Parameter>\n",
-                escape(n.as_str()),
-                escape(text.as_str())
-            );
-        }
-        o += "                </ssv:Parameters>\n              </ssv:ParameterSet>\n            </ssd:ParameterValues>\n";
-        o += "          </ssd:ParameterBinding>\n        </ssd:ParameterBindings>\n";
+    listed("        ", "ssd:Connectors", &o)
+}
+
+/// The values that an FMU is given.
+fn bindings(s: &System, k: usize, d: &Description) -> String {
+    let mut o = String::new();
+    for (n, v) in &s.fmu[k].set {
+        let (kind, text) = parameter(d.variable(n), v.get_ref());
+        let (n, text) = (escape(n.as_str()), escape(text.as_str()));
+        let _ =
+            writeln!(o, "                  <ssv:Parameter name=\"{n}\"><ssv:{kind} value=\"{text}\"/></ssv:Parameter>");
     }
-    o += "      </ssd:Component>\n";
-    Ok(o)
+    if o.is_empty() {
+        return o;
+    }
+    let set = listed("                ", "ssv:Parameters", &o);
+    format!(
+        "        <ssd:ParameterBindings>\n          <ssd:ParameterBinding>\n            <ssd:ParameterValues>\n\
+         \x20             <ssv:ParameterSet version=\"1.0\" name=\"start\">\n{set}              </ssv:ParameterSet>\n\
+         \x20           </ssd:ParameterValues>\n          </ssd:ParameterBinding>\n        </ssd:ParameterBindings>\n"
+    )
 }

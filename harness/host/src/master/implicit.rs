@@ -3,6 +3,7 @@
 use super::network::Network;
 use super::options::{Method, Options, Shape};
 use super::step::{Course, Point};
+use crate::Kind;
 use anyhow::{bail, Result};
 use nalgebra::{DMatrix, DVector};
 
@@ -123,7 +124,9 @@ impl Network {
             .map(|i| {
                 let (f, s) = (i.feed, i.feed.source);
                 let start = (f.of(&p.y), f.factor * p.rates[s]);
-                if stepped[self.owner[s]] {
+                if i.held {
+                    Course::held(if stepped[self.owner[s]] { f.of(reached.0) } else { start.0 })
+                } else if stepped[self.owner[s]] {
                     let end = (f.of(reached.0), f.factor * reached.1[s]);
                     if orders == 0 {
                         Course::held(end.0)
@@ -221,6 +224,9 @@ impl Network {
                 .iter()
                 .map(|i| {
                     let s = i.feed.source;
+                    if i.held {
+                        return 0.0;
+                    }
                     let own = if s == torn && !stepped[self.owner[s]] { 1.0 } else { dy[s] };
                     i.feed.factor * own
                 })
@@ -234,9 +240,15 @@ impl Network {
             let through = self.parts[k].outputs.iter().any(|o| o.depends.iter().any(|&i| seeds[i] != 0.0));
             if through && self.parts[k].slave.abilities().directional {
                 let part = &mut self.parts[k];
-                let unknowns: Vec<u32> = part.outputs.iter().map(|o| o.reference).collect();
-                let knowns: Vec<u32> = part.inputs.iter().map(|i| i.reference).collect();
-                part.slave.directional(&unknowns, &knowns, &seeds, &mut dy[first..first + count])?;
+                let real = |o: &&super::network::Output| o.kind == Kind::Real;
+                let unknowns: Vec<u32> = part.outputs.iter().filter(real).map(|o| o.reference).collect();
+                let moving = || part.inputs.iter().zip(&seeds).filter(|(i, _)| !i.held);
+                let knowns: Vec<u32> = moving().map(|(i, _)| i.reference).collect();
+                let seeds: Vec<f64> = moving().map(|(_, s)| *s).collect();
+                let mut answer = vec![0.0; unknowns.len()];
+                part.slave.directional(&unknowns, &knowns, &seeds, &mut answer)?;
+                let places = (first..first + count).filter(|i| self.real[*i]);
+                places.zip(answer).for_each(|(i, d)| dy[i] = d);
                 continue;
             }
             // a tried step, with what is fed moved a little

@@ -1,8 +1,10 @@
 //! Slaves and their connections: the order to step them in, and algebraic loops.
 
 use super::slave::Slave;
+use crate::Kind;
 use anyhow::{bail, ensure, Result};
 use nalgebra::{DMatrix, DVector};
+use std::collections::HashMap;
 
 /// Share of its size to which an algebraic loop is solved.
 const LOOP_TOLERANCE: f64 = 1e-12;
@@ -29,6 +31,9 @@ impl Feed {
     }
 }
 
+/// What values of a source become on their way to an input: (value, value instead). What is not listed stays.
+pub type Map = Vec<(f64, f64)>;
+
 /// A connected input.
 #[derive(Clone, Debug)]
 pub struct Input {
@@ -36,8 +41,27 @@ pub struct Input {
     pub name: String,
     /// The slave's reference.
     pub reference: u32,
+    /// Its type.
+    pub kind: Kind,
     /// Its source.
     pub feed: Feed,
+    /// Whether it changes from one communication point to the next at once, as what is no Real at either end does:
+    /// masters then hold it over a step, and neither extrapolate it nor iterate for it.
+    pub held: bool,
+    /// What values become instead; empty: what they are.
+    pub map: Map,
+}
+
+impl Input {
+    /// A Real fed by a Real.
+    pub fn real(name: &str, reference: u32, feed: Feed) -> Input {
+        Input { name: name.into(), reference, kind: Kind::Real, feed, held: false, map: Map::new() }
+    }
+
+    /// What becomes of a value that its feed gives.
+    fn taken(&self, value: f64) -> f64 {
+        self.map.iter().find(|m| m.0 == value).map_or(value, |m| m.1)
+    }
 }
 
 /// A connected output.
@@ -47,8 +71,41 @@ pub struct Output {
     pub name: String,
     /// The slave's reference.
     pub reference: u32,
+    /// Its type. Values of other types than Real are numbers here too: 0 and 1 of a Boolean, of a String its place among
+    /// the texts that were read.
+    pub kind: Kind,
     /// Places among the part's inputs that it depends on at once.
     pub depends: Vec<usize>,
+}
+
+impl Output {
+    /// A Real.
+    pub fn real(name: &str, reference: u32, depends: Vec<usize>) -> Output {
+        Output { name: name.into(), reference, kind: Kind::Real, depends }
+    }
+}
+
+/// Texts that were read, each once.
+#[derive(Default)]
+struct Texts {
+    all: Vec<String>,
+    places: HashMap<String, usize>,
+}
+
+impl Texts {
+    fn place(&mut self, text: String) -> f64 {
+        let next = self.all.len();
+        let at = *self.places.entry(text.clone()).or_insert(next);
+        if at == next {
+            self.all.push(text);
+        }
+        at as f64
+    }
+
+    /// The text at a place; empty before one was read.
+    fn at(&self, place: f64) -> &str {
+        self.all.get(place as usize).map_or("", String::as_str)
+    }
 }
 
 /// A slave with its connected ports. Outputs are numbered through all parts, in order: the global outputs.
@@ -93,6 +150,9 @@ pub struct Network {
     pub(super) reread: bool,
     /// Highest order of input derivatives each part was ever given: from then on it gets them at every step.
     pub(super) derivative_orders: Vec<usize>,
+    /// Whether each global output is a Real.
+    pub(super) real: Vec<bool>,
+    texts: Texts,
 }
 
 /// Strongly connected components in reverse topological order of `next` (Tarjan 1972), without recursion's depth
@@ -199,9 +259,21 @@ impl Network {
             place[*k] = n;
         }
         let derivative_orders = vec![0; parts.len()];
-        let work = Work::default();
-        let mut n =
-            Network { parts, work, first, owner, order, place, groups, torn: vec![], reread: false, derivative_orders };
+        let real = parts.iter().flat_map(|p| &p.outputs).map(|o| o.kind == Kind::Real).collect();
+        let mut n = Network {
+            parts,
+            work: Work::default(),
+            first,
+            owner,
+            order,
+            place,
+            groups,
+            torn: vec![],
+            reread: false,
+            derivative_orders,
+            real,
+            texts: Texts::default(),
+        };
         n.tear();
         Ok(n)
     }
@@ -229,7 +301,7 @@ impl Network {
             for (i, input) in p.inputs.iter().enumerate() {
                 let s = input.feed.source;
                 if self.place[self.owner[s]] >= self.place[k] {
-                    if !self.torn.contains(&s) {
+                    if !input.held && !self.torn.contains(&s) {
                         self.torn.push(s);
                     }
                     self.reread |= p.outputs.iter().any(|o| o.depends.contains(&i));
@@ -269,23 +341,67 @@ impl Network {
 
     /// Sets all inputs of a part from `y`.
     pub(super) fn feed(&mut self, k: usize, y: &[f64]) -> Result<()> {
-        let p = &mut self.parts[k];
-        if p.inputs.is_empty() {
+        if self.parts[k].inputs.is_empty() {
             return Ok(());
         }
-        let references: Vec<u32> = p.inputs.iter().map(|i| i.reference).collect();
-        let values: Vec<f64> = p.inputs.iter().map(|i| i.feed.of(y)).collect();
-        p.slave.set(&references, &values)
+        let values: Vec<f64> = self.parts[k].inputs.iter().map(|i| i.feed.of(y)).collect();
+        self.put(k, &values)
+    }
+
+    /// Sets all inputs of a part to what their feeds give.
+    pub(super) fn put(&mut self, k: usize, values: &[f64]) -> Result<()> {
+        let Part { slave, inputs, .. } = &mut self.parts[k];
+        if inputs.iter().all(|i| i.kind == Kind::Real && i.map.is_empty()) {
+            let references: Vec<u32> = inputs.iter().map(|i| i.reference).collect();
+            return slave.set(&references, values);
+        }
+        let mut reals = (Vec::new(), Vec::new());
+        for (i, value) in inputs.iter().zip(values) {
+            let value = i.taken(*value);
+            match i.kind {
+                Kind::Real => {
+                    reals.0.push(i.reference);
+                    reals.1.push(value);
+                }
+                Kind::String => slave.set_text(i.reference, self.texts.at(value))?,
+                kind => slave.set_number(kind, i.reference, value)?,
+            }
+        }
+        if reals.0.is_empty() {
+            return Ok(());
+        }
+        slave.set(&reals.0, &reals.1)
     }
 
     /// Reads all outputs of a part into `y`.
     pub(super) fn read(&mut self, k: usize, y: &mut [f64]) -> Result<()> {
         let (first, p) = (self.first[k], &mut self.parts[k]);
-        if p.outputs.is_empty() {
-            return Ok(());
+        if p.outputs.iter().all(|o| o.kind == Kind::Real) {
+            if p.outputs.is_empty() {
+                return Ok(());
+            }
+            let references: Vec<u32> = p.outputs.iter().map(|o| o.reference).collect();
+            return p.slave.get(&references, &mut y[first..first + references.len()]);
         }
-        let references: Vec<u32> = p.outputs.iter().map(|o| o.reference).collect();
-        p.slave.get(&references, &mut y[first..first + references.len()])
+        for place in 0..p.outputs.len() {
+            y[first + place] = self.one(k, place)?;
+        }
+        Ok(())
+    }
+
+    /// Reads one output of a part.
+    fn one(&mut self, k: usize, place: usize) -> Result<f64> {
+        let Part { slave, outputs, .. } = &mut self.parts[k];
+        let o = &outputs[place];
+        match o.kind {
+            Kind::Real => {
+                let mut value = [0.0];
+                slave.get(&[o.reference], &mut value)?;
+                Ok(value[0])
+            }
+            Kind::String => Ok(self.texts.place(slave.text(o.reference)?)),
+            kind => slave.read(kind, o.reference),
+        }
     }
 
     /// Makes every output answer to every input at one instant: in dependency order, algebraic loops solved by
@@ -313,10 +429,7 @@ impl Network {
         if !self.parts[k].outputs[place].depends.is_empty() {
             self.feed(k, y)?;
         }
-        let p = &mut self.parts[k];
-        let mut value = [0.0];
-        p.slave.get(&[p.outputs[place].reference], &mut value)?;
-        Ok(value[0])
+        self.one(k, place)
     }
 
     fn residual(&mut self, group: &[usize], y: &[f64]) -> Result<DVector<f64>> {
@@ -357,6 +470,12 @@ impl Network {
         }
         let n = group.len();
         let names = |s: &Self| group.iter().map(|&o| s.output_name(o)).collect::<Vec<_>>().join(", ");
+        ensure!(
+            group.iter().all(|&o| self.real[o]),
+            "algebraic loop of {}: not all of it are Reals, and it does not settle; break it by a part that answers by \
+             steps",
+            names(self)
+        );
         let mut r = self.residual(group, y)?;
         for _ in 0..LOOP_STEPS {
             let small =

@@ -1,7 +1,7 @@
 //! What a master asks of a slave, and an FMU as one.
 
 use crate::{Instance, Kind, State};
-use anyhow::{bail, Result};
+use anyhow::{bail, ensure, Result};
 
 /// What a slave can do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,6 +85,30 @@ pub trait Slave {
     /// # Errors
     /// As [`Slave::set`].
     fn read(&mut self, kind: Kind, reference: u32) -> Result<f64>;
+
+    /// Sets a variable of any kind but String to a number: a whole one, of a Boolean 0 or not.
+    ///
+    /// # Errors
+    /// As [`Slave::set`]; a number that is none of its kind; where it takes Reals alone.
+    fn set_number(&mut self, kind: Kind, _reference: u32, value: f64) -> Result<()> {
+        bail!("takes no {kind:?} ({value})")
+    }
+
+    /// Sets a String.
+    ///
+    /// # Errors
+    /// As [`Slave::set`]; where it takes none.
+    fn set_text(&mut self, _reference: u32, text: &str) -> Result<()> {
+        bail!("takes no String ({text:?})")
+    }
+
+    /// Reads a String.
+    ///
+    /// # Errors
+    /// As [`Slave::set`]; where it has none.
+    fn text(&mut self, _reference: u32) -> Result<String> {
+        bail!("has no Strings")
+    }
 }
 
 /// An instance of an FMU, in initialization, as a slave.
@@ -175,15 +199,50 @@ impl Slave for FmuSlave {
     }
 
     fn read(&mut self, kind: Kind, reference: u32) -> Result<f64> {
+        self.instance.number(kind, reference)
+    }
+
+    fn set_number(&mut self, kind: Kind, reference: u32, value: f64) -> Result<()> {
+        self.instance.set_number(kind, reference, value)
+    }
+
+    fn set_text(&mut self, reference: u32, text: &str) -> Result<()> {
+        Ok(self.instance.set_string(&[reference], &[text])?)
+    }
+
+    fn text(&mut self, reference: u32) -> Result<String> {
+        Ok(self.instance.get_string(&[reference])?.swap_remove(0))
+    }
+}
+
+impl Instance {
+    /// Reads a variable of any kind but String as a number.
+    pub(crate) fn number(&mut self, kind: Kind, reference: u32) -> Result<f64> {
         Ok(match kind {
-            Kind::Real => self.instance.real(reference)?,
-            Kind::Boolean => f64::from(u8::from(self.instance.get_boolean(&[reference])?[0])),
+            Kind::Real => self.real(reference)?,
+            Kind::Boolean => f64::from(u8::from(self.get_boolean(&[reference])?[0])),
             Kind::Integer | Kind::Enumeration => {
                 let mut v = [0];
-                self.instance.get_integer(&[reference], &mut v)?;
+                self.get_integer(&[reference], &mut v)?;
                 f64::from(v[0])
             }
-            Kind::String => bail!("{}: a String is no number", self.instance.name()),
+            Kind::String => bail!("{}: a String is no number", self.name()),
         })
+    }
+
+    /// Sets a variable of any kind but String to a number.
+    pub(crate) fn set_number(&mut self, kind: Kind, reference: u32, value: f64) -> Result<()> {
+        let r = [reference];
+        match kind {
+            Kind::Real => self.set_real(&r, &[value])?,
+            Kind::Boolean => self.set_boolean(&r, &[value != 0.0])?,
+            Kind::Integer | Kind::Enumeration => {
+                let whole = value.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&value);
+                ensure!(whole, "{}: {value} is no Integer", self.name());
+                self.set_integer(&r, &[value as i32])?;
+            }
+            Kind::String => bail!("{}: a number is no String", self.name()),
+        }
+        Ok(())
     }
 }

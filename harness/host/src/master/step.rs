@@ -65,39 +65,38 @@ impl Network {
         settle: bool,
         y: &mut [f64],
     ) -> Result<()> {
-        let p = &mut self.parts[k];
-        let references: Vec<u32> = p.inputs.iter().map(|i| i.reference).collect();
+        let p = &self.parts[k];
+        let inputs = p.inputs.len();
         let orders = p.slave.abilities().input_orders.min(3) as usize;
-        if !references.is_empty() {
+        if inputs > 0 {
             let moving = courses.iter().any(|c| c.derivatives.iter().any(|&d| d != 0.0));
             let highest = (0..orders).rev().find(|&n| courses.iter().any(|c| c.derivatives[n] != 0.0));
             self.derivative_orders[k] = self.derivative_orders[k].max(highest.map_or(0, |n| n + 1));
+            // without derivatives what is new is set as reached, what is foreseen as its middle
+            let starts: Vec<f64> = courses.iter().map(|c| c.start).collect();
+            self.put(k, &starts)?;
             if orders > 0 && (moving || self.derivative_orders[k] > 0) {
-                let starts: Vec<f64> = courses.iter().map(|c| c.start).collect();
-                p.slave.set(&references, &starts)?;
                 let mut rates = (Vec::new(), Vec::new(), Vec::new());
-                for (r, c) in references.iter().zip(courses) {
+                for (i, c) in self.parts[k].inputs.iter().zip(courses).filter(|(i, _)| !i.held) {
                     for n in 0..orders {
                         // an order that always was zero need not be set
                         if n < self.derivative_orders[k].max(1) {
-                            rates.0.push(*r);
+                            rates.0.push(i.reference);
                             rates.1.push(n as i32 + 1);
                             rates.2.push(c.derivatives[n]);
                         }
                     }
                 }
-                p.slave.set_rates(&rates.0, &rates.1, &rates.2)?;
-            } else {
-                // no derivatives: what is new is set as reached, what is foreseen as its middle
-                let values: Vec<f64> = courses.iter().map(|c| c.start).collect();
-                p.slave.set(&references, &values)?;
+                if !rates.0.is_empty() {
+                    self.parts[k].slave.set_rates(&rates.0, &rates.1, &rates.2)?;
+                }
             }
         }
-        p.slave.step(time, h)?;
+        self.parts[k].slave.step(time, h)?;
         self.work.steps += 1;
-        if settle && !references.is_empty() {
+        if settle && inputs > 0 {
             let ends: Vec<f64> = courses.iter().map(|c| c.end).collect();
-            self.parts[k].slave.set(&references, &ends)?;
+            self.put(k, &ends)?;
         }
         self.read(k, y)
     }
@@ -121,12 +120,12 @@ impl Network {
                     let now = f.of(&p.y);
                     if sequential && stepped[self.owner[s]] {
                         let end = f.of(&y);
-                        if orders > 0 {
+                        if orders > 0 && !i.held {
                             Course::line(now, end, h)
                         } else {
                             Course::held(end)
                         }
-                    } else if inputs == Inputs::Extrapolated {
+                    } else if inputs == Inputs::Extrapolated && !i.held {
                         let end = now + h * f.factor * p.rates[s];
                         if orders > 0 {
                             Course::line(now, end, h)
@@ -169,13 +168,14 @@ impl Network {
         if !able.output_rates || p.outputs.is_empty() {
             return Ok(());
         }
-        if able.input_orders > 0 && !p.inputs.is_empty() {
-            let references: Vec<u32> = p.inputs.iter().map(|i| i.reference).collect();
-            let slopes: Vec<f64> = p.inputs.iter().map(|i| i.feed.factor * rates[i.feed.source]).collect();
+        let moving = || p.inputs.iter().filter(|i| !i.held);
+        if able.input_orders > 0 && moving().next().is_some() {
+            let references: Vec<u32> = moving().map(|i| i.reference).collect();
+            let slopes: Vec<f64> = moving().map(|i| i.feed.factor * rates[i.feed.source]).collect();
             p.slave.set_rates(&references, &vec![1; references.len()], &slopes)?;
             self.derivative_orders[k] = self.derivative_orders[k].max(1);
         }
-        for (i, o) in p.outputs.iter().enumerate() {
+        for (i, o) in p.outputs.iter().enumerate().filter(|(_, o)| o.kind == crate::Kind::Real) {
             let mut value = [0.0];
             // a slave may give the rates of some outputs only: the difference stands for the others
             if p.slave.rates(&[o.reference], &mut value).is_ok() && value[0].is_finite() {

@@ -1,7 +1,7 @@
 //! A system file: which FMUs, how they are connected, and how they are stepped.
 
 use crate::value::Value;
-use crate::Isolation;
+use crate::{Description, Isolation};
 use anyhow::{anyhow, Context, Result};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -29,9 +29,23 @@ pub struct Component {
     /// Log categories to switch on; empty: errors only.
     #[serde(default)]
     pub log: Vec<String>,
+    /// Relative tolerance that the FMU is given; that of `[master]` unless given.
+    pub tolerance: Option<f64>,
 }
 
 impl Component {
+    /// An FMU of this name in this file, with nothing set.
+    pub(crate) fn named(name: String, file: String) -> Component {
+        Component {
+            name: Spanned::new(0..0, name),
+            file: Spanned::new(0..0, file),
+            set: BTreeMap::new(),
+            input_orders: None,
+            log: Vec::new(),
+            tolerance: None,
+        }
+    }
+
     /// The model of ours that it is, packed on the fly; None of a file.
     pub fn own(&self) -> Option<&str> {
         self.file.get_ref().strip_prefix("touchdown:")
@@ -54,6 +68,27 @@ pub struct Connection {
     /// Offset in the input's unit.
     #[serde(default)]
     pub offset: f64,
+    /// Whether the number goes as it is, whatever units both ends declare.
+    #[serde(default)]
+    pub suppress_unit_conversion: bool,
+    /// What values become instead, as pairs: of Integers, Booleans and Enumerations (by number or by the items' names). What
+    /// is not listed stays.
+    #[serde(default)]
+    pub map: Vec<(Value, Value)>,
+}
+
+impl Connection {
+    /// From one variable to another, values as they are.
+    pub(crate) fn plain(from: String, to: String) -> Connection {
+        Connection {
+            from: Spanned::new(0..0, from),
+            to: Spanned::new(0..0, to),
+            factor: 1.0,
+            offset: 0.0,
+            suppress_unit_conversion: false,
+            map: Vec::new(),
+        }
+    }
 }
 
 fn one() -> f64 {
@@ -113,8 +148,10 @@ pub struct Master {
     pub step: Option<f64>,
     /// How the step adapts; fixed unless given.
     pub adapt: Option<AdaptBy>,
-    /// Tolerance of the iteration.
+    /// Relative tolerance that FMUs without one of their own are given; what each one's DefaultExperiment says unless given.
     pub tolerance: Option<f64>,
+    /// Share of each signal's largest value to which an iteration has to agree.
+    pub iteration_tolerance: Option<f64>,
     /// Most iterations.
     pub iterations: Option<usize>,
 }
@@ -132,8 +169,20 @@ impl Master {
             step: None,
             adapt: None,
             tolerance: None,
+            iteration_tolerance: None,
             iterations: None,
         }
+    }
+}
+
+impl Master {
+    /// From the earliest start to the latest end of these default experiments, as far as they say.
+    pub(crate) fn within<'a>(self, all: impl Iterator<Item = &'a Description> + Clone) -> Master {
+        let start = all.clone().filter_map(|d| d.start_time).fold(f64::INFINITY, f64::min);
+        let stop = all.filter_map(|d| d.stop_time).fold(f64::NEG_INFINITY, f64::max);
+        let start = if start.is_finite() { start } else { self.start };
+        let stop = if stop.is_finite() && stop > start { stop } else { start + (self.stop - self.start) };
+        Master { start, stop, ..self }
     }
 }
 
@@ -235,9 +284,12 @@ pub struct System {
     /// Where somebody else's FMUs run.
     #[serde(skip)]
     pub isolation: Isolation,
-    /// What keeps an unpacked archive.
+    /// What was noticed while it was read.
     #[serde(skip)]
-    pub keep: Option<std::sync::Arc<output::Scratch>>,
+    pub notes: Vec<String>,
+    /// What keeps unpacked archives.
+    #[serde(skip)]
+    pub keep: Vec<std::sync::Arc<output::Scratch>>,
 }
 
 impl System {
@@ -256,7 +308,8 @@ impl System {
             text: String::new(),
             folder: folder.to_path_buf(),
             isolation: crate::Isolation::None,
-            keep: None,
+            notes: Vec::new(),
+            keep: Vec::new(),
         }
     }
 
@@ -330,4 +383,27 @@ pub fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
 
 fn line_of(text: &str, byte: usize) -> usize {
     1 + text.as_bytes()[..byte.min(text.len())].iter().filter(|&&b| b == b'\n').count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_without_an_end_of_its_own_lasts_as_long_as_the_default_experiments() {
+        let of = |start, stop| {
+            let mut d = Description::default();
+            (d.start_time, d.stop_time) = (start, stop);
+            d
+        };
+        let within = |all: &[Description]| {
+            let m = Master::plain().within(all.iter());
+            (m.start, m.stop)
+        };
+        assert_eq!(within(&[of(None, Some(1e-3))]), (0.0, 1e-3));
+        assert_eq!(within(&[of(Some(2.0), Some(3.0)), of(Some(1.0), Some(2.5)), of(None, None)]), (1.0, 3.0));
+        // what is no end is none
+        assert_eq!(within(&[of(Some(5.0), Some(5.0))]), (5.0, 6.0));
+        assert_eq!(within(&[]), (0.0, 1.0));
+    }
 }
