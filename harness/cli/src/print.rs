@@ -91,9 +91,29 @@ pub fn question(text: &str) {
     drop(write!(out, "{text}").and_then(|()| out.flush()));
 }
 
+/// Characters of a line of what is wrong that are printed at most.
+const LONGEST: usize = 4000;
+
+/// A line without what steers a terminal, and no longer than anybody reads: texts come from files and from FMUs.
+pub fn plain(line: &str) -> String {
+    let mut plain = String::new();
+    for (i, c) in line.chars().enumerate() {
+        if i == LONGEST {
+            plain += &format!("... ({} bytes in all)", line.len());
+            break;
+        }
+        match c {
+            '\t' => plain.push(c),
+            c if c.is_control() => plain.extend(c.escape_default()),
+            c => plain.push(c),
+        }
+    }
+    plain
+}
+
 /// Prints what is wrong, each line with `error:` before it.
 pub fn error(text: &str) {
-    text.lines().for_each(|l| line(&format!("{ERROR}error:{ERROR:#} {l}")));
+    text.lines().for_each(|l| line(&format!("{ERROR}error:{ERROR:#} {}", plain(l))));
 }
 
 /// Prints what is to be known beside the answer, each line with `warning:` before it; nothing where quiet was asked for.
@@ -101,10 +121,22 @@ pub fn warning(text: &str) {
     if is_quiet() {
         return;
     }
-    text.lines().for_each(|l| line(&format!("{WARNING}warning:{WARNING:#} {l}")));
+    text.lines().for_each(|l| line(&format!("{WARNING}warning:{WARNING:#} {}", plain(l))));
 }
 
 /// Prints each of `notes` as a [`warning`].
 pub fn warnings(notes: &[String]) {
     notes.iter().for_each(|n| warning(n));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_steers_a_terminal_is_spelled_out_and_no_line_is_endless() {
+        assert_eq!(plain("a\tb \u{1b}[31mred\u{7}\u{9b}"), "a\tb \\u{1b}[31mred\\u{7}\\u{9b}");
+        let long = plain(&"ä".repeat(50_000));
+        assert!(long.chars().count() < LONGEST + 40 && long.ends_with("... (100000 bytes in all)"));
+    }
 }

@@ -111,6 +111,12 @@ pub(super) fn load(library: &Path) -> Result<Fmi2Binding, String> {
         let why = with_cause(&e);
         let cure = if why.contains("undefined symbol: _Py") || why.contains("undefined symbol: Py") {
             "it runs in the Python it was exported with: start this with LD_PRELOAD=PATH/libpython3.N.so, that Python's library"
+        } else if why.contains("Too many open files") {
+            "raise the limit of open files, as with ulimit -n"
+        } else if why.contains("failed to map segment") && why.contains("Operation not permitted") {
+            "the folder that it is unpacked in forbids programs; set TMPDIR to one that does not (noexec)"
+        } else if why.contains("Cannot allocate memory") || why.contains("cannot allocate memory") {
+            "give it more memory with --fmu-memory, or raise the limit of memory, as with ulimit -v"
         } else {
             "export it again for this platform"
         };

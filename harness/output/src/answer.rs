@@ -37,8 +37,7 @@ pub struct Committed {
 impl Committed {
     /// What is to be reported of it, a line each.
     pub fn notes(&self) -> impl Iterator<Item = String> + '_ {
-        let line = |k: &Kept| format!("{} was not as touchdown writes it, and is kept as {}", k.name, k.kept_as);
-        self.kept.iter().map(line)
+        self.kept.iter().map(Kept::note)
     }
 }
 

@@ -15,6 +15,13 @@ pub struct Kept {
     pub kept_as: String,
 }
 
+impl Kept {
+    /// What is to be reported of it.
+    pub fn note(&self) -> String {
+        format!("{} was not as touchdown writes it, and is kept as {}", self.name, self.kept_as)
+    }
+}
+
 /// The name of `entry` of the folder `folder` of an answer, as manifests have it.
 pub fn name_within(folder: &str, entry: &OsStr) -> String {
     let entry = entry.to_string_lossy();

@@ -197,7 +197,10 @@ impl Folder {
         let (way, part) = self.way(name.as_ref(), false)?;
         let refused = || {
             let path = way.path.join(part);
-            Error::new(ErrorKind::InvalidInput, format!("{} is no file, but a link, a pipe or a folder", path.display()))
+            Error::new(
+                ErrorKind::InvalidInput,
+                format!("{} is no file, but a link, a pipe or a folder", path.display()),
+            )
         };
         match sys::read(&way.handle, part) {
             Err(e) if e.kind() == ErrorKind::NotFound => Err(e),
@@ -436,8 +439,8 @@ pub fn is_unique(end: &str) -> bool {
 mod sys {
     use super::{Found, Kind};
     use rustix::fs::{
-        fchmod, fsync, linkat, mkdirat, openat, renameat, statat, unlinkat, AtFlags, Dir, FileType, FlockOperation, Mode,
-        OFlags, CWD,
+        fchmod, fsync, linkat, mkdirat, openat, renameat, statat, unlinkat, AtFlags, Dir, FileType, FlockOperation,
+        Mode, OFlags, CWD,
     };
     use rustix::io::Errno;
     use std::ffi::{OsStr, OsString};
@@ -452,8 +455,7 @@ mod sys {
 
     const AS_FOLDER: OFlags = OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::CLOEXEC);
     /// A pipe is not waited for, a link not followed, and a terminal does not become ours.
-    const PLAIN: OFlags =
-        OFlags::NOFOLLOW.union(OFlags::NONBLOCK).union(OFlags::NOCTTY).union(OFlags::CLOEXEC);
+    const PLAIN: OFlags = OFlags::NOFOLLOW.union(OFlags::NONBLOCK).union(OFlags::NOCTTY).union(OFlags::CLOEXEC);
 
     fn mode(bits: u32) -> Mode {
         Mode::from_bits_truncate(bits as rustix::fs::RawMode)

@@ -1,8 +1,8 @@
 //! The list of an answer's files, by which a later command knows them again.
 
+use crate::folder::{is_plain, Folder, Kind};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use crate::folder::{is_plain, Folder, Kind};
 use std::collections::BTreeMap;
 use std::io::{Read, Result};
 use std::path::Path;

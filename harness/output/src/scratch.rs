@@ -36,9 +36,9 @@ impl Scratch {
         SWEPT.call_once(|| sweep(&within));
         Scratch::within(&within, what).map_err(|e| {
             let cure = match e.kind() {
-                _ if is_out_of_files(&e) => "more files are open than the limit allows; raise it, as with ulimit -n",
                 ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "make room, or set TMPDIR to a folder with room",
-                _ => "set TMPDIR to a folder that can be written",
+                ErrorKind::ReadOnlyFilesystem => "set TMPDIR to a folder that can be written",
+                _ => input::cure(&e).unwrap_or("set TMPDIR to a folder that can be written"),
             };
             Error::new(e.kind(), format!("no temporary folder can be made in {} ({e}); {cure}", within.display()))
         })
@@ -72,12 +72,6 @@ impl Drop for Scratch {
     fn drop(&mut self) {
         remove(&self.home, OsStr::new(&self.name), &self.folder);
     }
-}
-
-/// Whether an error says that too many files are open.
-fn is_out_of_files(e: &Error) -> bool {
-    // EMFILE and ENFILE, which the standard library has no name for
-    cfg!(unix) && matches!(e.raw_os_error(), Some(23 | 24))
 }
 
 /// Removes a temporary folder, the lock last: until then others see whose it is. What cannot be removed stays.

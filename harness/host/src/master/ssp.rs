@@ -1,6 +1,7 @@
 //! SSP 1.0 archives in (Modelica Association 2019, System Structure and Parameterization): one flat system of
 //! FMI 2.0 components with Real connections.
 
+use super::build::MOST_FMUS;
 use super::system::{Component, Connection, Master, System};
 use crate::archive;
 use crate::value::Value;
@@ -148,6 +149,11 @@ pub(super) fn load(path: &Path) -> Result<System> {
     ensure!(version.starts_with("1."), "SystemStructure.ssd is of SSP {version:?}; this host reads SSP 1.0");
     let system = root.child("System").context("SystemStructure.ssd has no System")?;
     let mut components = Vec::new();
+    let count = system.child("Elements").map_or(0, |e| e.children.len());
+    ensure!(
+        count <= MOST_FMUS,
+        "SystemStructure.ssd: {count} components, more than the {MOST_FMUS} that run here; run the system in parts"
+    );
     let of_system = bindings(system, folder.path())?;
     for c in system.child("Elements").into_iter().flat_map(|e| &e.children) {
         ensure!(

@@ -23,12 +23,23 @@ pub(super) fn take(sheet: Sheet, properties: &[(String, String)], memory: &mut M
     group.clock = clock::of_properties(&group.properties);
     group.properties.extend_from_slice(properties);
     let mut all = Vec::new();
+    let ends = ends(&sheet, layout.numeric.len());
+    let mut left = sheet.most_samples();
     for (column, mut channel) in head.channels.into_iter().enumerate() {
         if !layout.numeric[column] {
             memory.notes.extend(left_out(&sheet, layout.first, column, &channel.name));
             continue;
         }
-        let read = samples(&sheet, layout.first, column, dialect);
+        let Some(rest) = left.checked_sub(ends[column].saturating_sub(layout.first)) else {
+            let at = letters(column);
+            memory.notes.push(format!(
+                "sheet \"{}\": its columns hold few cells far apart; those from {at} on are left out",
+                sheet.name
+            ));
+            break;
+        };
+        left = rest;
+        let read = samples(&sheet, layout.first..ends[column].max(layout.first), column, dialect);
         if let Some(day) = read.first_day {
             let name = if channel.name.is_empty() { letters(column) } else { channel.name.clone() };
             group.properties.push((format!("{name}.first"), time::iso(day)));
@@ -121,8 +132,23 @@ enum First {
     Stamp(Elapsed),
 }
 
-/// The samples of a column from a row on.
-fn samples(sheet: &Sheet, from: usize, column: usize, mut dialect: Dialect) -> Column {
+/// Of each of `width` columns, the row behind its last cell.
+fn ends(sheet: &Sheet, width: usize) -> Vec<usize> {
+    let mut ends = vec![0; width];
+    // a row is as long as its last cell: the columns from the longest row below on are not in any
+    let mut below = 0;
+    for (row, cells) in sheet.rows.iter().enumerate().rev() {
+        let here = cells.len().min(width);
+        if here > below {
+            ends[below..here].fill(row + 1);
+            below = here;
+        }
+    }
+    ends
+}
+
+/// The samples of a column in some rows.
+fn samples(sheet: &Sheet, rows: std::ops::Range<usize>, column: usize, mut dialect: Dialect) -> Column {
     let mut first: Option<First> = None;
     let mut first_day = None;
     let mut sample = |cell: &Cell| -> Option<f64> {
@@ -151,8 +177,8 @@ fn samples(sheet: &Sheet, from: usize, column: usize, mut dialect: Dialect) -> C
     };
     let mut bad: Option<(usize, &Cell)> = None;
     let mut count = 0;
-    let mut samples = Vec::with_capacity(sheet.rows.len() - from);
-    for (row, cells) in sheet.rows.iter().enumerate().skip(from) {
+    let mut samples = Vec::with_capacity(rows.len());
+    for (row, cells) in sheet.rows.iter().enumerate().take(rows.end).skip(rows.start) {
         let cell = cells.get(column).unwrap_or(&Cell::Empty);
         samples.push(sample(cell).unwrap_or_else(|| {
             count += 1;
