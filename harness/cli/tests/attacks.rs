@@ -276,7 +276,7 @@ fn limits_of_a_shell_end_a_command_by_a_code_of_the_book_and_leave_nothing() {
     let limits = |letter: &'static str, values: &'static [u32]| values.iter().map(move |v| (letter, *v));
     let all = limits("f", &[0, 1, 4, 16])
         .chain(limits("n", &[3, 4, 5, 6, 7, 8, 9, 10, 12]))
-        .chain(limits("v", &[20_000, 30_000, 50_000, 100_000]));
+        .chain(limits("v", &[40_000, 50_000, 100_000, 200_000]));
     for (letter, value) in all {
         let b = Bench::new();
         let mut c = Command::new("sh");

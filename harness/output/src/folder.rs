@@ -129,7 +129,7 @@ impl Folder {
     }
 
     fn make_one(&self, part: &OsStr) -> Result<()> {
-        match sys::make_folder(&self.handle, part) {
+        match sys::make_folder(&self.handle, part, false) {
             Err(e) if e.kind() == ErrorKind::AlreadyExists => Ok(()),
             made => made,
         }
@@ -157,7 +157,17 @@ impl Folder {
     /// As the file system gives them.
     pub fn make(&self, name: impl AsRef<Path>) -> Result<Folder> {
         let (way, part) = self.way(name.as_ref(), true)?;
-        sys::make_folder(&way.handle, part)?;
+        sys::make_folder(&way.handle, part, false)?;
+        way.one(part)
+    }
+
+    /// As [`Folder::make`], a folder that nobody else may enter.
+    ///
+    /// # Errors
+    /// As the file system gives them.
+    pub fn make_private(&self, name: impl AsRef<Path>) -> Result<Folder> {
+        let (way, part) = self.way(name.as_ref(), true)?;
+        sys::make_folder(&way.handle, part, true)?;
         way.one(part)
     }
 
@@ -469,8 +479,8 @@ mod sys {
         Ok(openat(at, name, AS_FOLDER | OFlags::NOFOLLOW, Mode::empty())?)
     }
 
-    pub fn make_folder(at: &Handle, name: &OsStr) -> Result<()> {
-        Ok(mkdirat(at, name, mode(0o777))?)
+    pub fn make_folder(at: &Handle, name: &OsStr, is_private: bool) -> Result<()> {
+        Ok(mkdirat(at, name, mode(if is_private { 0o700 } else { 0o777 }))?)
     }
 
     pub fn read(at: &Handle, name: &OsStr) -> Result<File> {
@@ -607,7 +617,7 @@ mod sys {
         }
     }
 
-    pub fn make_folder(at: &Handle, name: &OsStr) -> Result<()> {
+    pub fn make_folder(at: &Handle, name: &OsStr, _is_private: bool) -> Result<()> {
         std::fs::create_dir(at.join(name))
     }
 

@@ -47,7 +47,7 @@ impl Scratch {
     fn within(within: &Path, what: &str) -> Result<Scratch> {
         let home = Folder::open(within)?;
         let name = format!("{PREFIX}{what}-{}", unique());
-        let folder = home.make(&name)?;
+        let folder = home.make_private(&name)?;
         // a file system without locks has none to recognize a live folder by, and there none is cleared away
         let made = folder.create(LOCK).and_then(|lock| {
             try_hold(&lock);

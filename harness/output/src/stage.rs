@@ -57,7 +57,7 @@ impl Stage {
 
     /// The stage of that name; None where the name is taken, or the stage cleared away at once.
     fn made(home: Folder, name: &OsStr) -> Result<Option<Stage>> {
-        let folder = match home.make(name) {
+        let folder = match home.make_private(name) {
             Err(e) if matches!(e.kind(), ErrorKind::AlreadyExists | ErrorKind::NotFound) => return Ok(None),
             Err(e) => {
                 drop(home.remove_empty(name));

@@ -201,7 +201,7 @@ fn command(c: Cli) -> Result<ExitCode> {
         print::be_quiet();
     }
     if c.command.shares_its_work() {
-        crate::threads::get_ready();
+        crate::threads::get_ready(true)?;
     }
     match c.command {
         Command::Bench(a) => bench::run(&a),

@@ -217,6 +217,9 @@ fn threads(jobs: Option<usize>) -> Result<Option<Arc<ThreadPool>>> {
         return Err(anyhow!("--jobs 0 leaves no thread; give 1 or more"));
     }
     // as many as there are; where there are none, those of the process
+    if crate::threads::is_alone() {
+        return Ok(None);
+    }
     Ok(crate::threads::pool(n).map(Arc::new))
 }
 
@@ -340,8 +343,8 @@ fn alone(
     let work = Arc::new(Mutex::new(Some(work)));
     let take = |work: &Mutex<Option<_>>| work.lock().unwrap_or_else(PoisonError::into_inner).take();
     let taken = work.clone();
-    let started = std::thread::Builder::new().spawn(move || take(&taken).map(|work| work()));
-    if started.is_err() {
+    let start = || std::thread::Builder::new().spawn(move || take(&taken).map(|work| work())).is_ok();
+    if crate::threads::is_alone() || !start() {
         // no thread is to be had: then on this one
         drop(std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| take(&work).map(|work| work()))));
     }
