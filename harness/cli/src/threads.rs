@@ -36,7 +36,9 @@ static OWNER: Mutex<Option<Owner>> = Mutex::new(None);
 /// Why there are no threads to work on.
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum NoThreads {
-    #[error("the system gives no thread; raise the limit of processes, as with ulimit -u, or of memory, as with ulimit -v")]
+    #[error(
+        "the system gives no thread; raise the limit of processes, as with ulimit -u, or of memory, as with ulimit -v"
+    )]
     Given,
     #[error(
         "this process was forked from one in which touchdown had worked, whose threads it does not have; start processes by \

@@ -168,7 +168,12 @@ impl Folder {
     pub fn make_private(&self, name: impl AsRef<Path>) -> Result<Folder> {
         let (way, part) = self.way(name.as_ref(), true)?;
         sys::make_folder(&way.handle, part, true)?;
-        way.one(part)
+        let made = way.one(part);
+        if made.is_err() {
+            // where it cannot be opened it is of no use
+            drop(sys::remove_folder(&way.handle, part));
+        }
+        made
     }
 
     /// The folder `name` below, made where it is not there.

@@ -1,11 +1,12 @@
 //! Temporary folders that also go where their process was killed: the next command clears them away.
 
 use crate::folder::{try_hold, unique, Folder, Kind};
+use crate::stage::is_named;
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
-use std::sync::Once;
+use std::sync::{Mutex, Once, PoisonError};
 
 /// How the names of all of them begin.
 const PREFIX: &str = "touchdown-";
@@ -18,11 +19,31 @@ const CONTENT: &str = "content";
 #[derive(Debug)]
 pub struct Scratch {
     content: PathBuf,
-    home: Folder,
+    /// The folder that it lies in, and its name there.
+    home: PathBuf,
     name: String,
-    folder: Folder,
-    // unlocked after the folder has gone
-    _lock: File,
+    /// Unlocked after the folder has gone.
+    lock: File,
+}
+
+/// Files that can be opened though no more are to be had: what was unpacked can be removed with them, folder by folder.
+const SPARE: usize = 6;
+static SPARES: Mutex<Vec<File>> = Mutex::new(Vec::new());
+
+/// Holds what is needed to remove temporary folders.
+fn hold_spares(lock: &File) -> Result<()> {
+    let mut spares = SPARES.lock().unwrap_or_else(PoisonError::into_inner);
+    while spares.len() < SPARE {
+        // one that stands for no folder: it would keep that one locked
+        let spare = if cfg!(unix) { File::open("/dev/null")? } else { lock.try_clone()? };
+        spares.push(spare);
+    }
+    Ok(())
+}
+
+/// Gives back what [`hold_spares`] holds, until it is called again.
+fn free_spares() {
+    SPARES.lock().unwrap_or_else(PoisonError::into_inner).clear();
 }
 
 impl Scratch {
@@ -47,16 +68,22 @@ impl Scratch {
     fn within(within: &Path, what: &str) -> Result<Scratch> {
         let home = Folder::open(within)?;
         let name = format!("{PREFIX}{what}-{}", unique());
-        let folder = home.make_private(&name)?;
-        // a file system without locks has none to recognize a live folder by, and there none is cleared away
-        let made = folder.create(LOCK).and_then(|lock| {
+        let made = home.make_private(&name).and_then(|folder| {
+            let lock = folder.create(LOCK)?;
+            // a file system without locks has none to recognize a live folder by, and there none is cleared away
             try_hold(&lock);
-            folder.make(CONTENT).map(|_| lock)
+            folder.make(CONTENT)?;
+            hold_spares(&lock)?;
+            Ok(lock)
         });
         match made {
-            Ok(lock) => Ok(Scratch { content: within.join(&name).join(CONTENT), home, name, folder, _lock: lock }),
+            Ok(lock) => Ok(Scratch { content: within.join(&name).join(CONTENT), home: within.into(), name, lock }),
             Err(e) => {
-                remove(&home, OsStr::new(&name), &folder);
+                free_spares();
+                if let Ok(folder) = home.folder(&name) {
+                    remove(&home, OsStr::new(&name), &folder);
+                }
+                drop(home.remove_empty(&name));
                 Err(e)
             }
         }
@@ -70,7 +97,16 @@ impl Scratch {
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        remove(&self.home, OsStr::new(&self.name), &self.folder);
+        free_spares();
+        if let Ok(home) = Folder::open(&self.home) {
+            if let Ok(folder) = home.folder(&self.name) {
+                if is_named(&self.lock, &folder, LOCK) {
+                    remove(&home, OsStr::new(&self.name), &folder);
+                }
+            }
+        }
+        // where there are none to be had the next one holds them, or says so
+        drop(hold_spares(&self.lock));
     }
 }
 

@@ -286,8 +286,11 @@ fn process(o: &Options, m: &Member, follow: &Arc<dyn Follow>) -> Result<Ended> {
     let late = o.seconds.map(|s| Instant::now() + Duration::from_secs_f64(s * (1.0 + BEYOND.0) + BEYOND.1));
     let (mut was_late, mut left) = (false, false);
     let status = loop {
-        said.listen();
-        errors.listen();
+        // elsewhere reading waits: what it prints is read at its end
+        if cfg!(unix) {
+            said.listen();
+            errors.listen();
+        }
         if let Some(status) = child.try_wait()? {
             break status;
         }
