@@ -23,11 +23,11 @@ pub(super) fn take(sheet: Sheet, properties: &[(String, String)], memory: &mut M
     group.clock = clock::of_properties(&group.properties);
     group.properties.extend_from_slice(properties);
     let mut all = Vec::new();
-    let ends = ends(&sheet, layout.numeric.len());
+    let (starts, ends) = (starts(&sheet, layout.first, layout.numeric.len()), ends(&sheet, layout.numeric.len()));
     let mut left = sheet.most_samples();
     for (column, mut channel) in head.channels.into_iter().enumerate() {
         if !layout.numeric[column] {
-            memory.notes.extend(left_out(&sheet, layout.first, column, &channel.name));
+            memory.notes.extend(starts[column].map(|row| left_out(&sheet, row, column, &channel.name)));
             continue;
         }
         let Some(rest) = left.checked_sub(ends[column].saturating_sub(layout.first)) else {
@@ -132,6 +132,17 @@ enum First {
     Stamp(Elapsed),
 }
 
+/// Of each of `width` columns, the first row from `from` on in which it holds anything.
+fn starts(sheet: &Sheet, from: usize, width: usize) -> Vec<Option<usize>> {
+    let mut starts = vec![None; width];
+    for (row, cells) in sheet.rows.iter().enumerate().skip(from) {
+        for (start, _) in starts.iter_mut().zip(cells).filter(|(s, c)| s.is_none() && **c != Cell::Empty) {
+            *start = Some(row);
+        }
+    }
+    starts
+}
+
 /// Of each of `width` columns, the row behind its last cell.
 fn ends(sheet: &Sheet, width: usize) -> Vec<usize> {
     let mut ends = vec![0; width];
@@ -197,11 +208,10 @@ fn samples(sheet: &Sheet, rows: std::ops::Range<usize>, column: usize, mut diale
     Column { samples, is_time: matches!(first, Some(First::Day(_) | First::Stamp(_))), first_day, note }
 }
 
-/// A note for a column of text below the head.
-fn left_out(sheet: &Sheet, from: usize, column: usize, name: &str) -> Option<String> {
-    let below = sheet.rows.iter().enumerate().skip(from);
-    let (row, cell) = below.filter_map(|(i, row)| Some((i, row.get(column)?))).find(|(_, c)| **c != Cell::Empty)?;
+/// A note for a column of text below the head, which begins in `row`.
+fn left_out(sheet: &Sheet, row: usize, column: usize, name: &str) -> String {
     let name = if name.is_empty() { letters(column) } else { name.to_string() };
     let at = place(&sheet.name, row, column);
-    Some(format!("{at}: column \"{name}\" left out, it holds text such as `{}`", text(cell)))
+    let cell = sheet.rows[row].get(column).map_or_else(String::new, text);
+    format!("{at}: column \"{name}\" left out, it holds text such as `{cell}`")
 }
