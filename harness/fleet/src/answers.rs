@@ -442,6 +442,24 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn a_campaign_in_a_hidden_folder_is_answered_and_a_verdict_that_was_changed_is_lost() {
+        let t = tempfile::tempdir().unwrap();
+        let out = t.path();
+        for name in [".hidden", "changed"] {
+            write(out, name, &verdict(None, 0.5, 0.01, serde_json::json!({})));
+        }
+        let member = |n: &str| register::Member { campaign: n.into(), folder: n.into() };
+        register::enlist(out, &[".hidden", "changed"].map(member)).unwrap();
+        let path = out.join("changed/verdict.json");
+        std::fs::write(&path, std::fs::read_to_string(&path).unwrap() + " ").unwrap();
+        let f = Fleet::read(&[out.to_path_buf()]).unwrap();
+        assert_eq!(f.judged().map(|(a, _)| a.campaign.as_str()).collect::<Vec<_>>(), [".hidden"]);
+        let lost: Vec<_> = f.lost().collect();
+        assert!(lost.len() == 1 && lost[0].1.contains("is not as it was written"), "{lost:?}");
+        assert!(f.complaints.is_empty());
+    }
+
+    #[test]
     fn a_verdict_that_is_none_is_a_loss_told_with_its_file() {
         let t = tempfile::tempdir().unwrap();
         write(t.path(), "x", &serde_json::json!({"format": "verdict/1"}));
