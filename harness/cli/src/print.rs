@@ -94,14 +94,10 @@ pub fn question(text: &str) {
 /// Characters of a line of what is wrong that are printed at most.
 const LONGEST: usize = 4000;
 
-/// A line without what steers a terminal, and no longer than anybody reads: texts come from files and from FMUs.
-pub fn plain(line: &str) -> String {
-    let mut plain = String::new();
-    for (i, c) in line.chars().enumerate() {
-        if i == LONGEST {
-            plain += &format!("... ({} bytes in all)", line.len());
-            break;
-        }
+/// A line with what steers a terminal spelled out: texts come from files and from FMUs.
+pub fn spelled_out(line: &str) -> String {
+    let mut plain = String::with_capacity(line.len());
+    for c in line.chars() {
         match c {
             '\t' => plain.push(c),
             c if c.is_control() => plain.extend(c.escape_default()),
@@ -109,6 +105,14 @@ pub fn plain(line: &str) -> String {
         }
     }
     plain
+}
+
+/// A line as it is printed: what steers a terminal spelled out, and no longer than anybody reads.
+pub fn plain(line: &str) -> String {
+    match line.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}... ({} bytes in all)", spelled_out(&line[..end]), line.len()),
+        None => spelled_out(line),
+    }
 }
 
 /// Prints what is wrong, each line with `error:` before it.

@@ -72,7 +72,7 @@ impl Bench {
         assert!(output::Manifest::read(&out).unwrap().is_whole(&out));
     }
 
-    /// That nothing of somebody's is gone or changed, and no stage was left.
+    /// That nothing of somebody's is gone or changed.
     fn holds(&self) {
         for name in ["precious/a", "precious/below/b", "notes.txt"] {
             assert_eq!(text(&self.at(name)), MINE, "{name}");
@@ -80,6 +80,7 @@ impl Bench {
         assert_eq!(std::fs::read_dir(self.at("precious")).unwrap().count(), 2);
     }
 
+    /// That no stage was left.
     fn leaves_no_stage(&self) {
         for folder in [self.at(""), self.at("out")] {
             for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -290,6 +291,10 @@ fn limits_of_a_shell_end_a_command_by_a_code_of_the_book_and_leave_nothing() {
         let code = o.status.code();
         assert!(code == Some(0) || code == Some(2) && said.contains("error: ") || !is_loaded, "{what}");
         assert!(!said.contains("panicked"), "{what}");
+        // where memory runs out the next command clears away what is left
+        if letter == "v" {
+            b.done();
+        }
         b.leaves_no_stage();
         b.holds();
     }

@@ -121,6 +121,12 @@ fn special(_: FileType) -> &'static str {
     "a device"
 }
 
+/// Whether an error says that too many files are open.
+pub fn is_out_of_files(e: &Error) -> bool {
+    // EMFILE and ENFILE have no name in the standard library
+    cfg!(unix) && matches!(e.raw_os_error(), Some(23 | 24))
+}
+
 /// What is to be done about an error of the system that has nothing to do with the file: room, memory, limits.
 pub fn cure(e: &Error) -> Option<&'static str> {
     match e.kind() {
@@ -128,10 +134,7 @@ pub fn cure(e: &Error) -> Option<&'static str> {
         ErrorKind::FileTooLarge => Some("the limit for the size of a file is too small; raise it, as with ulimit -f"),
         ErrorKind::ReadOnlyFilesystem => Some("it is on a file system that is only read; take another place"),
         ErrorKind::OutOfMemory => Some("close other programs, or raise the limit of memory, as with ulimit -v"),
-        // EMFILE and ENFILE have no name in the standard library
-        _ if cfg!(unix) && matches!(e.raw_os_error(), Some(23 | 24)) => {
-            Some("too many files are open for the limit; raise it, as with ulimit -n")
-        }
+        _ if is_out_of_files(e) => Some("too many files are open for the limit; raise it, as with ulimit -n"),
         _ => None,
     }
 }

@@ -14,9 +14,9 @@ use std::path::{Path, PathBuf};
 /// An answer that is being made. What it holds is seen by nobody before [`Answer::commit`]; dropped before that, it
 /// leaves nothing.
 pub struct Answer {
-    stage: Stage,
     /// Where it is made, in the stage.
     made: Folder,
+    stage: Stage,
     target: PathBuf,
     /// Whether the stage lies in the folder: then it cannot change places.
     is_fixed: bool,

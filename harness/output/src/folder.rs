@@ -7,6 +7,7 @@ use std::ffi::{OsStr, OsString};
 use std::fs::{File, TryLockError};
 use std::io::{Error, ErrorKind, Read, Result, Write};
 use std::path::{Component, Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Folders inside each other that are removed at most.
@@ -280,8 +281,20 @@ impl Folder {
     /// # Errors
     /// As the file system gives them, the first.
     pub fn remove_all(&self, name: impl AsRef<Path>) -> Result<()> {
-        let (way, part) = self.way(name.as_ref(), false)?;
-        way.remove_tree(part, DEPTH)
+        let remove = || {
+            let (way, part) = self.way(name.as_ref(), false)?;
+            way.remove_tree(part, DEPTH)
+        };
+        match remove() {
+            Err(e) if input::is_out_of_files(&e) => {
+                free_spares();
+                let removed = remove();
+                // where there are none to be had the next one holds them
+                drop(hold_spares());
+                removed
+            }
+            removed => removed,
+        }
     }
 
     fn remove_tree(&self, part: &OsStr, depth: usize) -> Result<()> {
@@ -420,6 +433,27 @@ impl Folder {
             }
         }
     }
+}
+
+/// Files that can be opened though no more are to be had: what was made can be removed with them, folder by folder.
+const SPARE: usize = 4;
+static SPARES: Mutex<Vec<File>> = Mutex::new(Vec::new());
+
+/// Holds what is needed to remove folders where no more files can be opened.
+///
+/// # Errors
+/// Where no more can be opened.
+pub fn hold_spares() -> Result<()> {
+    let mut spares = SPARES.lock().unwrap_or_else(PoisonError::into_inner);
+    while cfg!(unix) && spares.len() < SPARE {
+        spares.push(File::open("/dev/null")?);
+    }
+    Ok(())
+}
+
+/// Gives back what [`hold_spares`] holds, until it is called again.
+pub fn free_spares() {
+    SPARES.lock().unwrap_or_else(PoisonError::into_inner).clear();
 }
 
 /// The identity of an open file, as [`Found`] has it.

@@ -1,12 +1,12 @@
 //! Temporary folders that also go where their process was killed: the next command clears them away.
 
-use crate::folder::{try_hold, unique, Folder, Kind};
+use crate::folder::{self, try_hold, unique, Folder, Kind};
 use crate::stage::is_named;
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, Once, PoisonError};
+use std::sync::Once;
 
 /// How the names of all of them begin.
 const PREFIX: &str = "touchdown-";
@@ -24,26 +24,6 @@ pub struct Scratch {
     name: String,
     /// Unlocked after the folder has gone.
     lock: File,
-}
-
-/// Files that can be opened though no more are to be had: what was unpacked can be removed with them, folder by folder.
-const SPARE: usize = 6;
-static SPARES: Mutex<Vec<File>> = Mutex::new(Vec::new());
-
-/// Holds what is needed to remove temporary folders.
-fn hold_spares(lock: &File) -> Result<()> {
-    let mut spares = SPARES.lock().unwrap_or_else(PoisonError::into_inner);
-    while spares.len() < SPARE {
-        // one that stands for no folder: it would keep that one locked
-        let spare = if cfg!(unix) { File::open("/dev/null")? } else { lock.try_clone()? };
-        spares.push(spare);
-    }
-    Ok(())
-}
-
-/// Gives back what [`hold_spares`] holds, until it is called again.
-fn free_spares() {
-    SPARES.lock().unwrap_or_else(PoisonError::into_inner).clear();
 }
 
 impl Scratch {
@@ -73,13 +53,12 @@ impl Scratch {
             // a file system without locks has none to recognize a live folder by, and there none is cleared away
             try_hold(&lock);
             folder.make(CONTENT)?;
-            hold_spares(&lock)?;
+            folder::hold_spares()?;
             Ok(lock)
         });
         match made {
             Ok(lock) => Ok(Scratch { content: within.join(&name).join(CONTENT), home: within.into(), name, lock }),
             Err(e) => {
-                free_spares();
                 if let Ok(folder) = home.folder(&name) {
                     remove(&home, OsStr::new(&name), &folder);
                 }
@@ -97,7 +76,7 @@ impl Scratch {
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        free_spares();
+        folder::free_spares();
         if let Ok(home) = Folder::open(&self.home) {
             if let Ok(folder) = home.folder(&self.name) {
                 if is_named(&self.lock, &folder, LOCK) {
@@ -106,7 +85,7 @@ impl Drop for Scratch {
             }
         }
         // where there are none to be had the next one holds them, or says so
-        drop(hold_spares(&self.lock));
+        drop(folder::hold_spares());
     }
 }
 

@@ -45,6 +45,8 @@ impl Stage {
     /// # Errors
     /// As the file system gives them.
     pub fn within(home: &Path) -> Result<Stage> {
+        // without them it may stay where no more files can be opened
+        drop(folder::hold_spares());
         // a sweeper may take one away that has no lock yet
         for _ in 0..1000 {
             let name = OsString::from(format!("{PREFIX}{}", unique()));

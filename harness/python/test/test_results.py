@@ -120,6 +120,7 @@ def test_names_lead_into_no_other_folder_and_links_are_not_written_through(tmp_p
         assert made.folder.parent == Path(made._temporary.name)  # type: ignore[union-attr]
     precious = tmp_path / "precious"
     precious.write_text("mine")
+    (tmp_path / "c").mkdir(exist_ok=True)
     for name in ["campaign.toml", "r01.csv"]:
         (tmp_path / "c" / name).unlink(missing_ok=True)
         (tmp_path / "c" / name).symlink_to(precious)

@@ -62,7 +62,7 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     let mut log = String::new();
     for p in &b.network.parts {
         for line in p.slave.log() {
-            log += &format!("{}: {}\n", p.name, print::plain(&line.to_string()));
+            log += &format!("{}: {}\n", p.name, print::spelled_out(&line.to_string()));
         }
     }
     let left = if done.is_err() {
