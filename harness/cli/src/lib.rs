@@ -10,3 +10,4 @@ pub mod print;
 pub mod progress;
 pub mod study;
 pub mod tasks;
+pub mod threads;

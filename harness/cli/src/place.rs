@@ -25,8 +25,8 @@ pub enum Unwritable {
     FolderInTheWay(String),
     #[error("{place}: cannot be written, {above} is no folder; give another --out")]
     NoFolder { place: String, above: String },
-    #[error("{place}: cannot be written ({why}); give --out a place that can")]
-    Refused { place: String, why: String },
+    #[error("{place}: cannot be written ({why}); {cure}")]
+    Refused { place: String, why: String, cure: String },
 }
 
 impl Place<'_> {
@@ -49,12 +49,17 @@ impl Place<'_> {
         if let Some(above) = folder.ancestors().find(|a| a.exists()).filter(|a| !a.is_dir()) {
             return Err(Unwritable::NoFolder { place, above: above.display().to_string() });
         }
-        let why = |kind: ErrorKind| match kind {
+        let refused = |why: String, cure: &str| Unwritable::Refused { place: place.clone(), why, cure: cure.into() };
+        const ANOTHER: &str = "give --out a place that can";
+        if path.is_symlink() && !path.exists() {
+            return Err(refused("it is a link that leads nowhere".into(), ANOTHER));
+        }
+        let why = |e: &std::io::Error| match e.kind() {
             ErrorKind::PermissionDenied => "no permission to write there".to_string(),
             ErrorKind::NotFound => "nothing can be made there".to_string(),
-            other => other.to_string(),
+            _ => e.to_string(),
         };
-        output::probe(folder).map_err(|e| Unwritable::Refused { place, why: why(e.kind()) })
+        output::probe(folder).map_err(|e| refused(why(&e), input::cure(&e).unwrap_or(ANOTHER)))
     }
 }
 
@@ -112,5 +117,14 @@ mod tests {
         assert_eq!(Place::Folder(&below).check(), Err(no_folder));
         assert_eq!(Place::File(Path::new("")).check(), Err(Unwritable::Empty));
         assert_eq!(std::fs::read_dir(t.path()).unwrap().count(), 1, "something was left behind");
+        #[cfg(unix)]
+        {
+            let link = t.path().join("link");
+            std::os::unix::fs::symlink(t.path().join("nowhere"), &link).unwrap();
+            for place in [Place::Folder(&link), Place::File(&link)] {
+                let said = place.check().unwrap_err().to_string();
+                assert!(said.ends_with("(it is a link that leads nowhere); give --out a place that can"), "{said}");
+            }
+        }
     }
 }

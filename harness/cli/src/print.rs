@@ -91,9 +91,33 @@ pub fn question(text: &str) {
     drop(write!(out, "{text}").and_then(|()| out.flush()));
 }
 
+/// Characters of a line of what is wrong that are printed at most.
+const LONGEST: usize = 4000;
+
+/// A line with what steers a terminal spelled out: texts come from files and from FMUs.
+pub fn spelled_out(line: &str) -> String {
+    let mut plain = String::with_capacity(line.len());
+    for c in line.chars() {
+        match c {
+            '\t' => plain.push(c),
+            c if c.is_control() => plain.extend(c.escape_default()),
+            c => plain.push(c),
+        }
+    }
+    plain
+}
+
+/// A line as it is printed: what steers a terminal spelled out, and no longer than anybody reads.
+pub fn plain(line: &str) -> String {
+    match line.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}... ({} bytes in all)", spelled_out(&line[..end]), line.len()),
+        None => spelled_out(line),
+    }
+}
+
 /// Prints what is wrong, each line with `error:` before it.
 pub fn error(text: &str) {
-    text.lines().for_each(|l| line(&format!("{ERROR}error:{ERROR:#} {l}")));
+    text.lines().for_each(|l| line(&format!("{ERROR}error:{ERROR:#} {}", plain(l))));
 }
 
 /// Prints what is to be known beside the answer, each line with `warning:` before it; nothing where quiet was asked for.
@@ -101,10 +125,22 @@ pub fn warning(text: &str) {
     if is_quiet() {
         return;
     }
-    text.lines().for_each(|l| line(&format!("{WARNING}warning:{WARNING:#} {l}")));
+    text.lines().for_each(|l| line(&format!("{WARNING}warning:{WARNING:#} {}", plain(l))));
 }
 
 /// Prints each of `notes` as a [`warning`].
 pub fn warnings(notes: &[String]) {
     notes.iter().for_each(|n| warning(n));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_steers_a_terminal_is_spelled_out_and_no_line_is_endless() {
+        assert_eq!(plain("a\tb \u{1b}[31mred\u{7}\u{9b}"), "a\tb \\u{1b}[31mred\\u{7}\\u{9b}");
+        let long = plain(&"ä".repeat(50_000));
+        assert!(long.chars().count() < LONGEST + 40 && long.ends_with("... (100000 bytes in all)"));
+    }
 }

@@ -34,9 +34,10 @@ static HANDS_OUT: AtomicBool = AtomicBool::new(false);
 /// leave no stage behind. A hangup that the process was started to ignore, as by `nohup`, stays ignored.
 pub fn end_cleanly() {
     // without a handler the signals end the process as they always did
-    drop(ctrlc::set_handler(|| asked_to_end(INTERRUPT)));
     #[cfg(unix)]
-    drop(catch_termination());
+    catch_signals();
+    #[cfg(not(unix))]
+    drop(ctrlc::set_handler(|| asked_to_end(INTERRUPT)));
 }
 
 /// From here on the signals only ask: [`interrupted`] answers true, and the command comes to its end within 0.7 s, or is
@@ -54,14 +55,24 @@ pub fn hand_out() {
 /// Number of the signal of Ctrl-C.
 const INTERRUPT: u8 = 2;
 
-/// SIGTERM and SIGHUP.
+/// SIGINT, SIGTERM and SIGHUP. Where there is no thread to be had that waits for them, they stay as they are.
 #[cfg(unix)]
-fn catch_termination() -> std::io::Result<()> {
-    use signal_hook::consts::{SIGHUP, SIGTERM};
-    let hangup = Some(SIGHUP).filter(|s| !is_ignored(*s));
-    let mut signals = signal_hook::iterator::Signals::new(hangup.into_iter().chain([SIGTERM]))?;
-    std::thread::spawn(move || signals.forever().for_each(|s| asked_to_end(u8::try_from(s).unwrap_or(INTERRUPT))));
-    Ok(())
+fn catch_signals() {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::iterator::Signals;
+    let (ready, is_ready) = channel();
+    let wait = move || {
+        let hangup = Some(SIGHUP).filter(|s| !is_ignored(*s));
+        let signals = Signals::new(hangup.into_iter().chain([SIGINT, SIGTERM]));
+        // nobody waits for it who has ended meanwhile
+        let _ = ready.send(());
+        if let Ok(mut signals) = signals {
+            signals.forever().for_each(|s| asked_to_end(u8::try_from(s).unwrap_or(INTERRUPT)));
+        }
+    };
+    if std::thread::Builder::new().spawn(wait).is_ok() {
+        let _ = is_ready.recv();
+    }
 }
 
 /// Whether the process was started to ignore a signal, as Linux reports it.
@@ -88,12 +99,16 @@ fn asked_to_end(signal: u8) {
                 end();
             }
             print::line("interrupted: ending; once more to end at once");
-            std::thread::spawn(|| {
+            let end_after = || {
                 std::thread::sleep(GRACE);
                 if !HANDS_OUT.load(Ordering::SeqCst) {
                     end();
                 }
-            });
+            };
+            if std::thread::Builder::new().spawn(end_after).is_err() {
+                drop(first);
+                end_after();
+            }
         }
     }
 }
@@ -112,14 +127,16 @@ pub fn deadline(seconds: Option<f64>) -> Result<Option<Instant>> {
 /// what reads and prepares looks at no clock.
 pub fn end_empty_handed_at(deadline: Option<Instant>, message: String) {
     let Some(deadline) = deadline else { return };
-    std::thread::spawn(move || {
+    let end_then = move || {
         std::thread::sleep(deadline.saturating_duration_since(Instant::now()) + GRACE);
         if !HANDS_OUT.load(Ordering::SeqCst) {
             output::abandon();
             print::error(&message);
             std::process::exit(i32::from(UNJUDGED_CODE));
         }
-    });
+    };
+    // without a thread the command takes as long as it takes
+    drop(std::thread::Builder::new().spawn(end_then));
 }
 
 /// Ends the process; what is not in its place by now never is.
@@ -194,12 +211,14 @@ impl Progress {
         });
         let (ended, end) = channel();
         let shows = job.clone();
-        let clock = std::thread::spawn(move || {
+        let show = move || {
             while end.recv_timeout(QUIET) == Err(RecvTimeoutError::Timeout) {
                 shows.show(None);
             }
-        });
-        Progress { job, ended: Some(ended), clock: Some(clock) }
+        };
+        // without a thread of its own it is shown as parts are done
+        let clock = std::thread::Builder::new().spawn(show).ok();
+        Progress { job, ended: Some(ended), clock }
     }
 
     /// `n` parts more are done.

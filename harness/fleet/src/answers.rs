@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 
 /// Bytes of a verdict at most.
 const MOST: u64 = 1 << 26;
+/// The file of an answer that is read.
+const VERDICT: &str = "verdict.json";
 /// Why a campaign is lost of which nobody knows anything.
 const NEVER: &str = "no process has come to it, or the one that had was ended with all that it knew";
 
@@ -113,6 +115,8 @@ impl Answer {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fleet {
     pub answers: Vec<Answer>,
+    /// What could not be read beside answers, and what to do.
+    pub complaints: Vec<String>,
 }
 
 impl Fleet {
@@ -131,7 +135,7 @@ impl Fleet {
                 }
             }
             names.sort();
-            for name in names.into_iter().filter(|n| !n.starts_with('.')) {
+            for name in names.into_iter().filter(|n| !n.starts_with(".touchdown-")) {
                 let folder = out.join(&name);
                 if all.contains_key(&name) || !is_answer(&folder) {
                     continue;
@@ -142,10 +146,11 @@ impl Fleet {
                 all.insert(name.clone(), Answer { campaign: name, folder, columns, state });
             }
         }
+        let mut complaints = Vec::new();
         for out in outs {
             let of = |e: std::io::Error| anyhow::anyhow!("{}: {e}", out.join(register::FOLDER).display());
             let mut lost = register::lost(out).map_err(of)?;
-            let members = register::members(out).map_err(of)?;
+            let members = register::members(out, &mut |c| complaints.push(c)).map_err(of)?;
             let names: BTreeSet<String> = members.into_iter().map(|m| m.campaign).chain(lost.keys().cloned()).collect();
             for campaign in names {
                 let why = lost.remove(&campaign);
@@ -164,7 +169,7 @@ impl Fleet {
         hold_false_discoveries(&mut answers);
         // stable: by name where what matters is equal
         answers.sort_by(|a, b| urgency(b).total_cmp(&urgency(a)));
-        Ok(Fleet { answers })
+        Ok(Fleet { answers, complaints })
     }
 
     pub fn judged(&self) -> impl Iterator<Item = (&Answer, &Judged)> {
@@ -225,10 +230,9 @@ fn hold_false_discoveries(answers: &mut [Answer]) {
     judged.iter_mut().zip(discoveries(&p)).for_each(|(j, q)| j.false_discovery_rate = q);
 }
 
-/// Whether the folder holds an answer that is whole, by its list of files: their contents are not read once more.
+/// Whether the folder holds an answer, by its list of files.
 fn is_answer(folder: &Path) -> bool {
-    folder.join("verdict.json").is_file()
-        && Manifest::read(folder).is_some_and(|m| m.files.contains_key("verdict.json"))
+    folder.join(VERDICT).is_file() && Manifest::read(folder).is_some_and(|m| m.files.contains_key(VERDICT))
 }
 
 /// What a fleet reads of verdict.json.
@@ -312,10 +316,14 @@ impl Effect {
 }
 
 fn read(folder: &Path) -> Result<(BTreeMap<String, Label>, State)> {
-    let path = folder.join("verdict.json");
+    let path = folder.join(VERDICT);
     let of = || format!("{}: cannot be read; diagnose this campaign again", path.display());
-    anyhow::ensure!(std::fs::metadata(&path).with_context(of)?.len() <= MOST, "{}: is no verdict", path.display());
-    let text = std::fs::read_to_string(&path).with_context(of)?;
+    let text = input::text(&path, MOST).with_context(of)?;
+    anyhow::ensure!(
+        Manifest::read(folder).is_some_and(|m| m.has(folder, VERDICT)),
+        "{}: is not as it was written, by the hash in its manifest.json; diagnose this campaign again",
+        path.display()
+    );
     let v: Verdict = serde_json::from_str(&text).with_context(of)?;
     if let Some(why) = v.invalid {
         return Ok((v.columns, State::Unjudged(why.text)));
@@ -431,6 +439,24 @@ pub(crate) mod tests {
             [("two", "its time was up")]
         );
         assert_eq!(f.judged().count(), 1);
+    }
+
+    #[test]
+    fn a_campaign_in_a_hidden_folder_is_answered_and_a_verdict_that_was_changed_is_lost() {
+        let t = tempfile::tempdir().unwrap();
+        let out = t.path();
+        for name in [".hidden", "changed"] {
+            write(out, name, &verdict(None, 0.5, 0.01, serde_json::json!({})));
+        }
+        let member = |n: &str| register::Member { campaign: n.into(), folder: n.into() };
+        register::enlist(out, &[".hidden", "changed"].map(member)).unwrap();
+        let path = out.join("changed/verdict.json");
+        std::fs::write(&path, std::fs::read_to_string(&path).unwrap() + " ").unwrap();
+        let f = Fleet::read(&[out.to_path_buf()]).unwrap();
+        assert_eq!(f.judged().map(|(a, _)| a.campaign.as_str()).collect::<Vec<_>>(), [".hidden"]);
+        let lost: Vec<_> = f.lost().collect();
+        assert!(lost.len() == 1 && lost[0].1.contains("is not as it was written"), "{lost:?}");
+        assert!(f.complaints.is_empty());
     }
 
     #[test]

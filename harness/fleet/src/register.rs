@@ -1,10 +1,11 @@
 //! What is known of campaigns that have no answer: which there are, and why one was lost. Files in a hidden folder beside the
 //! answers.
 
+use output::Folder;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::io::Result;
+use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
 /// The folder's name.
@@ -19,8 +20,13 @@ const MOST: u64 = 1 << 28;
 pub struct Member {
     /// Name of its folder, which is that of its answer.
     pub campaign: String,
-    /// Where its recordings are.
+    /// Where its recordings are; written as text, with what is no UTF-8 replaced.
+    #[serde(serialize_with = "as_text")]
     pub folder: PathBuf,
+}
+
+fn as_text<S: serde::Serializer>(path: &Path, to: S) -> std::result::Result<S::Ok, S::Error> {
+    to.serialize_str(&path.to_string_lossy())
 }
 
 #[derive(Serialize, Deserialize)]
@@ -45,29 +51,46 @@ pub fn enlist(out: &Path, members: &[Member]) -> Result<()> {
     campaigns.sort();
     let text = serde_json::to_string_pretty(&List { format: FORMAT.into(), campaigns })? + "\n";
     let hash = output::hexadecimal(&Sha256::digest(&text));
-    let path = out.join(FOLDER).join(format!("campaigns-{}.json", &hash[..16]));
-    if path.exists() {
+    let name = format!("{FOLDER}/campaigns-{}.json", &hash[..16]);
+    // one that was damaged is written anew
+    let is_there = Folder::open(out).and_then(|f| f.bytes(&name, MOST)).is_ok_and(|b| b == text.as_bytes());
+    if is_there {
         return Ok(());
     }
-    output::write(&path, text.as_bytes())
+    output::write_below(out, name, text.as_bytes())
 }
 
-/// All campaigns that were to be answered in `out`, sorted; none where nobody has written them down.
+/// All campaigns that were to be answered in `out`, sorted; none where nobody has written them down. What cannot be read is
+/// reported to `complain`, and left out.
 ///
 /// # Errors
-/// As the file system gives them, and where a list is none of ours.
-pub fn members(out: &Path) -> Result<Vec<Member>> {
+/// As the file system gives them.
+pub fn members(out: &Path, complain: &mut dyn FnMut(String)) -> Result<Vec<Member>> {
     let mut all = Vec::new();
-    for (_, text) in files(&out.join(FOLDER), "campaigns-")? {
-        all.extend(serde_json::from_str::<List>(&text)?.campaigns);
+    for (path, _, text) in files(out, FOLDER, "campaigns-")? {
+        match text.and_then(|t| Ok(serde_json::from_str::<List>(&t)?)) {
+            Ok(list) => all.extend(list.campaigns),
+            Err(e) => complain(format!(
+                "{}: cannot be read ({e}), and campaigns that it alone names are not missed; give diagnose --shard the same \
+                 campaigns again, which writes it anew",
+                path.display()
+            )),
+        }
     }
     all.sort();
     all.dedup_by(|a, b| a.campaign == b.campaign);
     Ok(all)
 }
 
-fn place(out: &Path, campaign: &str) -> PathBuf {
-    out.join(FOLDER).join("lost").join(format!("{campaign}.json"))
+/// Where it is written down why a campaign is lost, below the answers.
+///
+/// # Errors
+/// A campaign's name that is no name of a folder.
+fn place(campaign: &str) -> Result<PathBuf> {
+    if campaign.is_empty() || campaign == "." || campaign == ".." || campaign.contains(['/', '\0']) {
+        return Err(Error::new(ErrorKind::InvalidInput, format!("{campaign:?} is no name of a folder")));
+    }
+    Ok(Path::new(FOLDER).join("lost").join(format!("{campaign}.json")))
 }
 
 /// Writes down why `campaign` has no answer in `out`.
@@ -76,7 +99,7 @@ fn place(out: &Path, campaign: &str) -> PathBuf {
 /// As the file system gives them.
 pub fn lose(out: &Path, campaign: &str, why: &str) -> Result<()> {
     let text = serde_json::to_string_pretty(&Lost { campaign: campaign.into(), why: why.into() })? + "\n";
-    output::write(&place(out, campaign), text.as_bytes())
+    output::write_below(out, place(campaign)?, text.as_bytes())
 }
 
 /// Strikes out what was written down of `campaign`, which has its answer now.
@@ -84,49 +107,53 @@ pub fn lose(out: &Path, campaign: &str, why: &str) -> Result<()> {
 /// # Errors
 /// As the file system gives them.
 pub fn find(out: &Path, campaign: &str) -> Result<()> {
-    match std::fs::remove_file(place(out, campaign)) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(e),
+    match output::remove_below(out, place(campaign)?) {
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(e),
         _ => Ok(()),
     }
 }
 
-/// Why campaigns have no answer in `out`, by campaign.
+/// Why campaigns have no answer in `out`, by campaign. Of a file that cannot be read the campaign is known by its name.
 ///
 /// # Errors
-/// As the file system gives them, and where a file is none of ours.
+/// As the file system gives them.
 pub fn lost(out: &Path) -> Result<BTreeMap<String, String>> {
     let mut all = BTreeMap::new();
-    for (_, text) in files(&out.join(FOLDER).join("lost"), "")? {
-        let l: Lost = serde_json::from_str(&text)?;
+    for (path, name, text) in files(out, &format!("{FOLDER}/lost"), "")? {
+        let of = |e: &dyn std::fmt::Display| {
+            let campaign = name.strip_suffix(".json").unwrap_or(&name).to_string();
+            Lost { campaign, why: format!("why was written to {}, which cannot be read ({e})", path.display()) }
+        };
+        let l = match text {
+            Ok(text) => serde_json::from_str(&text).unwrap_or_else(|e| of(&e)),
+            Err(e) => of(&e),
+        };
         all.insert(l.campaign, l.why);
     }
     Ok(all)
 }
 
-/// Name and text of the JSON files in `folder` whose names begin with `start`, sorted; none where it is not there.
-fn files(folder: &Path, start: &str) -> Result<Vec<(String, String)>> {
-    if !folder.exists() {
-        return Ok(Vec::new());
-    }
+/// Path, name and text of the JSON files in `folder` of `out` whose names begin with `start`, sorted; none where it is not there.
+fn files(out: &Path, folder: &str, start: &str) -> Result<Vec<(PathBuf, String, Result<String>)>> {
+    let open = match Folder::open(out).and_then(|f| f.folder(folder)) {
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+        open => open?,
+    };
+    let mut names: Vec<String> = open.names()?.iter().map(|n| n.to_string_lossy().into_owned()).collect();
+    // the stages of others that write there are none
+    names.retain(|n| n.ends_with(".json") && n.starts_with(start));
+    names.sort();
     let mut all = Vec::new();
-    for entry in std::fs::read_dir(folder)? {
-        let entry = entry?;
-        let name = entry.file_name().to_string_lossy().into_owned();
-        // the stages of others that write there are none
-        if !name.ends_with(".json") || !name.starts_with(start) || !entry.file_type()?.is_file() {
-            continue;
-        }
-        if entry.metadata()?.len() > MOST {
-            let why = format!("{}: is larger than any list of touchdown", entry.path().display());
-            return Err(std::io::Error::other(why));
-        }
-        match std::fs::read_to_string(entry.path()) {
+    for name in names {
+        let text = open.bytes(&name, MOST).and_then(|b| {
+            String::from_utf8(b).map_err(|_| Error::new(ErrorKind::InvalidData, "it is no text in UTF-8"))
+        });
+        match text {
             // struck out since
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {}
-            text => all.push((name, text?)),
+            Err(e) if e.kind() == ErrorKind::NotFound => {}
+            text => all.push((open.path().join(&name), name, text)),
         }
     }
-    all.sort();
     Ok(all)
 }
 
@@ -141,6 +168,7 @@ mod tests {
     #[test]
     fn lists_are_written_once_and_read_together() {
         let t = tempfile::tempdir().unwrap();
+        let members = |out: &Path| members(out, &mut |why| panic!("{why}"));
         assert!(members(t.path()).unwrap().is_empty() && lost(t.path()).unwrap().is_empty());
         enlist(t.path(), &[member("b"), member("a")]).unwrap();
         enlist(t.path(), &[member("a"), member("b")]).unwrap();
@@ -158,5 +186,48 @@ mod tests {
         find(t.path(), "a b").unwrap();
         find(t.path(), "a b").unwrap();
         assert!(lost(t.path()).unwrap().is_empty());
+    }
+
+    #[test]
+    fn a_damaged_file_of_the_register_loses_nothing_else_and_is_named() {
+        let t = tempfile::tempdir().unwrap();
+        enlist(t.path(), &[member("a")]).unwrap();
+        lose(t.path(), "b", "its process aborted").unwrap();
+        lose(t.path(), "c", "its process aborted").unwrap();
+        let folder = t.path().join(FOLDER);
+        std::fs::write(folder.join("campaigns-0.json"), "{\"format\": \"fle").unwrap();
+        std::fs::write(folder.join("lost/b.json"), "{\"campaign\":").unwrap();
+        let mut complaints = Vec::new();
+        assert_eq!(members(t.path(), &mut |c| complaints.push(c)).unwrap(), [member("a")]);
+        assert!(complaints.len() == 1 && complaints[0].contains("campaigns-0.json: cannot be read"), "{complaints:?}");
+        let lost = lost(t.path()).unwrap();
+        assert!(lost["b"].contains("lost/b.json, which cannot be read") && lost["c"] == "its process aborted");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_folder_whose_name_is_no_utf_8_is_enlisted() {
+        use std::os::unix::ffi::OsStrExt;
+        let t = tempfile::tempdir().unwrap();
+        let folder = Path::new("/data").join(std::ffi::OsStr::from_bytes(b"c\xff"));
+        enlist(t.path(), &[member("a"), Member { campaign: "c\u{fffd}".into(), folder }]).unwrap();
+        let names: Vec<String> =
+            members(t.path(), &mut |why| panic!("{why}")).unwrap().into_iter().map(|m| m.campaign).collect();
+        assert_eq!(names, ["a", "c\u{fffd}"]);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_register_that_is_a_link_is_not_followed() {
+        let t = tempfile::tempdir().unwrap();
+        let (out, precious) = (t.path().join("out"), t.path().join("precious"));
+        std::fs::create_dir_all(precious.join("lost")).unwrap();
+        std::fs::create_dir(&out).unwrap();
+        std::fs::write(precious.join("lost/a.json"), "mine").unwrap();
+        std::os::unix::fs::symlink(&precious, out.join(FOLDER)).unwrap();
+        assert!(enlist(&out, &[member("a")]).is_err() && lose(&out, "a", "").is_err() && find(&out, "a").is_err());
+        assert!(lose(&out, "../a", "").is_err());
+        assert_eq!(std::fs::read_to_string(precious.join("lost/a.json")).unwrap(), "mine");
+        assert_eq!(std::fs::read_dir(&precious).unwrap().count(), 1);
     }
 }

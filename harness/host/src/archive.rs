@@ -56,7 +56,8 @@ pub(super) fn unpack(path: &Path, sort: &Sort) -> Result<Scratch, String> {
 
 fn unpack_by(path: &Path, sort: &Sort, policy: &Policy) -> Result<Scratch, String> {
     let Sort { name, needs, folder } = sort;
-    let file = input::open(path).map_err(|e| format!("cannot be read ({e}); give the path of an {name}"))?;
+    let give = format!("give the path of an {name}");
+    let file = input::open(path).map_err(|e| format!("cannot be read ({e}); {}", input::cure(&e).unwrap_or(&give)))?;
     let packed = file.metadata().map_or(0, |m| m.len());
     let mut zip = zip::ZipArchive::new(std::io::BufReader::new(file))
         .map_err(|e| format!("not a zip archive ({e}), so not an {name}; export it again"))?;
@@ -70,7 +71,7 @@ fn unpack_by(path: &Path, sort: &Sort, policy: &Policy) -> Result<Scratch, Strin
             policy.entries
         ));
     }
-    let folder = Scratch::new(folder).map_err(|e| format!("no temporary folder to unpack into ({e})"))?;
+    let folder = Scratch::new(folder).map_err(|e| e.to_string())?;
     let most = policy.bytes.min(packed.saturating_mul(policy.ratio).max(policy.small));
     let mut left = most;
     for i in 0..zip.len() {
@@ -118,7 +119,9 @@ fn one<R: Read>(entry: &mut ZipFile<'_, R>, name: &str, folder: &Path, left: u64
     if path.components().count() - folder.components().count() > depth {
         return Err(format!("lies more than {depth} folders deep; {AGAIN}"));
     }
-    let cannot = |e: std::io::Error| format!("cannot be unpacked ({e}); export it again, or make room");
+    let cannot = |e: std::io::Error| {
+        format!("cannot be unpacked ({e}); {}", input::cure(&e).unwrap_or("export it again, or make room"))
+    };
     if name.ends_with('/') {
         std::fs::create_dir_all(&path).map_err(cannot)?;
         return Ok(0);

@@ -44,6 +44,15 @@ pub(super) fn cure(why: &str) -> String {
                 library"
             .into();
     }
+    if why.contains("Too many open files") {
+        return "raise the limit of open files, as with ulimit -n".into();
+    }
+    if why.contains("failed to map segment") && why.contains("Operation not permitted") {
+        return "the folder that it is unpacked in forbids programs; set TMPDIR to one that does not (noexec)".into();
+    }
+    if why.contains("Cannot allocate memory") || why.contains("cannot allocate memory") {
+        return "give it more memory with --fmu-memory, or raise the limit of memory, as with ulimit -v".into();
+    }
     if let Some(library) = library(why) {
         let other = OTHERS.iter().find(|o| library.starts_with(o.0)).map(|o| o.1.to_string());
         let install = other.or_else(|| Some(format!("sudo apt-get install {}", package(library)?)));

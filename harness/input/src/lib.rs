@@ -77,14 +77,17 @@ pub fn whole_names(cells: Vec<String>, width: usize) -> Vec<String> {
         return cells;
     }
     let mut names: Vec<String> = Vec::new();
-    let mut open = false;
+    // brackets that are open in the last name; below 0 where more were closed
+    let mut open = 0i64;
     for cell in &cells {
-        match names.last_mut().filter(|_| open) {
+        match names.last_mut().filter(|_| open > 0) {
             Some(name) => *name += &format!(",{cell}"),
-            None => names.push(cell.clone()),
+            None => {
+                open = 0;
+                names.push(cell.clone());
+            }
         }
-        let name = names.last().map_or("", String::as_str);
-        open = name.matches('[').count() > name.matches(']').count();
+        open += cell.matches('[').count() as i64 - cell.matches(']').count() as i64;
     }
     if names.len() == width {
         names
@@ -116,6 +119,24 @@ fn special(of: FileType) -> &'static str {
 #[cfg(not(unix))]
 fn special(_: FileType) -> &'static str {
     "a device"
+}
+
+/// Whether an error says that too many files are open.
+pub fn is_out_of_files(e: &Error) -> bool {
+    // EMFILE and ENFILE have no name in the standard library
+    cfg!(unix) && matches!(e.raw_os_error(), Some(23 | 24))
+}
+
+/// What is to be done about an error of the system that has nothing to do with the file: room, memory, limits.
+pub fn cure(e: &Error) -> Option<&'static str> {
+    match e.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => Some("make room there"),
+        ErrorKind::FileTooLarge => Some("the limit for the size of a file is too small; raise it, as with ulimit -f"),
+        ErrorKind::ReadOnlyFilesystem => Some("it is on a file system that is only read; take another place"),
+        ErrorKind::OutOfMemory => Some("close other programs, or raise the limit of memory, as with ulimit -v"),
+        _ if is_out_of_files(e) => Some("too many files are open for the limit; raise it, as with ulimit -n"),
+        _ => None,
+    }
 }
 
 fn too_large(length: u64, most: u64) -> Error {

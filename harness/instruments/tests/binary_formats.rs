@@ -446,3 +446,116 @@ fn counts_beyond_the_file_are_refused() {
     assert!(hostile(&mat_file(&[mat_element(14, &scalar.0)]), "mat").contains("claimed"));
     assert!(hostile(&wav_head(u32::MAX - 40).raw(&wave(2)).0, "wav").contains("4 samples that are there"));
 }
+
+fn compressed(element: &[u8]) -> Bytes {
+    let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+    encoder.write_all(element).unwrap();
+    let data = encoder.finish().unwrap();
+    Bytes::default().u32(15).u32(data.len() as u32).raw(&data)
+}
+
+/// What becomes of the file that is made, and the bytes that are held for it.
+fn held_for(made: impl FnOnce() -> Vec<u8>, extension: &str) -> (Result<(Vec<u64>, Vec<String>), String>, usize) {
+    let _alone = ALONE.lock().unwrap_or_else(|e| e.into_inner());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(format!("file.{extension}"));
+    std::fs::write(&path, made()).unwrap();
+    most_held(|| read(&path))
+}
+
+#[test]
+fn a_mat_file_that_inflates_takes_the_memory_of_what_it_holds_up_to_a_limit() {
+    const ROWS: u32 = 8 << 20;
+    let zeros = || {
+        let data = mat_element(9, &vec![0; 8 * ROWS as usize]);
+        let element = mat_element(14, &mat_head(6, ROWS, 1, "x").raw(&data.0).0);
+        mat_file(&[compressed(&element.0)])
+    };
+    let (answer, held) = held_for(zeros, "mat");
+    assert_eq!(answer.unwrap().0, [u64::from(ROWS)]);
+    assert!(held < 8 * ROWS as usize + (32 << 20), "{held} bytes");
+    // one that claims two gigabytes
+    let claims = || mat_file(&[compressed(&Bytes::default().u32(14).u32(1 << 31).raw(&[0; 64]).0)]);
+    let (answer, held) = held_for(claims, "mat");
+    assert!(answer.unwrap_err().contains("with it the file has more than 1073741824 bytes") && held < 1 << 20);
+}
+
+#[test]
+fn a_mat_file_of_many_small_ones_takes_no_more_memory_than_it_has_bytes() {
+    const COUNT: u32 = 300_000;
+    let scalar = mat_matrix("", 1, 1);
+    let vector = mat_matrix("", 2, 1);
+    let sparse = mat_element(14, &mat_head(5, 1, 1, "").0);
+    for one in [scalar, vector, sparse] {
+        let length = one.0.len() * COUNT as usize;
+        let many = || {
+            let all = one.0.repeat(COUNT as usize);
+            mat_file(&[mat_element(14, &mat_head(1, COUNT, 1, "c").raw(&all).0), mat_matrix("x", 40, 1)])
+        };
+        let (answer, held) = held_for(many, "mat");
+        assert!(held < length + (32 << 20), "{held} bytes for {length}");
+        if let Ok((_, notes)) = answer {
+            assert!(notes.len() < 1100, "{}", notes.len());
+        }
+    }
+}
+
+/// A workbook with one sheet of these rows.
+fn xlsx(rows: &str) -> Vec<u8> {
+    let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    let head = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>";
+    let office = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
+    let sheets = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
+    let package = "http://schemas.openxmlformats.org/package/2006/relationships";
+    let relation = |kind: &str, to: &str| {
+        format!("<Relationships xmlns=\"{package}\"><Relationship Id=\"r1\" Type=\"{office}/{kind}\" Target=\"{to}\"/></Relationships>")
+    };
+    let parts = [
+        ("[Content_Types].xml", "<Types xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\"/>".into()),
+        ("_rels/.rels", relation("officeDocument", "xl/workbook.xml")),
+        ("xl/workbook.xml", format!("<workbook xmlns=\"{sheets}\" xmlns:r=\"{office}\"><sheets><sheet name=\"s\" sheetId=\"1\" r:id=\"r1\"/></sheets></workbook>")),
+        ("xl/_rels/workbook.xml.rels", relation("worksheet", "worksheets/sheet1.xml")),
+        ("xl/worksheets/sheet1.xml", format!("<worksheet xmlns=\"{sheets}\"><sheetData>{rows}</sheetData></worksheet>")),
+    ];
+    for (name, text) in parts {
+        zip.start_file(name, zip::write::SimpleFileOptions::default()).unwrap();
+        zip.write_all(format!("{head}{text}").as_bytes()).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
+#[test]
+fn a_sheet_takes_memory_by_its_cells_however_far_apart_they_are() {
+    let row = |r: usize, column: &str| format!("<row r=\"{r}\"><c r=\"{column}{r}\"><v>{r}</v></c></row>");
+    let near: String = (1..50).map(|r| row(r, "B")).collect();
+    assert_eq!(held_for(|| xlsx(&near), "xlsx").0.unwrap().0, [49]);
+    // a cell in the last column of many rows, and in the last row
+    let (answer, held) = held_for(|| xlsx(&(1..3000).map(|r| row(r, "XFD")).collect::<String>()), "xlsx");
+    assert!(answer.unwrap_err().contains("the sheet holds few cells far apart") && held < 64 << 20, "{held} bytes");
+    let tall = row(1, "XFD") + &row(2, "XFD") + &row(1 << 20, "A");
+    let held = held_for(|| xlsx(&tall), "xlsx").1;
+    assert!(held < 128 << 20, "{held} bytes");
+    // two wide rows with a million between them: each column would have as many samples
+    let wide = |r: usize| {
+        let column = |mut c: usize| {
+            let mut name = String::new();
+            while c > 0 {
+                name.insert(0, char::from(b'A' + ((c - 1) % 26) as u8));
+                c = (c - 1) / 26;
+            }
+            name
+        };
+        let cells: String = (1..16_000).map(|c| format!("<c r=\"{}{r}\"><v>1</v></c>", column(c))).collect();
+        format!("<row r=\"{r}\">{cells}</row>")
+    };
+    let (answer, held) = held_for(|| xlsx(&(wide(1) + &wide(2) + &wide(1 << 20))), "xlsx");
+    assert!(held < 256 << 20, "{held} bytes");
+    let notes = answer.unwrap().1;
+    assert!(notes.iter().any(|n| n.contains("hold few cells far apart; those from")), "{notes:?}");
+}
+
+#[test]
+fn a_sheet_that_was_packed_to_fill_memory_is_refused() {
+    let (answer, held) = held_for(|| xlsx(&" ".repeat(64 << 20)), "xlsx");
+    assert!(answer.unwrap_err().contains("more than 100 times its size") && held < 8 << 20, "{held} bytes");
+}

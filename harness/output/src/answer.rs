@@ -1,24 +1,28 @@
 //! An answer: files in one folder that appear together, or not at all.
 
 use crate::carry::{carry, name_within, settle, Kept};
-use crate::exchange::{exchange, is_fixed, is_refused, sync_folder};
+use crate::exchange::{is_fixed, is_refused};
+use crate::folder::{Folder, Kind};
 use crate::in_place;
 use crate::manifest::{Entry, Manifest};
-use crate::stage::{self, gated, parent, Stage};
-use std::fs::File;
-use std::io::{ErrorKind, Result, Write};
+use crate::part::Part;
+use crate::stage::{self, gated, parent, Stage, NEW};
+use std::ffi::{OsStr, OsString};
+use std::io::{Error, ErrorKind, Result, Write};
 use std::path::{Path, PathBuf};
 
 /// An answer that is being made. What it holds is seen by nobody before [`Answer::commit`]; dropped before that, it
 /// leaves nothing.
 pub struct Answer {
+    /// Where it is made, in the stage.
+    made: Folder,
     stage: Stage,
-    /// The folder, and whether the stage lies in it: then it cannot change places.
     target: PathBuf,
+    /// Whether the stage lies in the folder: then it cannot change places.
     is_fixed: bool,
     manifest: Manifest,
     /// Files that come from the folder itself, with their names in the answer.
-    taken: Vec<(PathBuf, String)>,
+    taken: Vec<(Part, String)>,
     /// Whether files of the earlier answer stay that this one does not write.
     amends: bool,
 }
@@ -33,8 +37,7 @@ pub struct Committed {
 impl Committed {
     /// What is to be reported of it, a line each.
     pub fn notes(&self) -> impl Iterator<Item = String> + '_ {
-        let line = |k: &Kept| format!("{} was not as touchdown writes it, and is kept as {}", k.name, k.kept_as);
-        self.kept.iter().map(line)
+        self.kept.iter().map(Kept::note)
     }
 }
 
@@ -63,10 +66,9 @@ impl Answer {
         };
         let is_fixed = beside.is_none();
         let stage = beside.map_or_else(|| Stage::within(&target), Ok)?;
+        let made = gated(|| stage.folder().make(NEW))?;
         let manifest = Manifest::new(command);
-        let a = Answer { stage, target, is_fixed, manifest, taken: Vec::new(), amends: false };
-        gated(|| std::fs::create_dir(a.made_in()))?;
-        Ok(a)
+        Ok(Answer { stage, made, target, is_fixed, manifest, taken: Vec::new(), amends: false })
     }
 
     /// Begins a change of single files of the answer that is in `folder`; the others stay.
@@ -89,62 +91,93 @@ impl Answer {
         self
     }
 
-    fn made_in(&self) -> PathBuf {
-        self.stage.path().join("new")
-    }
-
-    /// Where the file `name` is made; folders on the way are made.
-    fn place(&self, name: &str) -> Result<PathBuf> {
-        let path = self.made_in().join(name);
-        std::fs::create_dir_all(parent(&path))?;
-        Ok(path)
-    }
-
     /// Writes the file `name`, with `/` between folders.
     ///
     /// # Errors
-    /// As the file system gives them.
+    /// As the file system gives them; a name that is written already, or that leads out of the answer.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
-        gated(|| File::create(self.place(name)?)?.write_all(bytes))
+        gated(|| self.made.create(name)?.write_all(bytes))
     }
 
-    /// Takes a finished file from the answer's folder in as `name`: rows that were written there while they were worked out.
-    pub fn take(&mut self, file: &Path, name: &str) {
-        self.taken.push((file.to_path_buf(), name.into()));
+    /// Takes the finished rows in as `name`, which were written in the answer's folder while they were worked out.
+    pub fn take(&mut self, rows: Part, name: &str) {
+        self.taken.push((rows, name.into()));
     }
 
     /// Puts everything on disk and the answer in its place. Files in the folder that are not of an earlier answer of
-    /// the same command stay; those that are go.
+    /// the same command stay; those that are go. Where others put their answers into the same folder it waits for them.
     ///
     /// # Errors
     /// As the file system gives them; then the folder is as it was, unless the error says otherwise.
     pub fn commit(mut self) -> Result<Committed> {
-        for (file, name) in &self.taken {
-            gated(|| linked(file, &self.place(name)?))?;
+        for (rows, name) in &self.taken {
+            gated(|| rows.linked(&self.made, name))?;
         }
-        let was = Manifest::read(&self.target);
         self.enlist("")?;
-        if let Some(was) = &was {
-            self.stay(was)?;
+        let own = self.manifest.clone();
+        loop {
+            let there = self.held()?;
+            let was = there.as_ref().and_then(Manifest::of);
+            self.manifest = own.clone();
+            if let Some((was, there)) = was.as_ref().zip(there.as_ref()) {
+                self.stay(was, there)?;
+            }
+            let text = serde_json::to_string_pretty(&self.manifest)? + "\n";
+            gated(|| {
+                drop(self.made.remove(Manifest::NAME));
+                self.made.write(Manifest::NAME, text.as_bytes())
+            })?;
+            self.made.sync()?;
+            let kept = match &there {
+                Some(there) => Some(self.put(there, was.as_ref())?),
+                None => self.put_first()?.then(Vec::new),
+            };
+            if let Some(kept) = kept {
+                // with the names under which the rows were written
+                self.taken.into_iter().for_each(|(rows, _)| drop(rows));
+                return Ok(Committed { kept });
+            }
         }
-        self.write(Manifest::NAME, (serde_json::to_string_pretty(&self.manifest)? + "\n").as_bytes())?;
-        gated(|| synced(&self.made_in().join(Manifest::NAME)))?;
-        sync_folder(&self.made_in())?;
-        let kept = self.put(was.as_ref())?;
-        for (file, _) in &self.taken {
-            // gone already where the folder changed places
-            drop(gated(|| std::fs::remove_file(file)));
+    }
+
+    /// The folder that the stage lies in, and the name that the answer's folder has there; None of one that is fixed.
+    fn place(&self) -> Option<(&Folder, &OsStr)> {
+        self.target.file_name().filter(|_| !self.is_fixed).map(|name| (self.stage.home(), name))
+    }
+
+    /// The answer's folder, held against others that put an answer there; None where it is not there.
+    fn held(&self) -> Result<Option<Folder>> {
+        loop {
+            let there = match self.place() {
+                Some((above, name)) => match above.found(name)? {
+                    None => return Ok(None),
+                    Some(f) if f.kind == Kind::Folder => above.folder(name),
+                    Some(_) => {
+                        let why = format!("{} is in the way; move it, or give another --out", self.target.display());
+                        return Err(Error::new(ErrorKind::AlreadyExists, why));
+                    }
+                },
+                None => Folder::open(&self.target),
+            };
+            let there = match there {
+                // it has just changed places
+                Err(e) if e.kind() == ErrorKind::NotFound => continue,
+                there => there?,
+            };
+            there.hold()?;
+            if self.place().is_none_or(|(above, name)| there.is_named(above, name)) {
+                return Ok(Some(there));
+            }
         }
-        Ok(Committed { kept })
     }
 
     /// Takes in what stays of the answer before: the files of other commands, and of one that is amended all but those that
     /// are written anew.
-    fn stay(&mut self, was: &Manifest) -> Result<()> {
+    fn stay(&mut self, was: &Manifest, there: &Folder) -> Result<()> {
         for (name, entry) in &was.files {
             let stays = self.amends || entry.command != self.manifest.command;
-            if stays && !self.manifest.files.contains_key(name) && was.holds(&self.target, name) {
-                gated(|| linked_or_copied(&self.target.join(name), &self.place(name)?))?;
+            if stays && !self.manifest.files.contains_key(name) && was.holds(there, name) {
+                gated(|| linked_or_copied(there, &self.made, name))?;
                 self.manifest.files.insert(name.clone(), entry.clone());
             }
         }
@@ -153,77 +186,69 @@ impl Answer {
 
     /// Lists the files below `folder` in the manifest and puts them on disk.
     fn enlist(&mut self, folder: &str) -> Result<()> {
-        let path = self.made_in().join(folder);
-        for entry in std::fs::read_dir(&path)? {
-            let entry = entry?;
-            let name = name_within(folder, &entry.file_name());
-            if entry.file_type()?.is_dir() {
+        let below = if folder.is_empty() { None } else { Some(self.made.folder(folder)?) };
+        let names = below.as_ref().unwrap_or(&self.made).names()?;
+        for file in names {
+            let name = name_within(folder, &file);
+            let found = self.made.found(&name)?.map(|f| f.kind);
+            if found == Some(Kind::Folder) {
                 self.enlist(&name)?;
-            } else {
-                gated(|| synced(&entry.path()))?;
-                self.manifest.files.insert(name, Entry::of(&entry.path(), &self.manifest.command)?);
+                continue;
             }
+            let file = self.made.read(&name)?;
+            // elsewhere a file has to be open for writing
+            if cfg!(unix) {
+                gated(|| file.sync_all())?;
+            }
+            self.manifest.files.insert(name, Entry::hashed(file, &self.manifest.command)?);
         }
-        sync_folder(&path)
+        below.as_ref().unwrap_or(&self.made).sync()
     }
 
-    /// Puts the finished answer in its place; the files that were in the way.
-    fn put(&self, was: Option<&Manifest>) -> Result<Vec<Kept>> {
-        let (new, target, is) = (self.made_in(), &self.target, &self.manifest);
-        let there;
-        let mut was = was;
-        if !target.exists() {
-            match gated(|| std::fs::rename(&new, target)) {
-                // another process has put its answer there since
-                Err(e) if matches!(e.kind(), ErrorKind::AlreadyExists | ErrorKind::DirectoryNotEmpty) => {
-                    there = Manifest::read(target);
-                    was = there.as_ref();
-                }
-                renamed => {
-                    renamed?;
-                    sync_folder(parent(target))?;
-                    return Ok(Vec::new());
-                }
+    /// Gives the finished answer its name, which no folder has yet; false where one has it since.
+    fn put_first(&self) -> Result<bool> {
+        let Some((above, name)) = self.place() else { return Err(ErrorKind::NotFound.into()) };
+        match gated(|| self.stage.folder().rename(NEW, above, name)) {
+            Err(e) if matches!(e.kind(), ErrorKind::AlreadyExists | ErrorKind::DirectoryNotEmpty) => Ok(false),
+            renamed => {
+                renamed?;
+                above.sync()?;
+                Ok(true)
             }
         }
-        if !self.is_fixed {
-            let taken: Vec<&Path> = self.taken.iter().map(|(file, _)| file.as_path()).collect();
-            if let Some(kept) = gated(|| carry(target, &new, was, is, &taken))? {
-                drop(std::fs::metadata(target).and_then(|m| std::fs::set_permissions(&new, m.permissions())));
-                match gated(|| exchange(&new, target)) {
+    }
+
+    /// Puts the finished answer in the place of the folder that is there; the files that were in the way.
+    fn put(&self, there: &Folder, was: Option<&Manifest>) -> Result<Vec<Kept>> {
+        let is = &self.manifest;
+        if let Some((above, name)) = self.place() {
+            let taken: Vec<OsString> = self.taken.iter().map(|(rows, _)| rows.name().into()).collect();
+            let taken: Vec<&OsStr> = taken.iter().map(OsString::as_os_str).collect();
+            if let Some(kept) = gated(|| carry(there, &self.made, was, is, &taken))? {
+                drop(self.made.permit_as(there));
+                // who waits for the folder waits on until what came there late has been moved
+                self.made.hold()?;
+                match gated(|| self.stage.folder().exchange(NEW, above, name)) {
                     Err(e) if is_refused(&e) => {}
                     exchanged => {
                         exchanged?;
-                        settle(&new, target, is, &taken);
-                        sync_folder(parent(target))?;
+                        drop(gated(|| {
+                            settle(there, &self.made, is, &taken);
+                            Ok(())
+                        }));
+                        above.sync()?;
                         return Ok(kept);
                     }
                 }
             }
         }
-        in_place::replace(&new, target, was, is)
+        in_place::replace(self.stage.folder(), NEW, there, is)
     }
 }
 
-fn synced(file: &Path) -> Result<()> {
-    // elsewhere a file has to be open for writing
-    if cfg!(unix) {
-        File::open(file)?.sync_all()?;
-    }
-    Ok(())
-}
-
-/// Gives `file` a second name; moves it where there are no second names.
-pub fn linked(file: &Path, name: &Path) -> Result<()> {
-    match std::fs::hard_link(file, name) {
-        Err(e) if is_refused(&e) => std::fs::rename(file, name),
-        done => done,
-    }
-}
-
-fn linked_or_copied(file: &Path, name: &Path) -> Result<()> {
-    match std::fs::hard_link(file, name) {
-        Err(e) if is_refused(&e) => std::fs::copy(file, name).map(drop),
+fn linked_or_copied(from: &Folder, to: &Folder, name: &str) -> Result<()> {
+    match from.link(name, to, name) {
+        Err(e) if is_refused(&e) => std::io::copy(&mut from.read(name)?, &mut to.create(name)?).map(drop),
         done => done,
     }
 }

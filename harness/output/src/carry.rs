@@ -1,17 +1,25 @@
 //! The user's own files in an answer's folder.
 
 use crate::exchange::is_refused;
+use crate::folder::{Folder, Kind};
 use crate::manifest::Manifest;
 use crate::stage::is_stage;
-use std::ffi::OsStr;
-use std::io::Result;
-use std::path::Path;
+use std::ffi::{OsStr, OsString};
+use std::io::{Error, ErrorKind, Result};
+use std::path::{Path, PathBuf};
 
 /// A file that was in the way and is not as touchdown wrote it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kept {
     pub name: String,
     pub kept_as: String,
+}
+
+impl Kept {
+    /// What is to be reported of it.
+    pub fn note(&self) -> String {
+        format!("{} was not as touchdown writes it, and is kept as {}", self.name, self.kept_as)
+    }
 }
 
 /// The name of `entry` of the folder `folder` of an answer, as manifests have it.
@@ -25,7 +33,7 @@ pub fn name_within(folder: &str, entry: &OsStr) -> String {
 }
 
 /// Whether the file `name` in `folder` is as the answer `was` wrote it.
-pub fn is_ours(folder: &Path, name: &str, was: Option<&Manifest>) -> bool {
+pub fn is_ours(folder: &Folder, name: &str, was: Option<&Manifest>) -> bool {
     match was {
         Some(_) if name == Manifest::NAME => true,
         Some(was) => was.holds(folder, name),
@@ -56,9 +64,67 @@ pub fn kept_name(name: &str, is_free: impl Fn(&str) -> bool) -> String {
     numbered(n)
 }
 
-/// Whether nothing has the name `path`, not even a link that leads nowhere.
-pub fn is_free(path: &Path) -> bool {
-    std::fs::symlink_metadata(path).is_err()
+/// Gives the file `name` in `folder`, which is about to be replaced, the name that it is kept under, beside its own where
+/// there are second names; `is_taken` says which names are about to be written. None where a process that was killed here has
+/// kept it already.
+///
+/// # Errors
+/// As the file system gives them.
+pub fn keep(folder: &Folder, name: &str, is_taken: impl Fn(&str) -> bool) -> Result<Option<Kept>> {
+    let is = folder.found(name)?.map(|f| f.identity).filter(|i| *i != (0, 0));
+    let has_it = |n: &str| is.is_some() && folder.found(n).ok().flatten().map(|f| f.identity) == is;
+    let kept_as = kept_name(name, |n| has_it(n) || folder.is_free(n) && !is_taken(n));
+    if has_it(&kept_as) {
+        return Ok(None);
+    }
+    match folder.link(name, folder, &kept_as) {
+        Err(e) if is_refused(&e) => folder.rename(name, folder, &kept_as)?,
+        done => done?,
+    }
+    Ok(Some(Kept { name: name.into(), kept_as }))
+}
+
+/// A walk through a folder of an answer: folders still to see, by their names as the file system and as manifests have them.
+struct Walk<'a> {
+    root: &'a Folder,
+    open: Vec<(PathBuf, String)>,
+}
+
+/// What a walk came by.
+struct Entry {
+    path: PathBuf,
+    name: String,
+    file: OsString,
+    is_top: bool,
+    is_folder: bool,
+}
+
+impl Walk<'_> {
+    fn of(root: &Folder) -> Walk<'_> {
+        Walk { root, open: vec![(PathBuf::new(), String::new())] }
+    }
+
+    /// All in the next folder.
+    fn next(&mut self) -> Option<Result<Vec<Entry>>> {
+        let (path, name) = self.open.pop()?;
+        let is_top = name.is_empty();
+        let names = match is_top {
+            true => self.root.names(),
+            false => self.root.folder(&path).and_then(|f| f.names()),
+        };
+        let entry = |file: OsString| {
+            let (path, name) = (path.join(&file), name_within(&name, &file));
+            let found = self.root.found(&path)?.ok_or_else(|| Error::from(ErrorKind::NotFound))?;
+            Ok(Entry { path, name, file, is_top, is_folder: found.kind == Kind::Folder })
+        };
+        // what has gone since it was listed is not there
+        let is_there = |e: &Result<Entry>| !e.as_ref().is_err_and(|e| e.kind() == ErrorKind::NotFound);
+        Some(names.and_then(|all| all.into_iter().map(entry).filter(is_there).collect()))
+    }
+
+    fn enter(&mut self, e: &Entry) {
+        self.open.push((e.path.clone(), e.name.clone()));
+    }
 }
 
 /// Gives all that is not of the answer `was` in the folder `old` a second name in `new`, the folder of the answer `is`, but
@@ -67,41 +133,39 @@ pub fn is_free(path: &Path) -> bool {
 /// # Errors
 /// As the file system gives them.
 pub fn carry(
-    old: &Path,
-    new: &Path,
+    old: &Folder,
+    new: &Folder,
     was: Option<&Manifest>,
     is: &Manifest,
-    without: &[&Path],
+    without: &[&OsStr],
 ) -> Result<Option<Vec<Kept>>> {
     let mut kept = Vec::new();
-    let mut folders = vec![String::new()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(old.join(&folder))? {
-            let entry = entry?;
-            let (path, file) = (entry.path(), entry.file_name());
-            let name = name_within(&folder, &file);
-            let is_taken = without.iter().any(|w| w.file_name() == Some(&file)) && folder.is_empty();
-            if is_stage(&file) || is_taken {
+    let mut walk = Walk::of(old);
+    while let Some(entries) = walk.next() {
+        for e in entries? {
+            if e.is_top && without.contains(&e.file.as_os_str()) {
                 continue;
             }
-            if entry.file_type()?.is_dir() {
-                if !(is.passes(&name) || was.is_some_and(|w| w.passes(&name))) {
+            if e.is_folder {
+                // a stage is of a process that works in here, or somebody's folder of such a name
+                if is_stage(&e.file) || !(is.passes(&e.name) || was.is_some_and(|w| w.passes(&e.name))) {
                     return Ok(None);
                 }
-                folders.push(name);
+                walk.enter(&e);
                 continue;
             }
-            if is_ours(old, &name, was) {
+            if is_ours(old, &e.name, was) {
                 continue;
             }
-            let mut to = new.join(&folder).join(&file);
-            if is_written(&name, is) {
-                let kept_as = kept_name(&name, |n| is_free(&old.join(n)) && is_free(&new.join(n)));
-                to = new.join(&kept_as);
-                kept.push(Kept { name, kept_as });
+            let mut to = e.path.clone();
+            if is_written(&e.name, is) {
+                let kept_as = kept_name(&e.name, |n| old.is_free(n) && new.is_free(n));
+                to = Path::new(&kept_as).to_path_buf();
+                kept.push(Kept { name: e.name, kept_as });
             }
-            std::fs::create_dir_all(new.join(&folder))?;
-            match std::fs::hard_link(&path, &to) {
+            match old.link(&e.path, new, &to) {
+                // taken away by its owner since
+                Err(e) if e.kind() == ErrorKind::NotFound => {}
                 Err(e) if is_refused(&e) => return Ok(None),
                 linked => linked?,
             }
@@ -112,22 +176,19 @@ pub fn carry(
 
 /// Moves what came into the folder after [`carry`] from `old` into `new`, which has taken its place. What cannot be moved
 /// stays.
-pub fn settle(old: &Path, new: &Path, is: &Manifest, without: &[&Path]) {
-    let was = Manifest::read(old);
-    let mut folders = vec![String::new()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(old.join(&folder)).into_iter().flatten().flatten() {
-            let file = entry.file_name();
-            let name = name_within(&folder, &file);
-            let to = new.join(&folder).join(&file);
-            let is_taken = without.iter().any(|w| w.file_name() == Some(&file)) && folder.is_empty();
-            let is_folder = entry.file_type().is_ok_and(|t| t.is_dir());
-            let was_written = was.as_ref().is_some_and(|w| w.files.contains_key(&name) || w.passes(&name));
-            if is_folder && (to.is_dir() || was_written) {
-                folders.push(name);
-            } else if !is_taken && !is_stage(&file) && !was_written && !is_written(&name, is) {
+pub fn settle(old: &Folder, new: &Folder, is: &Manifest, without: &[&OsStr]) {
+    let was = Manifest::of(old);
+    let mut walk = Walk::of(old);
+    while let Some(entries) = walk.next() {
+        for e in entries.into_iter().flatten() {
+            let is_taken = e.is_top && without.contains(&e.file.as_os_str());
+            let was_written = was.as_ref().is_some_and(|w| w.files.contains_key(&e.name) || w.passes(&e.name));
+            let is_in_new = || matches!(new.found(&e.path), Ok(Some(f)) if f.kind == Kind::Folder);
+            if e.is_folder && (was_written || is_in_new()) {
+                walk.enter(&e);
+            } else if !is_taken && !was_written && !is_written(&e.name, is) {
                 // two names of one file: nothing happens
-                drop(std::fs::rename(entry.path(), to));
+                drop(old.rename(&e.path, new, &e.path));
             }
         }
     }

@@ -3,77 +3,80 @@
 //! Before the first is replaced all of them lie on disk in a folder `ready` of the stage. A process that is killed from there
 //! on leaves it, and the next command that writes there finishes the replacement.
 
-use crate::answer::linked;
-use crate::carry::{is_free, is_ours, kept_name, Kept};
-use crate::exchange::sync_folder;
+use crate::carry::{is_ours, keep, Kept};
+use crate::folder::{Folder, Kind};
 use crate::manifest::Manifest;
-use crate::stage::{gated, parent, Stage};
+use crate::stage::{gated, Stage, READY};
 use std::io::{Error, ErrorKind, Result};
 use std::path::Path;
 
-/// Folder of a stage whose files are about to take their places in the folder that the stage lies in.
-const READY: &str = "ready";
-
-/// Puts the files of the answer `is`, made in `new`, in their places in `target`; the files that were in the way.
+/// Puts the files of the answer `is`, made in `new` of the folder `made`, in their places in `target`; the files that were in
+/// the way.
 ///
 /// # Errors
 /// As the file system gives them. Where it fails between two files the error says so.
-pub fn replace(new: &Path, target: &Path, was: Option<&Manifest>, is: &Manifest) -> Result<Vec<Kept>> {
-    let names = || is.files.keys().map(String::as_str).chain([Manifest::NAME]);
-    for name in names() {
-        let in_the_way = |path: &Path| {
-            let why = format!("{} is in the way; move it, or give another --out", path.display());
+pub fn replace(made: &Folder, new: &str, target: &Folder, is: &Manifest) -> Result<Vec<Kept>> {
+    for name in is.files.keys().map(String::as_str).chain([Manifest::NAME]) {
+        let in_the_way = |name: &Path| {
+            let why = format!("{} is in the way; move it, or give another --out", target.path().join(name).display());
             Error::new(ErrorKind::AlreadyExists, why)
         };
-        let path = target.join(name);
-        if path.is_dir() {
-            return Err(in_the_way(&path));
+        let name = Path::new(name);
+        if target.found(name)?.is_some_and(|f| f.kind == Kind::Folder) {
+            return Err(in_the_way(name));
         }
-        let above = path.ancestors().skip(1).take_while(|a| *a != target).find(|a| a.exists() && !a.is_dir());
-        if let Some(file) = above {
-            return Err(in_the_way(file));
+        for above in name.ancestors().skip(1).filter(|a| !a.as_os_str().is_empty()) {
+            if target.found(above)?.is_some_and(|f| f.kind != Kind::Folder) {
+                return Err(in_the_way(above));
+            }
         }
     }
-    let stage = Stage::within(target)?;
-    let mut kept = Vec::new();
-    for name in names().filter(|n| !is_free(&target.join(n)) && !is_ours(target, n, was)) {
-        let kept_as = kept_name(name, |n| is_free(&target.join(n)) && !is.files.contains_key(n));
-        gated(|| linked(&target.join(name), &target.join(&kept_as)))?;
-        kept.push(Kept { name: name.into(), kept_as });
-    }
-    gated(|| std::fs::rename(new, stage.path().join(READY)))?;
-    let finished = sync_folder(stage.path()).and_then(|()| gated(|| finish(stage.path(), target)));
-    if let Err(e) = finished {
+    let stage = Stage::within(target.path())?;
+    gated(|| made.rename(new, stage.folder(), READY))?;
+    let finished = stage.folder().sync().and_then(|()| gated(|| finish(stage.folder(), target)));
+    finished.map_err(|e| {
         stage.leave();
         let why =
             "some files are of this answer and some of the one before; the next command that writes there finishes it";
-        return Err(Error::new(e.kind(), format!("{e}: {why}")));
-    }
-    Ok(kept)
+        Error::new(e.kind(), format!("{e}: {why}"))
+    })
 }
 
-/// Finishes a replacement in `target` that the stage holds; nothing where it holds none.
+/// Finishes a replacement in `target` that the stage holds; the files that were in the way. Nothing where it holds none, or
+/// one that names files elsewhere.
 ///
 /// # Errors
 /// As the file system gives them.
-pub fn finish(stage: &Path, target: &Path) -> Result<()> {
-    let ready = stage.join(READY);
+pub fn finish(stage: &Folder, target: &Folder) -> Result<Vec<Kept>> {
+    let mut kept = Vec::new();
+    let Ok(ready) = stage.folder(READY) else { return Ok(kept) };
     // the last to take its place: without it everything is done
-    let Some(is) = Manifest::read(&ready) else { return Ok(()) };
-    for name in is.files.keys().filter(|n| ready.join(n).exists()) {
-        let to = target.join(name);
-        std::fs::create_dir_all(parent(&to))?;
-        std::fs::rename(ready.join(name), to)?;
+    let Some(is) = Manifest::of(&ready) else { return Ok(kept) };
+    let was = Manifest::of(target);
+    let is_taken = |n: &str| is.files.contains_key(n);
+    for name in is.files.keys().map(String::as_str).filter(|n| is_file(&ready, n)) {
+        if target.found(name)?.is_some() && !is_ours(target, name, was.as_ref()) && !is.holds(target, name) {
+            kept.extend(keep(target, name, is_taken)?);
+        }
+        ready.rename(name, target, name)?;
     }
-    if let Some(was) = Manifest::read(target) {
-        for name in was.files.keys().filter(|n| !is.files.contains_key(*n) && was.holds(target, n)) {
-            std::fs::remove_file(target.join(name))?;
+    for name in was.iter().flat_map(|w| w.files.keys()).filter(|n| !is.files.contains_key(*n)) {
+        if was.as_ref().is_some_and(|w| w.holds(target, name)) {
+            target.remove(name)?;
             let folders = Path::new(name).ancestors().skip(1).filter(|a| !a.as_os_str().is_empty());
             // a folder that holds something of the user's stays
-            folders.map(|f| target.join(f)).take_while(|f| std::fs::remove_dir(f).is_ok()).for_each(drop);
+            folders.take_while(|f| target.remove_empty(f).is_ok()).for_each(drop);
         }
     }
-    sync_folder(target)?;
-    std::fs::rename(ready.join(Manifest::NAME), target.join(Manifest::NAME))?;
-    sync_folder(target)
+    target.sync()?;
+    if was.is_none() && target.found(Manifest::NAME)?.is_some() {
+        kept.extend(keep(target, Manifest::NAME, is_taken)?);
+    }
+    ready.rename(Manifest::NAME, target, Manifest::NAME)?;
+    target.sync()?;
+    Ok(kept)
+}
+
+fn is_file(ready: &Folder, name: &str) -> bool {
+    ready.found(name).is_ok_and(|f| f.is_some_and(|f| f.kind == Kind::File))
 }

@@ -4,21 +4,29 @@
 //! step. A file takes its place by a rename. An answer, a folder of files with a manifest, changes places with the folder
 //! that had its name. A process that is killed leaves a stage, which the next command that writes there clears away.
 
+//!
+//! Below a folder everything is opened, made, renamed and removed by [`Folder`], which follows no link and takes no name
+//! that leads out of it.
+
 mod answer;
 mod carry;
 mod exchange;
+mod folder;
 mod in_place;
 mod manifest;
+mod part;
 mod scratch;
 mod stage;
 
 pub use answer::{Answer, Committed};
+pub use carry::Kept;
+pub use folder::Folder;
 pub use manifest::{hexadecimal, Entry, Manifest};
+pub use part::Part;
 pub use scratch::Scratch;
 pub use stage::abandon;
 
-use stage::{parent, Stage};
-use std::io::Write;
+use stage::{parent, Stage, NEW};
 use std::path::Path;
 
 /// Writes `bytes` to `path`, in the place of what had that name; makes the folders it needs.
@@ -26,7 +34,16 @@ use std::path::Path;
 /// # Errors
 /// As the file system gives them.
 pub fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    place(path, bytes, |staged| std::fs::rename(staged, path))
+    let name = path.file_name().ok_or(std::io::ErrorKind::InvalidInput)?;
+    write_below(parent(path), Path::new(name), bytes)
+}
+
+/// As [`write()`], to the plain name `name` below `folder`: no link is followed on the way from there.
+///
+/// # Errors
+/// As the file system gives them; a name that leads out of the folder.
+pub fn write_below(folder: &Path, name: impl AsRef<Path>, bytes: &[u8]) -> std::io::Result<()> {
+    place(folder, name.as_ref(), bytes, |staged, home, name| staged.rename(NEW, home, name))
 }
 
 /// As [`write()`], where nothing has that name yet.
@@ -34,26 +51,48 @@ pub fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 /// # Errors
 /// As the file system gives them; `AlreadyExists` where something has the name.
 pub fn write_new(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    place(path, bytes, |staged| match std::fs::hard_link(staged, path) {
-        Err(e) if exchange::is_refused(&e) && !path.exists() => std::fs::rename(staged, path),
+    let name = path.file_name().ok_or(std::io::ErrorKind::InvalidInput)?;
+    place(parent(path), Path::new(name), bytes, |staged, home, name| match staged.link(NEW, home, name) {
+        Err(e) if exchange::is_refused(&e) && home.is_free(name) => staged.rename(NEW, home, name),
         linked => linked,
     })
 }
 
-/// Stages `bytes` beside `path` and hands them to `put`.
-fn place(path: &Path, bytes: &[u8], put: impl FnOnce(&Path) -> std::io::Result<()>) -> std::io::Result<()> {
-    let folder = parent(path);
-    std::fs::create_dir_all(folder)?;
-    stage::sweep(folder);
-    let stage = Stage::within(folder)?;
-    let staged = stage.path().join("new");
-    stage::gated(|| {
-        let mut file = std::fs::File::create_new(&staged)?;
-        file.write_all(bytes)?;
-        file.sync_all()
-    })?;
-    stage::gated(|| put(&staged))?;
-    exchange::sync_folder(folder)
+/// Stages `bytes` where they are to be, and hands the stage, the folder that the file `name` below `folder` lies in, and the
+/// name in there to `put`. An answer that takes the place of `folder` at the same time is waited for.
+fn place(
+    folder: &Path,
+    name: &Path,
+    bytes: &[u8],
+    put: impl Fn(&Folder, &Folder, &std::ffi::OsStr) -> std::io::Result<()>,
+) -> std::io::Result<()> {
+    let file = name.file_name().ok_or(std::io::ErrorKind::InvalidInput)?;
+    loop {
+        let root = Folder::made(folder)?;
+        let below = match name.parent().filter(|p| !p.as_os_str().is_empty()) {
+            Some(above) => Some(stage::gated(|| root.make_all(above))?),
+            None => None,
+        };
+        let home = below.as_ref().unwrap_or(&root);
+        stage::sweep(home.path());
+        let stage = Stage::within(home.path())?;
+        stage::gated(|| stage.folder().write(NEW, bytes))?;
+        root.hold()?;
+        if !root.is_in_place() {
+            // another answer has taken its place since
+            continue;
+        }
+        stage::gated(|| put(stage.folder(), home, file))?;
+        return home.sync();
+    }
+}
+
+/// Removes the file of the plain name `name` below `folder`, and follows no link on the way.
+///
+/// # Errors
+/// As the file system gives them; a name that leads out of the folder.
+pub fn remove_below(folder: &Path, name: impl AsRef<Path>) -> std::io::Result<()> {
+    stage::gated(|| Folder::open(folder)?.remove(name))
 }
 
 /// Whether files could be written in `folder`: tries it with a stage in there, or where it is not there yet in the nearest

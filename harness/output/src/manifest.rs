@@ -1,14 +1,16 @@
 //! The list of an answer's files, by which a later command knows them again.
 
+use crate::folder::{is_plain, Folder, Kind};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{Read, Result};
 use std::path::Path;
 
 /// The format this version writes.
 const FORMAT: &str = "manifest/1";
+/// Bytes of a manifest at most.
+const MOST: u64 = 64 << 20;
 
 /// A file as it was written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,23 +53,37 @@ impl Manifest {
         }
     }
 
-    /// That of the answer in `folder`; None where there is none of ours.
+    /// That of the answer in `folder`; None where there is none of ours: what is no regular file, and a list with a name that
+    /// leads out of the folder, are none.
     pub fn read(folder: &Path) -> Option<Manifest> {
-        let text = std::fs::read_to_string(folder.join(Manifest::NAME)).ok()?;
-        serde_json::from_str(&text).ok().filter(|m: &Manifest| m.format == FORMAT)
+        Manifest::of(&Folder::open(folder).ok()?)
+    }
+
+    /// As [`Manifest::read`], of an open folder.
+    pub fn of(folder: &Folder) -> Option<Manifest> {
+        let bytes = folder.bytes(Manifest::NAME, MOST).ok()?;
+        let m: Manifest = serde_json::from_slice(&bytes).ok()?;
+        let is_ours = m.format == FORMAT && m.files.keys().all(|n| is_plain(Path::new(n)) && n != Manifest::NAME);
+        is_ours.then_some(m)
+    }
+
+    /// Whether the file `name` below `folder` is as it was written; a link is not.
+    pub fn holds(&self, folder: &Folder, name: &str) -> bool {
+        let Some(entry) = self.files.get(name) else { return false };
+        let Ok(Some(found)) = folder.found(name) else { return false };
+        let is_alike = found.kind == Kind::File && found.length == entry.size;
+        is_alike && folder.read(name).and_then(|f| Entry::hashed(f, &entry.command)).is_ok_and(|e| e == *entry)
     }
 
     /// Whether the file `name` below `folder` is as it was written.
-    pub fn holds(&self, folder: &Path, name: &str) -> bool {
-        let path = folder.join(name);
-        let Some(entry) = self.files.get(name) else { return false };
-        let Ok(m) = std::fs::symlink_metadata(&path) else { return false };
-        m.is_file() && m.len() == entry.size && Entry::of(&path, &entry.command).is_ok_and(|e| e == *entry)
+    pub fn has(&self, folder: &Path, name: &str) -> bool {
+        Folder::open(folder).is_ok_and(|f| self.holds(&f, name))
     }
 
     /// Whether every file of its command is in `folder` as it was written.
     pub fn is_whole(&self, folder: &Path) -> bool {
-        self.files.iter().filter(|(_, e)| e.command == self.command).all(|(name, _)| self.holds(folder, name))
+        let Ok(folder) = Folder::open(folder) else { return false };
+        self.files.iter().filter(|(_, e)| e.command == self.command).all(|(name, _)| self.holds(&folder, name))
     }
 
     /// Whether `name` is a folder on the way to a file of the list.
@@ -86,9 +102,17 @@ impl Entry {
     /// The entry of a file that `command` has written.
     ///
     /// # Errors
-    /// As the file system gives them.
+    /// As the file system gives them; what is no regular file.
     pub fn of(path: &Path, command: &str) -> Result<Entry> {
-        let (mut file, mut hash, mut size) = (File::open(path)?, Sha256::new(), 0);
+        Entry::hashed(input::open(path)?, command)
+    }
+
+    /// The entry of an open file.
+    ///
+    /// # Errors
+    /// As the file system gives them.
+    pub(crate) fn hashed(mut file: impl Read, command: &str) -> Result<Entry> {
+        let (mut hash, mut size) = (Sha256::new(), 0);
         let mut block = vec![0; 1 << 16];
         loop {
             let n = file.read(&mut block)?;

@@ -1,9 +1,12 @@
 //! Temporary folders that also go where their process was killed: the next command clears them away.
 
-use std::fs::{File, TryLockError};
+use crate::folder::{self, try_hold, unique, Folder, Kind};
+use crate::stage::is_named;
+use std::ffi::OsStr;
+use std::fs::File;
+use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 use std::sync::Once;
-use tempfile::TempDir;
 
 /// How the names of all of them begin.
 const PREFIX: &str = "touchdown-";
@@ -16,31 +19,53 @@ const CONTENT: &str = "content";
 #[derive(Debug)]
 pub struct Scratch {
     content: PathBuf,
-    // unlocked after the folder has gone
-    _folder: TempDir,
-    _lock: File,
+    /// The folder that it lies in, and its name there.
+    home: PathBuf,
+    name: String,
+    /// Unlocked after the folder has gone.
+    lock: File,
 }
 
 impl Scratch {
     /// Makes one whose name holds `what`, and clears away, once in a process, those of processes that have ended.
     ///
     /// # Errors
-    /// As the file system gives them.
-    pub fn new(what: &str) -> std::io::Result<Scratch> {
+    /// As the file system gives them, with the folder and the cure.
+    pub fn new(what: &str) -> Result<Scratch> {
         static SWEPT: Once = Once::new();
         let within = std::env::temp_dir();
         SWEPT.call_once(|| sweep(&within));
-        Scratch::within(&within, what)
+        Scratch::within(&within, what).map_err(|e| {
+            let cure = match e.kind() {
+                ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "make room, or set TMPDIR to a folder with room",
+                ErrorKind::ReadOnlyFilesystem => "set TMPDIR to a folder that can be written",
+                _ => input::cure(&e).unwrap_or("set TMPDIR to a folder that can be written"),
+            };
+            Error::new(e.kind(), format!("no temporary folder can be made in {} ({e}); {cure}", within.display()))
+        })
     }
 
-    fn within(within: &Path, what: &str) -> std::io::Result<Scratch> {
-        let folder = tempfile::Builder::new().prefix(&format!("{PREFIX}{what}-")).tempdir_in(within)?;
-        // a file system without locks has none to recognize a live folder by, and there none is cleared away
-        let lock = File::create(folder.path().join(LOCK))?;
-        drop(lock.try_lock());
-        let content = folder.path().join(CONTENT);
-        std::fs::create_dir(&content)?;
-        Ok(Scratch { content, _folder: folder, _lock: lock })
+    fn within(within: &Path, what: &str) -> Result<Scratch> {
+        let home = Folder::open(within)?;
+        let name = format!("{PREFIX}{what}-{}", unique());
+        let made = home.make_private(&name).and_then(|folder| {
+            let lock = folder.create(LOCK)?;
+            // a file system without locks has none to recognize a live folder by, and there none is cleared away
+            try_hold(&lock);
+            folder.make(CONTENT)?;
+            folder::hold_spares()?;
+            Ok(lock)
+        });
+        match made {
+            Ok(lock) => Ok(Scratch { content: within.join(&name).join(CONTENT), home: within.into(), name, lock }),
+            Err(e) => {
+                if let Ok(folder) = home.folder(&name) {
+                    remove(&home, OsStr::new(&name), &folder);
+                }
+                drop(home.remove_empty(&name));
+                Err(e)
+            }
+        }
     }
 
     /// The folder to put things into.
@@ -49,39 +74,54 @@ impl Scratch {
     }
 }
 
-/// Clears away what ended processes of this user have left in `folder`. What cannot be cleared away stays.
-fn sweep(folder: &Path) {
-    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-        if entry.file_name().to_string_lossy().starts_with(PREFIX) && is_left(&entry.path()) {
-            drop(std::fs::remove_dir_all(entry.path()));
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        folder::free_spares();
+        if let Ok(home) = Folder::open(&self.home) {
+            if let Ok(folder) = home.folder(&self.name) {
+                if is_named(&self.lock, &folder, LOCK) {
+                    remove(&home, OsStr::new(&self.name), &folder);
+                }
+            }
+        }
+        // where there are none to be had the next one holds them, or says so
+        drop(folder::hold_spares());
+    }
+}
+
+/// Removes a temporary folder, the lock last: until then others see whose it is. What cannot be removed stays.
+fn remove(home: &Folder, name: &OsStr, folder: &Folder) {
+    drop(folder.remove_all(CONTENT));
+    drop(folder.remove(LOCK));
+    drop(home.remove_empty(name));
+}
+
+/// Clears away what ended processes of this user have left in `within`. What cannot be cleared away stays.
+fn sweep(within: &Path) {
+    let Ok(home) = Folder::open(within) else { return };
+    for name in home.names().into_iter().flatten() {
+        if name.to_string_lossy().starts_with(PREFIX) {
+            drop(clear(&home, &name));
         }
     }
 }
 
-/// Whether a folder is one of ours and its process has ended. A folder without content is being made or is of somebody else,
-/// as is what a link leads to.
-fn is_left(folder: &Path) -> bool {
-    let is = |path: &Path, of: fn(&std::fs::Metadata) -> bool| {
-        path.symlink_metadata().is_ok_and(|m| of(&m) && is_of_this_user(&m))
-    };
-    let lock = folder.join(LOCK);
-    is(folder, std::fs::Metadata::is_dir)
-        && is(&folder.join(CONTENT), std::fs::Metadata::is_dir)
-        && is(&lock, std::fs::Metadata::is_file)
-        && File::open(lock)
-            .is_ok_and(|lock| !matches!(lock.try_lock(), Err(TryLockError::WouldBlock | TryLockError::Error(_))))
-}
-
-#[cfg(target_os = "linux")]
-fn is_of_this_user(m: &std::fs::Metadata) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    m.uid() == rustix::process::geteuid().as_raw()
-}
-
-#[cfg(not(target_os = "linux"))]
-fn is_of_this_user(_: &std::fs::Metadata) -> bool {
-    // temporary folders are a user's own there
-    true
+/// Clears away a folder that is one of ours and whose process has ended. One without content is being made or is of somebody
+/// else, as is one with anything beside it, and what a link leads to.
+fn clear(home: &Folder, name: &OsStr) -> Result<()> {
+    let folder = home.folder(name)?;
+    let is = |name: &str, kind: Kind| matches!(folder.found(name), Ok(Some(f)) if f.kind == kind && f.is_own);
+    let is_one = folder.is_own()
+        && is(CONTENT, Kind::Folder)
+        && is(LOCK, Kind::File)
+        && folder.names()?.iter().all(|n| n == LOCK || n == CONTENT);
+    if is_one {
+        let lock = folder.read(LOCK)?;
+        if matches!(lock.try_lock(), Ok(())) {
+            remove(home, name, &folder);
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -90,7 +130,7 @@ mod tests {
 
     #[test]
     fn what_a_killed_process_has_left_is_cleared_away_and_nothing_else() {
-        let temporary = TempDir::new().unwrap();
+        let temporary = tempfile::tempdir().unwrap();
         let left = temporary.path().join("touchdown-fmu-killed");
         std::fs::create_dir_all(left.join(CONTENT).join("binaries")).unwrap();
         std::fs::write(left.join(LOCK), "").unwrap();
@@ -99,7 +139,7 @@ mod tests {
         // a user's folder of such a name, and one that a link leads to
         let own = temporary.path().join("touchdown-notes");
         std::fs::create_dir_all(own.join(CONTENT)).unwrap();
-        let elsewhere = TempDir::new().unwrap();
+        let elsewhere = tempfile::tempdir().unwrap();
         std::fs::create_dir(elsewhere.path().join(CONTENT)).unwrap();
         std::fs::write(elsewhere.path().join(LOCK), "").unwrap();
         #[cfg(unix)]

@@ -1,78 +1,101 @@
 //! Hidden folders in which a writer makes what is to take its place at once.
 
-use std::fs::{File, TryLockError};
+use crate::folder::{self, identity, is_unique, unique, Folder, Kind};
+use std::ffi::{OsStr, OsString};
+use std::fs::File;
 use std::io::{Error, ErrorKind, Result};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError, RwLock};
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError, RwLock, TryLockError};
+use std::time::{Duration, Instant};
 
-/// How the names of stages begin.
+/// How the names of stages begin; sixteen hexadecimal digits follow.
 const PREFIX: &str = ".touchdown-stage-";
 /// File in a stage that its process holds locked: whoever can lock it knows that the process has ended.
 const LOCK: &str = "lock";
+/// What else a stage may hold. A folder that holds anything beside it is none.
+pub const NEW: &str = "new";
+/// Folder of a stage whose files are about to take their places in the folder that the stage lies in.
+pub const READY: &str = "ready";
+/// Time that a process which is about to end waits for what is taking its place.
+const GRACE: Duration = Duration::from_secs(5);
+
+/// Where a stage lies.
+struct Held {
+    home: Folder,
+    name: OsString,
+    folder: Folder,
+}
 
 /// Stages of this process.
-static LIVE: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+static LIVE: Mutex<Vec<Arc<Held>>> = Mutex::new(Vec::new());
 /// Held for reading by whoever changes files, for writing by [`abandon`].
 static GATE: RwLock<()> = RwLock::new(());
 
 /// A stage; it goes with all it holds once it is dropped.
 pub struct Stage {
-    path: PathBuf,
+    held: Arc<Held>,
     _lock: File,
     /// Whether it stays on disk.
     stays: bool,
 }
 
 impl Stage {
-    /// Makes one in `folder`.
+    /// Makes one in the folder at `home`.
     ///
     /// # Errors
     /// As the file system gives them.
-    pub fn within(folder: &Path) -> Result<Stage> {
-        static COUNT: AtomicU64 = AtomicU64::new(0);
-        // a name is taken where a killed process of the same number has left its stage
+    pub fn within(home: &Path) -> Result<Stage> {
+        // without them it may stay where no more files can be opened
+        drop(folder::hold_spares());
+        // a sweeper may take one away that has no lock yet
         for _ in 0..1000 {
-            let n = COUNT.fetch_add(1, Ordering::Relaxed);
-            let path = folder.join(format!("{PREFIX}{}-{n}", std::process::id()));
-            if let Some(stage) = gated(|| Stage::made(path))? {
+            let name = OsString::from(format!("{PREFIX}{}", unique()));
+            if let Some(stage) = gated(|| Stage::made(Folder::open(home)?, &name))? {
                 return Ok(stage);
             }
         }
         Err(Error::new(ErrorKind::AlreadyExists, "no name is left for a temporary folder"))
     }
 
-    /// The stage at `path`; None where that name is taken.
-    fn made(path: PathBuf) -> Result<Option<Stage>> {
-        match std::fs::create_dir(&path) {
-            Err(e) if e.kind() == ErrorKind::AlreadyExists => return Ok(None),
-            made => made?,
-        }
-        list(&LIVE).push(path.clone());
-        let locked = File::create(path.join(LOCK)).and_then(|lock| match lock.try_lock() {
-            // locked by another that is clearing the stage away, or has done so since the file was opened: a lock on a file that
-            // no longer has the name holds nobody off
-            Ok(()) if !is_named(&lock, &path.join(LOCK)) => Err(Error::new(ErrorKind::NotFound, "cleared away")),
-            Err(TryLockError::WouldBlock) => Err(Error::new(ErrorKind::NotFound, "cleared away")),
-            // file systems without locks have none to recognize a live stage by, and there none is cleared away
-            Ok(()) | Err(TryLockError::Error(_)) => Ok(lock),
+    /// The stage of that name; None where the name is taken, or the stage cleared away at once.
+    fn made(home: Folder, name: &OsStr) -> Result<Option<Stage>> {
+        let folder = match home.make_private(name) {
+            Err(e) if matches!(e.kind(), ErrorKind::AlreadyExists | ErrorKind::NotFound) => return Ok(None),
+            Err(e) => {
+                drop(home.remove_empty(name));
+                return Err(e);
+            }
+            Ok(folder) => folder,
+        };
+        let held = Arc::new(Held { home, name: name.to_os_string(), folder });
+        list().push(held.clone());
+        let locked = held.folder.create(LOCK).and_then(|lock| {
+            // another may hold it that is clearing the stage away, or may have done so since
+            match folder::try_hold(&lock) && is_named(&lock, &held.folder, LOCK) {
+                true => Ok(lock),
+                false => Err(ErrorKind::NotFound.into()),
+            }
         });
         match locked {
-            Ok(lock) => Ok(Some(Stage { path, _lock: lock, stays: false })),
+            Ok(lock) => Ok(Some(Stage { held, _lock: lock, stays: false })),
             Err(e) => {
-                remove(&path);
-                list(&LIVE).retain(|p| *p != path);
-                // another process has just cleared it away
-                if e.kind() == ErrorKind::NotFound {
-                    return Ok(None);
+                held.remove();
+                held.forget();
+                match e.kind() {
+                    ErrorKind::NotFound => Ok(None),
+                    _ => Err(e),
                 }
-                Err(e)
             }
         }
     }
 
-    pub fn path(&self) -> &Path {
-        &self.path
+    /// The folder that it lies in.
+    pub fn home(&self) -> &Folder {
+        &self.held.home
+    }
+
+    pub fn folder(&self) -> &Folder {
+        &self.held.folder
     }
 
     /// Leaves the stage on disk for the next command to finish, as a process that is killed does.
@@ -86,31 +109,30 @@ impl Drop for Stage {
         if !self.stays {
             // what cannot be removed now is cleared away by the next command
             drop(gated(|| {
-                remove(&self.path);
+                self.held.remove();
                 Ok(())
             }));
         }
-        list(&LIVE).retain(|p| *p != self.path);
+        self.held.forget();
     }
 }
 
-/// Removes a stage, the lock last: until then others see whose it is.
-fn remove(stage: &Path) {
-    for entry in std::fs::read_dir(stage).into_iter().flatten().flatten() {
-        let path = entry.path();
-        let is_folder = entry.file_type().is_ok_and(|t| t.is_dir());
-        if is_folder {
-            drop(std::fs::remove_dir_all(path));
-        } else if entry.file_name() != LOCK {
-            drop(std::fs::remove_file(path));
+impl Held {
+    /// Removes the stage, the lock last: until then others see whose it is.
+    fn remove(&self) {
+        for name in [NEW, READY, LOCK] {
+            drop(self.folder.remove_all(name));
         }
+        drop(self.home.remove_empty(&self.name));
     }
-    drop(std::fs::remove_file(stage.join(LOCK)));
-    drop(std::fs::remove_dir(stage));
+
+    fn forget(self: &Arc<Held>) {
+        list().retain(|h| !Arc::ptr_eq(h, self));
+    }
 }
 
-fn list(all: &Mutex<Vec<PathBuf>>) -> std::sync::MutexGuard<'_, Vec<PathBuf>> {
-    all.lock().unwrap_or_else(PoisonError::into_inner)
+fn list() -> std::sync::MutexGuard<'static, Vec<Arc<Held>>> {
+    LIVE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Does what changes files, unless the process is about to end: then it waits for that.
@@ -120,48 +142,59 @@ pub fn gated<T>(change: impl FnOnce() -> Result<T>) -> Result<T> {
 }
 
 /// Removes the stages of this process and lets nothing be written any more: for who is about to end it. What is taking its
-/// place at the moment comes to its end first.
+/// place at the moment comes to its end first, where it does so within some seconds.
 pub fn abandon() {
-    std::mem::forget(GATE.write().unwrap_or_else(PoisonError::into_inner));
-    list(&LIVE).iter().for_each(|p| remove(p));
+    let until = Instant::now() + GRACE;
+    loop {
+        match GATE.try_write() {
+            Ok(gate) => break std::mem::forget(gate),
+            Err(TryLockError::Poisoned(gate)) => break std::mem::forget(gate),
+            // a file system that does not answer holds nobody for ever; what is there is left to the next command
+            Err(TryLockError::WouldBlock) if Instant::now() >= until => return,
+            Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(1)),
+        }
+    }
+    let all: Vec<Arc<Held>> = list().drain(..).collect();
+    all.iter().for_each(|h| h.remove());
 }
 
 /// Whether a name is that of a stage.
-pub fn is_stage(name: &std::ffi::OsStr) -> bool {
-    name.to_string_lossy().starts_with(PREFIX)
+pub fn is_stage(name: &OsStr) -> bool {
+    name.to_str().and_then(|n| n.strip_prefix(PREFIX)).is_some_and(is_unique)
 }
 
-/// Clears away the stages in `folder` whose processes have ended; where one was replacing files one by one, that is
+/// Clears away the stages in `home` whose processes have ended; where one was replacing files one by one, that is
 /// finished first. What cannot be cleared away stays.
-pub fn sweep(folder: &Path) {
-    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-        if is_stage(&entry.file_name()) {
-            drop(gated(|| clear(&entry.path(), folder)));
-        }
+pub fn sweep(home: &Path) {
+    let Ok(folder) = Folder::open(home) else { return };
+    for name in folder.names().into_iter().flatten().filter(|n| is_stage(n)) {
+        drop(gated(|| clear(&folder, &name)));
     }
 }
 
-/// Whether the open `file` is the one that has the name `path`.
-#[cfg(unix)]
-fn is_named(file: &File, path: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    let of = |m: std::fs::Metadata| (m.dev(), m.ino());
-    let both = (file.metadata().map(of), std::fs::symlink_metadata(path).map(of));
-    matches!(both, (Ok(a), Ok(b)) if a == b)
+/// Whether the open `file` is the one that has the name in `folder`.
+pub fn is_named(file: &File, folder: &Folder, name: impl AsRef<Path>) -> bool {
+    let there = folder.found(name).ok().flatten();
+    there.is_some_and(|f| f.kind == Kind::File && identity(file).is_ok_and(|i| i == f.identity))
 }
 
-/// Whether the name `path` is there: elsewhere an open file keeps its name.
-#[cfg(not(unix))]
-fn is_named(_: &File, path: &Path) -> bool {
-    path.exists()
-}
-
-fn clear(stage: &Path, folder: &Path) -> Result<()> {
-    let lock = File::create(stage.join(LOCK))?;
+/// Clears a stage away that is one: a folder of this user's that holds what stages hold and nothing else, and whose lock
+/// nobody holds.
+fn clear(home: &Folder, name: &OsStr) -> Result<()> {
+    let stage = home.folder(name)?;
+    let is_known = |n: &OsString| [NEW, READY, LOCK].iter().any(|k| n == k);
+    if !stage.is_own() || !stage.names()?.iter().all(is_known) {
+        return Ok(());
+    }
+    if stage.is_free(LOCK) {
+        // its process was killed before it made the lock, or after it removed it; else this fails
+        return home.remove_empty(name);
+    }
+    let lock = stage.read(LOCK)?;
     // what was cleared away since is another's, who may have made a stage of that name
-    if lock.try_lock().is_ok() && is_named(&lock, &stage.join(LOCK)) {
-        crate::in_place::finish(stage, folder)?;
-        remove(stage);
+    if folder::try_hold(&lock) && is_named(&lock, &stage, LOCK) {
+        crate::in_place::finish(&stage, home)?;
+        Held { home: Folder::open(home.path())?, name: name.into(), folder: stage }.remove();
     }
     Ok(())
 }

@@ -155,10 +155,11 @@ fn rows_written_in_the_folder_are_taken_into_the_answer() {
     let (_t, places) = both_kinds();
     for place in places {
         answer(&place, &[("rows", "1")]);
-        let rows = place.join("rows.partial");
-        std::fs::write(&rows, "2").unwrap();
+        let (rows, kept) = Part::new(&place.join("rows.partial"), |_| true).unwrap();
+        assert!(kept.is_empty() && place.join("rows.partial.part").exists());
+        std::io::Write::write_all(&mut rows.file().unwrap(), b"2").unwrap();
         let mut a = Answer::begin(&place, "test").unwrap();
-        a.take(&rows, "rows");
+        a.take(rows, "rows");
         a.commit().unwrap();
         assert_eq!(files(&place), texts(&[("rows", "2")]));
     }
@@ -168,8 +169,8 @@ fn rows_written_in_the_folder_are_taken_into_the_answer() {
 fn stages_of_ended_processes_are_cleared_away_and_those_of_others_stay() {
     let t = tempfile::tempdir().unwrap();
     let left = Stage::within(t.path()).unwrap();
-    std::fs::create_dir(left.path().join("new")).unwrap();
-    let path = left.path().to_path_buf();
+    left.folder().make("new").unwrap();
+    let path = left.folder().path().to_path_buf();
     stage::sweep(t.path());
     assert!(path.exists());
     left.leave();
@@ -181,7 +182,7 @@ fn stages_of_ended_processes_are_cleared_away_and_those_of_others_stay() {
 fn a_stage_without_a_lock_is_of_a_process_that_was_killed_at_once() {
     let t = tempfile::tempdir().unwrap();
     let left = Stage::within(t.path()).unwrap();
-    let path = left.path().to_path_buf();
+    let path = left.folder().path().to_path_buf();
     left.leave();
     std::fs::remove_file(path.join("lock")).unwrap();
     stage::sweep(t.path());
@@ -221,8 +222,8 @@ fn a_replacement_that_was_cut_short_is_finished_by_the_next_command() {
     answer(&place, &[("x", "1"), ("y", "1"), ("z", "1")]);
     answer(&t.path().join("other"), &[("x", "2"), ("y", "2")]);
     let stage = Stage::within(&place).unwrap();
-    std::fs::rename(t.path().join("other"), stage.path().join("ready")).unwrap();
-    std::fs::rename(stage.path().join("ready/x"), place.join("x")).unwrap();
+    std::fs::rename(t.path().join("other"), stage.folder().path().join("ready")).unwrap();
+    std::fs::rename(stage.folder().path().join("ready/x"), place.join("x")).unwrap();
     stage.leave();
     probe(&place).unwrap();
     assert_eq!(files(&place), texts(&[("x", "2"), ("y", "2")]));
@@ -239,4 +240,261 @@ fn a_link_to_a_folder_stays_a_link() {
     answer(&link, &[("x", "2")]);
     assert!(link.is_symlink());
     assert_eq!(files(&real), texts(&[("x", "2")]));
+}
+
+/// A name as stages have it.
+#[cfg(unix)]
+const STAGE: &str = ".touchdown-stage-00112233445566aa";
+
+/// A place to write to, with a folder of somebody's beside it.
+#[cfg(unix)]
+fn beside_a_precious_folder() -> (tempfile::TempDir, PathBuf, PathBuf) {
+    let t = tempfile::tempdir().unwrap();
+    let (place, precious) = (t.path().join("place"), t.path().join("precious"));
+    std::fs::create_dir_all(precious.join("below")).unwrap();
+    std::fs::create_dir(&place).unwrap();
+    for name in ["lock", "new", "below/x"] {
+        std::fs::write(precious.join(name), "mine").unwrap();
+    }
+    (t, place, precious)
+}
+
+/// That nothing of the folder is gone or changed.
+#[cfg(unix)]
+fn is_whole(precious: &Path) {
+    assert_eq!(files(precious), texts(&[("lock", "mine"), ("new", "mine"), ("below/x", "mine")]));
+}
+
+/// Everything that writes into `place`.
+#[cfg(unix)]
+fn write_all_ways(place: &Path) {
+    probe(place).unwrap();
+    write(&place.join("one"), b"1").unwrap();
+    drop(std::fs::remove_file(place.join("two")));
+    write_new(&place.join("two"), b"2").unwrap();
+    answer(&place.join("answer"), &[("x", "1")]);
+    answer(place, &[("three", "3")]);
+}
+
+#[cfg(unix)]
+fn pipe(path: &Path) {
+    let made = std::process::Command::new("mkfifo").arg(path).status().unwrap();
+    assert!(made.success());
+}
+
+#[test]
+#[cfg(unix)]
+fn a_link_with_the_name_of_a_stage_is_not_followed() {
+    let (_t, place, precious) = beside_a_precious_folder();
+    std::os::unix::fs::symlink(&precious, place.join(STAGE)).unwrap();
+    write_all_ways(&place);
+    is_whole(&precious);
+    assert!(place.join(STAGE).is_symlink());
+}
+
+#[test]
+#[cfg(unix)]
+fn a_folder_with_the_name_of_a_stage_that_holds_more_is_the_users() {
+    let (_t, place, _) = beside_a_precious_folder();
+    std::fs::create_dir_all(place.join(STAGE).join("new")).unwrap();
+    for name in ["lock", "new/x", "diary"] {
+        std::fs::write(place.join(STAGE).join(name), "mine").unwrap();
+    }
+    write_all_ways(&place);
+    assert_eq!(files(&place.join(STAGE)), texts(&[("lock", "mine"), ("new/x", "mine"), ("diary", "mine")]));
+}
+
+#[test]
+#[cfg(unix)]
+fn a_lock_that_is_a_link_or_a_pipe_is_left_alone() {
+    for is_link in [true, false] {
+        let (_t, place, precious) = beside_a_precious_folder();
+        std::fs::create_dir(place.join(STAGE)).unwrap();
+        let lock = place.join(STAGE).join("lock");
+        if is_link {
+            std::os::unix::fs::symlink(precious.join("lock"), lock).unwrap();
+        } else {
+            pipe(&lock);
+        }
+        write_all_ways(&place);
+        is_whole(&precious);
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn what_a_stage_holds_is_removed_without_following_links() {
+    let (_t, place, precious) = beside_a_precious_folder();
+    let left = Stage::within(&place).unwrap();
+    let stage = left.folder().path().to_path_buf();
+    left.leave();
+    std::fs::create_dir(stage.join("new")).unwrap();
+    std::os::unix::fs::symlink(&precious, stage.join("new/precious")).unwrap();
+    std::fs::hard_link(precious.join("new"), stage.join("new/hard")).unwrap();
+    std::os::unix::fs::symlink(&precious, stage.join("ready")).unwrap();
+    write_all_ways(&place);
+    assert!(!stage.exists());
+    is_whole(&precious);
+}
+
+/// A stage that a killed process seems to have left, about to put `name` in its place.
+#[cfg(unix)]
+fn ready(place: &Path, name: &str, text: &str) {
+    let left = Stage::within(place).unwrap();
+    let ready = left.folder().path().join("ready");
+    left.leave();
+    std::fs::create_dir(&ready).unwrap();
+    std::fs::write(ready.join("x"), text).unwrap();
+    let size = text.len();
+    let sha256 = Entry::of(&ready.join("x"), "").unwrap().sha256;
+    let list = format!("{{\"{name}\": {{\"size\": {size}, \"sha256\": \"{sha256}\", \"command\": \"test\"}}}}");
+    let manifest =
+        format!("{{\"format\": \"manifest/1\", \"touchdown\": \"0\", \"command\": \"test\", \"files\": {list}}}");
+    std::fs::write(ready.join(Manifest::NAME), manifest).unwrap();
+}
+
+#[test]
+#[cfg(unix)]
+fn a_replacement_names_no_file_outside_and_keeps_a_users_file() {
+    for name in ["../precious/new", "a/../../precious/new", "./x", "a//x", ""] {
+        let (t, place, precious) = beside_a_precious_folder();
+        ready(&place, name, "not mine");
+        ready(&place, &t.path().join("precious/new").display().to_string(), "not mine");
+        write_all_ways(&place);
+        is_whole(&precious);
+    }
+    let (_t, place, _) = beside_a_precious_folder();
+    std::fs::write(place.join("x"), "mine").unwrap();
+    ready(&place, "x", "not mine");
+    probe(&place).unwrap();
+    assert_eq!(files(&place), texts(&[("x", "not mine"), ("x.kept", "mine")]));
+}
+
+#[test]
+#[cfg(unix)]
+fn a_manifest_with_names_outside_removes_and_replaces_nothing() {
+    let (t, place, precious) = beside_a_precious_folder();
+    std::fs::create_dir(place.join("mine")).unwrap();
+    std::os::unix::fs::symlink(&precious, place.join("link")).unwrap();
+    let sha256 = Entry::of(&precious.join("new"), "").unwrap().sha256;
+    let entry = format!("{{\"size\": 4, \"sha256\": \"{sha256}\", \"command\": \"test\"}}");
+    let absolute = t.path().join("precious/new").display().to_string();
+    for name in ["../precious/new", "mine/../../precious/new", &absolute, "link/new", "link"] {
+        let list = format!("{{\"{name}\": {entry}}}");
+        let text =
+            format!("{{\"format\": \"manifest/1\", \"touchdown\": \"0\", \"command\": \"test\", \"files\": {list}}}");
+        std::fs::write(place.join(Manifest::NAME), text).unwrap();
+        write_all_ways(&place);
+        is_whole(&precious);
+        assert!(place.join("mine").is_dir() && place.join("link").is_symlink(), "{name}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_link_in_the_place_of_a_folder_of_the_answer_is_kept_or_in_the_way() {
+    let (_t, place, precious) = beside_a_precious_folder();
+    std::os::unix::fs::symlink(&precious, place.join("below")).unwrap();
+    let kept = answer(&place, &[("below/x", "1")]).kept;
+    assert_eq!(kept, [Kept { name: "below".into(), kept_as: "below.kept".into() }]);
+    is_whole(&precious);
+    // where the folder cannot change places
+    let (_t, place, precious) = beside_a_precious_folder();
+    std::fs::create_dir(place.join("mine")).unwrap();
+    std::os::unix::fs::symlink(&precious, place.join("below")).unwrap();
+    let a = Answer::begin(&place, "test").unwrap();
+    a.write("below/x", b"1").unwrap();
+    let e = a.commit().unwrap_err().to_string();
+    assert!(e.contains("below is in the way; move it"), "{e}");
+    assert!(write_below(&place, "below/x", b"1").unwrap_err().to_string().contains("is no folder of its own"));
+    is_whole(&precious);
+}
+
+#[test]
+#[cfg(unix)]
+fn pipes_in_the_place_of_files_of_the_answer_are_kept_and_not_waited_for() {
+    let (_t, places) = both_kinds();
+    for place in places {
+        std::fs::create_dir_all(&place).unwrap();
+        pipe(&place.join(Manifest::NAME));
+        pipe(&place.join("x"));
+        assert!(Manifest::read(&place).is_none());
+        assert_eq!(answer(&place, &[("x", "1")]).kept.len(), 2);
+        assert_eq!(std::fs::read_to_string(place.join("x")).unwrap(), "1");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_temporary_folder_goes_whatever_its_modes_are() {
+    use std::os::unix::fs::PermissionsExt;
+    let scratch = Scratch::new("test").unwrap();
+    let path = scratch.path().parent().unwrap().to_path_buf();
+    let below = scratch.path().join("a/b");
+    std::fs::create_dir_all(&below).unwrap();
+    assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o700, "others may enter");
+    std::fs::write(below.join("x"), "1").unwrap();
+    for folder in [&below, &scratch.path().join("a")] {
+        std::fs::set_permissions(folder, std::fs::Permissions::from_mode(0)).unwrap();
+    }
+    drop(scratch);
+    assert!(!path.exists());
+}
+
+#[test]
+fn a_second_writer_of_the_same_rows_is_refused_and_what_is_not_rows_is_kept() {
+    let t = tempfile::tempdir().unwrap();
+    let path = t.path().join("out/rows");
+    let new = || Part::new(&path, |head| head.starts_with(b"time"));
+    let (first, _) = new().unwrap();
+    let e = new().unwrap_err().to_string();
+    assert!(e.contains("is being written by another process; wait for its end, or give another --out"), "{e}");
+    drop(first);
+    assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 0);
+    let part = t.path().join("out/rows.part");
+    std::fs::write(&part, "time [s]\n").unwrap();
+    assert!(new().unwrap().1.is_empty(), "of a run that was killed");
+    std::fs::write(&part, "mine").unwrap();
+    std::fs::write(&path, "mine too").unwrap();
+    let (rows, kept) = new().unwrap();
+    assert_eq!(kept.len(), 1);
+    assert_eq!(rows.leave(|head| head.starts_with(b"time")).unwrap().map(|k| k.kept_as), Some("rows.kept".into()));
+    let all = texts(&[("rows", ""), ("rows.kept", "mine too"), ("rows.kept.part", "mine")]);
+    assert_eq!(files(path.parent().unwrap()), all);
+}
+
+#[test]
+fn rows_are_there_though_another_answer_took_the_place_of_their_folder() {
+    let t = tempfile::tempdir().unwrap();
+    let place = t.path().join("place");
+    answer(&place, &[("x", "1")]);
+    let (rows, _) = Part::new(&place.join("rows"), |_| true).unwrap();
+    answer(&place, &[("x", "2")]);
+    let mut a = Answer::begin(&place, "other").unwrap();
+    a.take(rows, "rows");
+    a.commit().unwrap();
+    assert_eq!(files(&place), texts(&[("x", "2"), ("rows", "")]));
+}
+
+/// Answers of one command put into one folder at once: each whole, none takes another's files for the user's.
+#[test]
+fn many_answers_in_one_folder_at_once_keep_nothing_and_stay_whole() {
+    let (t, places) = both_kinds();
+    for place in &places {
+        std::thread::scope(|s| {
+            for w in 0..8 {
+                s.spawn(move || {
+                    for i in 0..25 {
+                        let text = format!("{w} {i}");
+                        assert!(answer(place, &[("x", &text), ("below/y", &text)]).kept.is_empty());
+                    }
+                });
+            }
+        });
+        let all = files(place);
+        assert_eq!(all.keys().collect::<Vec<_>>(), ["below/y", "x"]);
+        assert_eq!(all["x"], all["below/y"]);
+        assert!(Manifest::read(place).unwrap().is_whole(place));
+    }
+    assert_eq!(std::fs::read_dir(t.path()).unwrap().count(), places.len(), "a stage was left");
 }

@@ -11,6 +11,7 @@ use std::sync::mpsc::{channel, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use touchdown::tasks::Follow;
+use touchdown::threads::NoThreads;
 
 /// Time between looks at whether Python was asked to end.
 const LOOK: Duration = Duration::from_millis(50);
@@ -136,12 +137,15 @@ pub fn followed<T: Send + 'static>(
     let (say, said) = channel();
     let stop = flag();
     let listener = Arc::new(Listener { said: Mutex::new(say), stop, noted: Mutex::new(None) });
-    let task = std::thread::spawn(move || {
+    touchdown::threads::get_ready(false).map_err(|e| TouchdownError::new_err(e.to_string()))?;
+    let task = move || {
         let over = Over(listener.clone());
         let done = work(listener);
         drop(over);
         done
-    });
+    };
+    let task = std::thread::Builder::new().spawn(task);
+    let task = task.map_err(|_| TouchdownError::new_err(NoThreads::Given.to_string()))?;
     let said = Mutex::new(said);
     match listen(py, notify, &said) {
         Ok(()) => {
@@ -154,11 +158,13 @@ pub fn followed<T: Send + 'static>(
             stop.store(true, Ordering::SeqCst);
             if !py.detach(|| ends(&said, GRACE)) {
                 LEFT_ALONE.fetch_add(1, Ordering::SeqCst);
-                std::thread::spawn(move || {
+                let wait = move || {
                     // what it comes to is nobody's any more
                     drop(task.join());
                     LEFT_ALONE.fetch_sub(1, Ordering::SeqCst);
-                });
+                };
+                // without a thread it counts as left alone until the process ends
+                drop(std::thread::Builder::new().spawn(wait));
             }
             Err(e)
         }

@@ -244,6 +244,7 @@ mod native {
     /// A campaign as the diagnosis takes it in, SI; courses as bytes of doubles.
     #[pyfunction]
     fn campaign<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyDict>> {
+        touchdown::threads::get_ready(false).map_err(|e| super::TouchdownError::new_err(e.to_string()))?;
         let c = py.detach(|| touchdown::campaign::load(&folder)).map_err(error)?;
         let bytes = |y: &[f64]| PyBytes::new(py, &y.iter().flat_map(|v| v.to_ne_bytes()).collect::<Vec<u8>>());
         let of = PyDict::new(py);

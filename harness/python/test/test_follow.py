@@ -94,3 +94,22 @@ def test_several_at_once_give_what_each_alone_gives(campaign: Path) -> None:
     for t in threads:
         t.join()
     assert [f.fit for f in fits] == [alone] * 3
+
+
+FORKED = """
+import os, sys
+import touchdown_impact as td
+td.Campaign(sys.argv[1]).recordings
+if os.fork() == 0:
+    try:
+        td.Campaign(sys.argv[1]).recordings
+    except td.TouchdownError as e:
+        print(e, flush=True)
+    os._exit(0)
+os.wait()
+"""
+
+
+def test_a_forked_process_is_told_that_it_has_no_threads(campaign: Path) -> None:
+    done = subprocess.run([sys.executable, "-c", FORKED, str(campaign)], capture_output=True, text=True, timeout=120)
+    assert "this process was forked" in done.stdout and "spawn or forkserver" in done.stdout, done

@@ -111,6 +111,33 @@ def test_tables_that_cannot_be_taken_are_reported() -> None:
         td.diagnose(EXAMPLES / "bench_drop", mass=1.0)
 
 
+def test_names_lead_into_no_other_folder_and_links_are_not_written_through(tmp_path: Path) -> None:
+    course = pa.table({"time": [0.0, 1.0], "force": [0.0, 1.0]})
+    for name in ["../x", "/x", "a/b", "..", "a\\b"]:
+        with pytest.raises(ValueError, match="is no name of a file"):
+            td.Campaign.of({name: course}, folder=tmp_path / "c")
+        made = td.Campaign.of(course, name=name)
+        assert made.folder.parent == Path(made._temporary.name)  # type: ignore[union-attr]
+    precious = tmp_path / "precious"
+    precious.write_text("mine")
+    (tmp_path / "c").mkdir(exist_ok=True)
+    for name in ["campaign.toml", "r01.csv"]:
+        (tmp_path / "c" / name).unlink(missing_ok=True)
+        (tmp_path / "c" / name).symlink_to(precious)
+    td.Campaign.of(course, folder=tmp_path / "c")
+    assert precious.read_text() == "mine"
+    assert sorted(f.name for f in (tmp_path / "c").iterdir()) == ["campaign.toml", "r01.csv"]
+
+
+def test_numbers_of_numpy_are_numbers_and_those_that_are_none_are_refused() -> None:
+    course = pa.table({"time": np.arange(3.0), "force": np.zeros(3)})
+    made = td.Campaign.of(course, mass=np.float32(0.5), travel=np.int64(2), speed=np.array([1.0]))
+    assert "moving_mass = 0.5\ntravel = 2\n" in (made.folder / "campaign.toml").read_text()
+    for wrong in [float("nan"), float("inf"), np.float32("nan")]:
+        with pytest.raises(ValueError, match="moving_mass is (nan|inf); give a finite number"):
+            td.Campaign.of(course, mass=wrong)
+
+
 def test_what_is_to_be_known_is_a_warning(campaign: Path) -> None:
     recordings = {r.file: pd.read_csv(campaign / r.file) for r in td.Campaign(campaign).recordings[:2]}
     # a clock that stood still for a row

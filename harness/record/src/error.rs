@@ -1,6 +1,10 @@
 //! What is wrong with a campaign.
 
+use crate::words::beginning;
 use std::path::Path;
+
+/// Bytes from which of what is wrong only the beginning is said: it repeats what somebody's file holds.
+const LONGEST: usize = 2000;
 
 /// The page of the documentation that describes campaigns, from the project's root.
 pub const PAGE: &str = "docs/src/formats/recordings.md";
@@ -102,7 +106,9 @@ impl RecordError {
         what: impl Into<String>,
         cure: impl Into<String>,
     ) -> RecordError {
-        RecordError { file: file.display().to_string(), line, what: what.into(), cure: cure.into(), section }
+        let (what, cure) = (what.into(), cure.into());
+        let short = |text: String| if text.len() > LONGEST { beginning(&text).into_owned() } else { text };
+        RecordError { file: file.display().to_string(), line, what: short(what), cure: short(cure), section }
     }
 }
 

@@ -185,7 +185,8 @@ pub struct Setting {
 /// # Errors
 /// Everything wrong with its syntax: what is left of a file that is no TOML says little.
 pub fn read(path: &Path, text: &str) -> Result<(Document, Vec<RecordError>), Vec<RecordError>> {
-    let mut r = Reader { path, text, errors: Vec::new() };
+    let ends = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(at, _)| at).collect();
+    let mut r = Reader { path, ends, errors: Vec::new() };
     let (root, faults) = DeTable::parse_recoverable(text);
     if !faults.is_empty() {
         for e in faults {
@@ -284,13 +285,14 @@ fn amount(text: &str, unit: &str) -> Result<f64, String> {
 
 struct Reader<'a> {
     path: &'a Path,
-    text: &'a str,
+    /// Where lines end, bytes from the beginning of the text.
+    ends: Vec<usize>,
     errors: Vec<RecordError>,
 }
 
 impl Reader<'_> {
     fn line(&self, at: usize) -> usize {
-        self.text.as_bytes()[..at.min(self.text.len())].iter().filter(|b| **b == b'\n').count() + 1
+        self.ends.partition_point(|end| *end < at) + 1
     }
 
     /// What is wrong with a table; "": with what stands above all of them.
@@ -425,7 +427,7 @@ impl Reader<'_> {
             }
         };
         let more = if table == "campaign" { "; a column of your own stands under [campaign.columns]" } else { "" };
-        self.error(table, line, format!("key {word:?} is not known {}", own.1), cure + more);
+        self.error(table, line, format!("key {:?} is not known {}", words::beginning(word), own.1), cure + more);
     }
 
     /// The value of `key` of a table, or None and an error.
@@ -487,5 +489,27 @@ impl Reader<'_> {
         }
         self.error(table, line, format!("{name} is of the wrong type"), cure);
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_unknown_keys_are_each_told_with_their_line() {
+        let text = (0..200_000).fold(String::from("[rig]\n"), |text, i| text + &format!("a{i} = 1\n"));
+        let (_, errors) = read(Path::new("campaign.toml"), &text).unwrap_or_else(|_| panic!("it is TOML"));
+        assert_eq!(errors.len(), 200_000);
+        // keys may come in any order
+        let last = errors.iter().find(|e| e.what.contains("\"a199999\"")).unwrap();
+        assert_eq!(last.line, 200_001);
+    }
+
+    #[test]
+    fn a_key_without_an_end_is_not_repeated_whole() {
+        let text = format!("{} = 1\n", "k".repeat(3_000_000));
+        let (_, errors) = read(Path::new("campaign.toml"), &text).unwrap_or_else(|_| panic!("it is TOML"));
+        assert!(errors[0].to_string().len() < 1000 && errors[0].what.contains("kkk... (3000000 bytes)"));
     }
 }

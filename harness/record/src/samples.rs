@@ -2,8 +2,13 @@
 
 use crate::error::Section;
 use crate::{units, words, Channel, Column, Kind, RecordError, RecordErrors, Rows};
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
+/// Most columns of a file: those of a spreadsheet.
+const COLUMNS: usize = 16_384;
+/// Columns that are named of those left out, at most.
+const NAMED: usize = 20;
 /// Fewest samples a recording may have.
 const FEWEST: usize = 16;
 /// Median steps beyond which a step is a pause.
@@ -88,9 +93,11 @@ fn left_out(name: &str, columns: &[String]) -> Vec<String> {
         let meant = words::nearest(c, &units::COLUMNS).filter(|_| !c.contains(char::is_whitespace))?;
         Some(format!("{name}: column {c:?} is not known; did you mean {meant:?}?"))
     };
-    let mut notes: Vec<String> = columns.iter().filter_map(slip).collect();
-    if !columns.is_empty() {
-        notes.push(format!("{name}: columns that are not known were left out: {}.", columns.join(", ")));
+    let mut notes: Vec<String> = columns.iter().filter_map(slip).take(NAMED).collect();
+    let shown: Vec<_> = columns.iter().take(NAMED).map(|c| words::beginning(c)).collect();
+    if let Some(more) = columns.len().checked_sub(shown.len()).filter(|_| !columns.is_empty()) {
+        let more = if more > 0 { format!(", and {more} more") } else { String::new() };
+        notes.push(format!("{name}: columns that are not known were left out: {}{more}.", shown.join(", ")));
     }
     notes
 }
@@ -235,6 +242,15 @@ impl Table {
                 )])
             }
         };
+        if head.len() > COLUMNS {
+            let what = format!("{} columns, more than the {COLUMNS} that are read", head.len());
+            return Err(vec![error(
+                Section::CsvHeader,
+                1,
+                what,
+                "leave out the columns that are no recording of the contact",
+            )]);
+        }
         let mut records = reader.records().peekable();
         let width = records.peek().and_then(|r| r.as_ref().ok()).map_or(head.len(), csv::StringRecord::len);
         let head: csv::StringRecord = input::whole_names(head.iter().map(String::from).collect(), width).into();
@@ -290,11 +306,13 @@ impl Table {
             for (c, (cell, v)) in columns.iter().zip(texts().zip(&cells)) {
                 match v {
                     None if number(cell).is_some() => {
+                        let cell = words::beginning(cell);
                         let what = || format!("{} holds {cell} {}, beyond {LARGEST:e} in SI", c.name, c.unit);
                         let cure = "correct the number, or the unit in the header";
                         faults.add(Section::Units, &c.name, line, what, cure);
                     }
                     None => {
+                        let cell = words::beginning(cell);
                         let what = || format!("{} holds {cell:?}, not a finite number", c.name);
                         let cure = match number(&cell.replacen(',', ".", 1)) {
                             Some(_) => {
@@ -348,7 +366,7 @@ impl Table {
                 );
             }
         }
-        errors.extend(faults.0.into_iter().map(|f| f.error(path)));
+        errors.extend(faults.all.into_iter().map(|f| f.error(path)));
         if rows < FEWEST {
             let cure = format!("record at least {FEWEST} samples");
             let line = lines.last().copied().unwrap_or(1);
@@ -527,6 +545,7 @@ fn header(path: &Path, head: &csv::StringRecord, purpose: Use) -> Header {
     };
     let alone = matches!(purpose, Use::Alone(_));
     let run = names.iter().position(|n| *n == "run").filter(|_| alone);
+    let mut seen = HashSet::new();
     for (field, h) in head.iter().enumerate() {
         let (mut name, mut unit) = parted(h);
         let mut known = units::COLUMNS.contains(&name);
@@ -544,19 +563,22 @@ fn header(path: &Path, head: &csv::StringRecord, purpose: Use) -> Header {
             }
             (name, known) = (role, true);
         }
+        let shown = words::beginning(name);
         if !known {
-            error(Section::CsvHeader, format!("column {name:?} is not known"), words::instead(name, &units::COLUMNS));
+            error(Section::CsvHeader, format!("column {shown:?} is not known"), words::instead(name, &units::COLUMNS));
         }
-        if columns.iter().any(|c| c.name == name) {
-            error(Section::CsvHeader, format!("column {name:?} stands twice"), "keep one of them".into());
+        if !seen.insert(name) {
+            error(Section::CsvHeader, format!("column {shown:?} stands twice"), "keep one of them".into());
         }
         let factor = unit.and_then(|u| units::factor(name, u));
         match unit {
             None => {
+                let h = words::beginning(h);
                 error(Section::CsvHeader, format!("column {h:?} has no unit"), "write it as \"name [unit]\"".into())
             }
             Some(u) if known && factor.is_none() => {
-                error(Section::Units, format!("unit {u:?} does not measure {name}"), units::instead(name, u));
+                let shown = words::beginning(u);
+                error(Section::Units, format!("unit {shown:?} does not measure {name}"), units::instead(name, u));
             }
             _ => {}
         }
@@ -585,8 +607,6 @@ fn header(path: &Path, head: &csv::StringRecord, purpose: Use) -> Header {
 /// One thing wrong with rows, reported where it stands first.
 struct Fault {
     section: Section,
-    /// What distinguishes it from others: with the cure, one fault.
-    of: String,
     line: usize,
     what: String,
     cure: &'static str,
@@ -606,13 +626,21 @@ impl Fault {
 
 /// What is wrong with rows.
 #[derive(Default)]
-struct Faults(Vec<Fault>);
+struct Faults {
+    all: Vec<Fault>,
+    /// Where each stands, by its cure and what it is of.
+    places: HashMap<&'static str, HashMap<String, usize>>,
+}
 
 impl Faults {
     fn add(&mut self, section: Section, of: &str, line: usize, what: impl Fn() -> String, cure: &'static str) {
-        match self.0.iter_mut().find(|f| f.of == of && f.cure == cure) {
-            Some(f) => f.more += 1,
-            None => self.0.push(Fault { section, of: of.into(), line, what: what(), cure, more: 0 }),
+        let places = self.places.entry(cure).or_default();
+        match places.get(of) {
+            Some(at) => self.all[*at].more += 1,
+            None => {
+                places.insert(of.into(), self.all.len());
+                self.all.push(Fault { section, line, what: what(), cure, more: 0 });
+            }
         }
     }
 }

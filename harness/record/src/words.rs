@@ -2,6 +2,10 @@
 
 /// Likeness, from 0 to 1, from which a word is near: at least half of its letters stand in place.
 const NEAR: f64 = 0.5;
+/// Bytes of a word that may be a slip of the pen, at most: no known one is nearly as long.
+const LONGEST: usize = 200;
+/// Bytes of a text of somebody else's that a message repeats, at most.
+const REPEATED: usize = 300;
 /// Letters from which a word that is a part of another is near to it.
 const PART: usize = 4;
 
@@ -19,8 +23,23 @@ fn likeness(a: &str, b: &str) -> f64 {
     }
 }
 
+/// The beginning of a text that a message repeats; all of it where it is short.
+pub fn beginning(text: &str) -> std::borrow::Cow<'_, str> {
+    if text.len() <= REPEATED {
+        return text.into();
+    }
+    let mut end = REPEATED;
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    format!("{}... ({} bytes)", &text[..end], text.len()).into()
+}
+
 /// The one of `known` nearest to `word`, where one is near.
 pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    if word.len() > LONGEST {
+        return None;
+    }
     // of equally near ones the first
     let mut best: Option<(f64, &str)> = None;
     for k in known {
@@ -69,7 +88,7 @@ pub fn place(what: &str, word: &str, known: &[&str]) -> Result<usize, String> {
 
 /// Says that `word`, given for `what`, is none of `known`: the nearest, and all of them.
 pub fn not_known(what: &str, word: &str, known: &[&str]) -> String {
-    format!("{what} {word:?} is not known; {}", instead(word, known))
+    format!("{what} {:?} is not known; {}", beginning(word), instead(word, known))
 }
 
 #[cfg(test)]
@@ -94,6 +113,15 @@ mod tests {
         assert_eq!(meant("grvity", &known), "; did you mean \"gravity\"?");
         assert_eq!(meant("wind", &known), "");
         assert_eq!(instead("wind", &known[..2]), "known are gravity, guide_friction");
+    }
+
+    #[test]
+    fn a_word_without_an_end_is_near_to_none_and_is_not_repeated() {
+        let endless = "gravity".repeat(1_000_000);
+        assert_eq!(nearest(&endless, &["gravity"]), None);
+        let said = not_known("term", &endless, &["gravity"]);
+        assert!(said.len() < 400 && said.contains("gravity... (7000000 bytes)"), "{}", said.len());
+        assert!(beginning(&"\u{e4}".repeat(400)).starts_with('\u{e4}'));
     }
 
     #[test]

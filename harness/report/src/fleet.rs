@@ -17,17 +17,34 @@ const VALUES: usize = 12;
 /// Names of lost campaigns in the first sentence, at most.
 const NAMED: usize = 5;
 
+/// The page's name.
+pub const INDEX: &str = "index.html";
+/// Bytes of a page at most, of which it is asked whether it is ours.
+const MOST: u64 = 1 << 28;
+
+/// Sees that nobody else's page has the name of the index in `out`.
+///
+/// # Errors
+/// Where one has it, and the cure.
+pub fn check(out: &Path) -> std::io::Result<()> {
+    let refuse = || {
+        let why = "is no index of touchdown and is left as it is; move it away, or give another --out";
+        Err(std::io::Error::new(std::io::ErrorKind::AlreadyExists, why))
+    };
+    match std::fs::symlink_metadata(out.join(INDEX)) {
+        Err(e) if matches!(e.kind(), std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory) => Ok(()),
+        Ok(m) if m.is_file() && input::text(&out.join(INDEX), MOST).is_ok_and(|h| is_ours(&h)) => Ok(()),
+        _ => refuse(),
+    }
+}
+
 /// Writes `out`/index.html.
 ///
 /// # Errors
-/// As the file system gives them; where an index.html is there that is none of ours.
+/// As the file system gives them; as [`check`].
 pub fn write(out: &Path, fleet: &Fleet, growths: &Growths) -> std::io::Result<()> {
-    let path = out.join("index.html");
-    if path.exists() && !std::fs::read_to_string(&path).is_ok_and(|h| is_ours(&h)) {
-        let why = "is no index of touchdown and is left as it is; give another --out";
-        return Err(std::io::Error::new(std::io::ErrorKind::AlreadyExists, why));
-    }
-    output::write(&path, html(out, fleet, growths).as_bytes())
+    check(out)?;
+    output::write_below(out, INDEX, html(out, fleet, growths).as_bytes())
 }
 
 /// The page, which lies in `out`.
@@ -412,7 +429,7 @@ mod tests {
             let batch = Label::Text(["A", "B"][i as usize % 2].into());
             push(&format!("c{i:02}"), judged(cause, 0.1), &[("order", Label::Number(f64::from(i))), ("batch", batch)]);
         }
-        Fleet { answers }
+        Fleet { answers, complaints: Vec::new() }
     }
 
     #[test]

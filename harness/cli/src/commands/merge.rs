@@ -34,6 +34,7 @@ impl Arguments {
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
     let m = merge(&a.answers, a.out())?;
+    print::warnings(&m.notes);
     let words = |s: &Summary| {
         let mut text = print::with_lead(&m.sentence) + "\n";
         for (kind, all) in [("lost", &s.lost), ("cannot be judged", &s.not_judged)] {

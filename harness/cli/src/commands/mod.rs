@@ -113,6 +113,20 @@ enum Command {
 }
 
 impl Command {
+    /// Whether it works on several threads.
+    fn shares_its_work(&self) -> bool {
+        !matches!(
+            self,
+            Command::Completions(_)
+                | Command::Impact(_)
+                | Command::Man(_)
+                | Command::Mechanisms(_)
+                | Command::Pack(_)
+                | Command::Schema(_)
+                | Command::ExportSsp(_)
+        )
+    }
+
     /// Where `--out` says that the command writes.
     fn out(&self) -> Option<Place<'_>> {
         match self {
@@ -159,7 +173,12 @@ fn run_parsed(command_line: Cli) -> ExitCode {
         if e.downcast_ref::<Unprinted>().is_some_and(Unprinted::is_closed) {
             return ExitCode::from(CLOSED_CODE);
         }
-        print::error(&format!("{e:#}"));
+        let said = format!("{e:#}");
+        let of_system = e.chain().filter_map(|c| c.downcast_ref::<std::io::Error>()).find_map(input::cure);
+        match of_system.filter(|cure| !said.contains(*cure)) {
+            Some(cure) => print::error(&format!("{said}; {cure}")),
+            None => print::error(&said),
+        }
         let died = e.chain().filter_map(|c| c.downcast_ref::<host::HostError>()).any(host::HostError::is_death);
         match died {
             true if interrupted() => interrupted_code(),
@@ -180,6 +199,9 @@ fn command(c: Cli) -> Result<ExitCode> {
     }
     if c.common.quiet {
         print::be_quiet();
+    }
+    if c.command.shares_its_work() {
+        crate::threads::get_ready(true)?;
     }
     match c.command {
         Command::Bench(a) => bench::run(&a),

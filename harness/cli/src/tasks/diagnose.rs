@@ -13,7 +13,7 @@ use diagnose::verdict::Verdict;
 use estimate::Budget;
 use fleet::{register, shard::Shard};
 use host::Isolation;
-use output::{hexadecimal, Entry, Manifest};
+use output::{hexadecimal, Entry, Folder, Manifest};
 use plant::machine::Machine;
 use rayon::ThreadPool;
 use record::Campaign;
@@ -22,7 +22,7 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{channel, RecvTimeoutError};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// What to diagnose, and how.
@@ -85,6 +85,8 @@ type Machines = Vec<Option<Arc<dyn Machine>>>;
 
 /// Time between looks at whether the user has ended the command.
 const LOOK: Duration = Duration::from_millis(50);
+/// Bytes of a file of an answer that is read at most.
+const ANSWER: u64 = 1 << 28;
 /// Time that a diagnosis has to end by itself, then.
 const GRACE: Duration = Duration::from_millis(500);
 
@@ -214,8 +216,11 @@ fn threads(jobs: Option<usize>) -> Result<Option<Arc<ThreadPool>>> {
     if n == 0 {
         return Err(anyhow!("--jobs 0 leaves no thread; give 1 or more"));
     }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
-    Ok(Some(Arc::new(pool.with_context(|| format!("--jobs {n}: so many threads cannot be had"))?)))
+    // as many as there are; where there are none, those of the process
+    if crate::threads::is_alone() {
+        return Ok(None);
+    }
+    Ok(crate::threads::pool(n).map(Arc::new))
 }
 
 /// What `work` comes to on the threads given, or on those of the process.
@@ -259,7 +264,7 @@ fn input(
 /// The answer of an earlier run in `dir`; None where it is not whole, or not of this `input`.
 fn finished(c: &Campaign, dir: &Path, input: Option<&str>) -> Option<Answer> {
     let m = Manifest::read(dir).filter(|m| input.is_some() && m.input.as_deref() == input && m.is_whole(dir))?;
-    let text = std::fs::read_to_string(dir.join("verdict.json")).ok()?;
+    let text = input::text(&dir.join("verdict.json"), ANSWER).ok()?;
     let verdict = serde_json::from_str(&text).ok().filter(|_| m.command == "diagnose")?;
     Some(Answer { campaign: c.dir.clone(), answer: dir.to_path_buf(), verdict: Answered::Earlier(verdict) })
 }
@@ -267,13 +272,15 @@ fn finished(c: &Campaign, dir: &Path, input: Option<&str>) -> Option<Answer> {
 /// Nulls of a campaign that several processes judge, by files that each leaves for the others.
 struct Nulls {
     of: Shard,
+    out: PathBuf,
+    /// Below it.
     folder: PathBuf,
 }
 
-/// The folder of a campaign's nulls; of each input another.
-fn nulls_of(out: &Path, campaign: &str, input: Option<String>) -> PathBuf {
+/// The folder of a campaign's nulls below the answers; of each input another.
+fn nulls_of(campaign: &str, input: Option<String>) -> PathBuf {
     let of_input = input.map_or("unknown".into(), |i| i[..i.len().min(16)].to_string());
-    out.join(register::FOLDER).join("replicates").join(campaign).join(of_input)
+    Path::new(register::FOLDER).join("replicates").join(campaign).join(of_input)
 }
 
 impl Nulls {
@@ -283,8 +290,8 @@ impl Nulls {
 
     /// Those of `of` that are there; none where they are not, or the file is none of ours.
     fn read(&self, of: Shard) -> Vec<Null> {
-        let text = std::fs::read_to_string(self.file(of)).unwrap_or_default();
-        serde_json::from_str(&text).unwrap_or_default()
+        let bytes = Folder::open(&self.out).and_then(|f| f.bytes(self.file(of), ANSWER)).unwrap_or_default();
+        serde_json::from_slice(&bytes).unwrap_or_default()
     }
 
     /// Those judged here before.
@@ -294,7 +301,7 @@ impl Nulls {
 
     /// Leaves those judged here, and takes what all have left: so the last to come finds them all.
     fn exchange(&self, of_here: &[Null]) -> std::io::Result<Vec<Null>> {
-        output::write(&self.file(self.of), (serde_json::to_string(of_here)? + "\n").as_bytes())?;
+        output::write_below(&self.out, self.file(self.of), (serde_json::to_string(of_here)? + "\n").as_bytes())?;
         Ok((1..=self.of.of).flat_map(|index| self.read(Shard { index, ..self.of })).collect())
     }
 }
@@ -313,17 +320,17 @@ fn alone(
 ) -> Option<Result<Outcome, Failure>> {
     let (campaigns, following) = (campaigns.clone(), follow.clone());
     let (bootstrap, platforms, is_alone) = (o.bootstrap, o.platforms.clone(), o.alone);
-    let nulls = o.replicates.map(|of| Nulls { of, folder: nulls_of(&o.out, &campaigns[i].folder, input) });
+    let nulls = o.replicates.map(|of| Nulls { of, out: o.out.clone(), folder: nulls_of(&campaigns[i].folder, input) });
     let budget = Budget { stop: Some(follow.stop()), deadline: deadline(o.seconds).unwrap_or_default() };
     let (done, outcome) = channel();
-    std::thread::spawn(move || {
+    let work = move || {
         let c = &campaigns[i];
         let stage = |text: &str| following.stage(&format!("{}: {text}", c.folder));
         let others = if is_alone { &[] } else { &campaigns[..] };
         let platforms = platforms.as_deref();
         let known = nulls.as_ref().map_or(Vec::new(), Nulls::own);
         let exchange = |of_here: &[Null]| match &nulls {
-            Some(n) => n.exchange(of_here).map_err(|e| format!("{}: {e}", place::unwritten(&n.folder))),
+            Some(n) => n.exchange(of_here).map_err(|e| format!("{}: {e}", place::unwritten(&n.out.join(&n.folder)))),
             None => Ok(of_here.to_vec()),
         };
         let holds = |i: usize| nulls.as_ref().is_none_or(|n| n.of.holds(i));
@@ -332,7 +339,17 @@ fn alone(
             Settings { bootstrap, replicates, element: true, platforms, others, stage: &stage, machine, budget };
         // nobody listens any more where the user has ended the command
         drop(done.send(within(pool.as_deref(), || diagnosis::diagnose_with(c, &settings))));
-    });
+    };
+    let work = Arc::new(Mutex::new(Some(work)));
+    let take = |work: &Mutex<Option<_>>| work.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let taken = work.clone();
+    let start = || std::thread::Builder::new().spawn(move || take(&taken).map(|work| work())).is_ok();
+    if crate::threads::is_alone() || !start() {
+        // no thread is to be had: then on this one
+        drop(std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| take(&work).map(|work| work()))));
+    }
+    // with it what the thread answers by: where it panics nobody waits for it
+    drop(work);
     let mut left = GRACE;
     loop {
         match outcome.recv_timeout(LOOK) {

@@ -7,6 +7,9 @@ use fleet::{table, Fleet};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
+/// The table's name.
+const TABLE: &str = "fleet.parquet";
+
 /// What a merge wrote.
 pub struct Merged {
     pub fleet: Fleet,
@@ -15,6 +18,8 @@ pub struct Merged {
     pub sentence: String,
     pub page: PathBuf,
     pub table: PathBuf,
+    /// What is to be known beside it: what could not be read, and what was in the way.
+    pub notes: Vec<String>,
 }
 
 /// fleet.json: what a program wants to know of a fleet beside the table.
@@ -39,7 +44,7 @@ pub struct Without {
 }
 
 /// Puts the answers in the folders `answers` together in `out`: fleet.parquet, fleet.json and index.html, the same bytes from the
-/// same answers.
+/// same answers. Somebody else's files of these names are kept under others, and somebody else's index.html is left as it is.
 ///
 /// # Errors
 /// No answer nor any campaign that should have one; what cannot be read or written.
@@ -64,10 +69,13 @@ pub fn merge(answers: &[PathBuf], out: &Path) -> Result<Merged> {
         lost: fleet.lost().map(without).collect(),
         growth,
     };
-    let (page, table) = (out.join("index.html"), out.join("fleet.parquet"));
-    let write = |path: &Path, bytes: &[u8]| output::write(path, bytes).with_context(|| place::unwritten(path));
-    write(&table, &table::parquet(&fleet)?)?;
-    write(&out.join("fleet.json"), (serde_json::to_string_pretty(&summary)? + "\n").as_bytes())?;
+    let (page, table) = (out.join(report::fleet::INDEX), out.join(TABLE));
+    // before anything is written
+    report::fleet::check(out).with_context(|| page.display().to_string())?;
+    let json = serde_json::to_string_pretty(&summary)? + "\n";
+    let files = [(TABLE, &table::parquet(&fleet)?[..]), ("fleet.json", json.as_bytes())];
+    let mut notes = fleet.complaints.clone();
+    notes.extend(place::write(out, "merge", &files)?);
     report::fleet::write(out, &fleet, &summary.growth).with_context(|| page.display().to_string())?;
-    Ok(Merged { sentence: report::fleet::sentence(&fleet), fleet, summary, page, table })
+    Ok(Merged { sentence: report::fleet::sentence(&fleet), fleet, summary, page, table, notes })
 }

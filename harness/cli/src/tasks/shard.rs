@@ -132,27 +132,29 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Share> {
     let began = Instant::now();
     let next = Mutex::new(part.iter());
     let share = Mutex::new(Share { fleet: fleet.len(), ..Share::default() });
+    let work = || loop {
+        let member = next.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let Some(m) = member else { break };
+        let came = if follow.stopped() { Came::Left } else { one(o, m, follow) };
+        let mut s = share.lock().unwrap_or_else(PoisonError::into_inner);
+        s.worked += usize::from(!matches!(came, Came::Left | Came::UpToDate));
+        let list = match came {
+            Came::Finished => &mut s.batch.finished,
+            Came::UpToDate => &mut s.batch.up_to_date,
+            Came::Unjudged => &mut s.batch.unjudged,
+            Came::Waits => &mut s.batch.waiting,
+            Came::Lost => &mut s.batch.failed,
+            Came::Left => &mut s.batch.left,
+        };
+        list.push(m.campaign.clone());
+        drop(s);
+        follow.add(1);
+    };
     std::thread::scope(|threads| {
-        for _ in 0..o.processes.clamp(1, part.len().max(1)) {
-            threads.spawn(|| loop {
-                let member = next.lock().unwrap_or_else(PoisonError::into_inner).next();
-                let Some(m) = member else { break };
-                let came = if follow.stopped() { Came::Left } else { one(o, m, follow) };
-                let mut s = share.lock().unwrap_or_else(PoisonError::into_inner);
-                s.worked += usize::from(!matches!(came, Came::Left | Came::UpToDate));
-                let list = match came {
-                    Came::Finished => &mut s.batch.finished,
-                    Came::UpToDate => &mut s.batch.up_to_date,
-                    Came::Unjudged => &mut s.batch.unjudged,
-                    Came::Waits => &mut s.batch.waiting,
-                    Came::Lost => &mut s.batch.failed,
-                    Came::Left => &mut s.batch.left,
-                };
-                list.push(m.campaign.clone());
-                drop(s);
-                follow.add(1);
-            });
-        }
+        // this thread watches one process; as many more as there are threads to be had
+        let more = 1..o.processes.clamp(1, part.len().max(1));
+        more.map_while(|_| std::thread::Builder::new().spawn_scoped(threads, work).ok()).for_each(drop);
+        work();
     });
     follow.end();
     let mut share = share.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -280,10 +282,15 @@ fn process(o: &Options, m: &Member, follow: &Arc<dyn Follow>) -> Result<Ended> {
     command.envs(o.environment.iter().map(|(name, value)| (name, value)));
     command.env("NO_COLOR", "1").stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().with_context(|| format!("{} does not start", program.to_string_lossy()))?;
-    let (said, errors) = (listen(child.stdout.take()), listen(child.stderr.take()));
+    let (mut said, mut errors) = (Heard::of(child.stdout.take())?, Heard::of(child.stderr.take())?);
     let late = o.seconds.map(|s| Instant::now() + Duration::from_secs_f64(s * (1.0 + BEYOND.0) + BEYOND.1));
     let (mut was_late, mut left) = (false, false);
     let status = loop {
+        // elsewhere reading waits: what it prints is read at its end
+        if cfg!(unix) {
+            said.listen();
+            errors.listen();
+        }
         if let Some(status) = child.try_wait()? {
             break status;
         }
@@ -298,8 +305,7 @@ fn process(o: &Options, m: &Member, follow: &Arc<dyn Follow>) -> Result<Ended> {
         }
         std::thread::sleep(LOOK);
     };
-    let text = |t: std::thread::JoinHandle<String>| t.join().unwrap_or_default();
-    Ok(Ended { status, late: was_late, left: left && !status.success(), said: text(said), errors: text(errors) })
+    Ok(Ended { status, late: was_late, left: left && !status.success(), said: said.text(), errors: errors.text() })
 }
 
 /// Asks a process to end, and kills it where it does not.
@@ -323,22 +329,60 @@ fn ended(child: &mut Child) -> std::io::Result<ExitStatus> {
     child.wait()
 }
 
-/// Reads what a process prints to its end, and keeps the last of it.
-fn listen<R: Read + Send + 'static>(from: Option<R>) -> std::thread::JoinHandle<String> {
-    std::thread::spawn(move || {
-        let (mut kept, mut block) = (Vec::new(), [0; 4096]);
-        let Some(mut from) = from else { return String::new() };
-        while let Ok(n) = from.read(&mut block) {
-            if n == 0 {
-                break;
+/// What a process has printed, the last of it. Nobody waits for its end, which what the process has started may put off.
+struct Heard<R> {
+    from: Option<R>,
+    kept: Vec<u8>,
+}
+
+impl<R: Read + Pipe> Heard<R> {
+    fn of(from: Option<R>) -> std::io::Result<Heard<R>> {
+        from.as_ref().map_or(Ok(()), Pipe::never_wait)?;
+        Ok(Heard { from, kept: Vec::new() })
+    }
+
+    /// Takes what is there now.
+    fn listen(&mut self) {
+        let mut block = [0; 4096];
+        // a process that prints without an end is listened to again later
+        for _ in 0..64 {
+            match self.from.as_mut().map(|f| f.read(&mut block)) {
+                Some(Ok(n)) if n > 0 => self.kept.extend_from_slice(&block[..n]),
+                Some(Err(e)) if e.kind() == std::io::ErrorKind::Interrupted => {}
+                _ => break,
             }
-            kept.extend_from_slice(&block[..n]);
-            if kept.len() > 2 * KEPT {
-                kept.drain(..kept.len() - KEPT);
+            if self.kept.len() > 2 * KEPT {
+                self.kept.drain(..self.kept.len() - KEPT);
             }
         }
-        String::from_utf8_lossy(&kept).into_owned()
-    })
+    }
+
+    /// All of it, once the process has ended.
+    fn text(mut self) -> String {
+        self.listen();
+        String::from_utf8_lossy(&self.kept).into_owned()
+    }
+}
+
+/// A pipe that is read.
+trait Pipe {
+    /// From here on reading gives an error where nothing is there.
+    fn never_wait(&self) -> std::io::Result<()>;
+}
+
+#[cfg(unix)]
+impl<T: std::os::fd::AsFd> Pipe for T {
+    fn never_wait(&self) -> std::io::Result<()> {
+        use rustix::fs::{fcntl_getfl, fcntl_setfl, OFlags};
+        Ok(fcntl_setfl(self, fcntl_getfl(self)? | OFlags::NONBLOCK)?)
+    }
+}
+
+#[cfg(not(unix))]
+impl<T> Pipe for T {
+    fn never_wait(&self) -> std::io::Result<()> {
+        Ok(())
+    }
 }
 
 /// Most memory that a process of ours, waited for, had resident, bytes.

@@ -3,8 +3,9 @@
 use super::run::{Options, Ran, Summed};
 use super::Follow;
 use crate::place;
+use crate::print;
 use anyhow::{Context, Result};
-use host::master::{build, run as step, Sink, System};
+use host::master::{are_rows, build, run as step, Sink, System};
 
 /// Runs a system file or an SSP archive: results.csv (or .parquet), log.txt, summary.json. Rows are in
 /// results.partial.csv.part while it runs, and in results.partial.csv where it ends with an error; the answer before stays
@@ -31,6 +32,7 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     let mut head: Vec<String> = vec!["time [s]".into()];
     head.extend(b.columns.iter().map(|c| c.head.clone()));
     let mut sink = Sink::new(&rows, &head, parquet || b.parquet)?;
+    sink.kept().iter().for_each(|k| follow.warning(&format!("{}: {}", out.display(), k.note())));
     let whole = 1000u64;
     follow.begin("run", whole);
     let (start, stop) = (b.options.start, b.options.stop);
@@ -57,17 +59,24 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     follow.end();
     follow.hands_out();
     // what was computed stays, whatever came between
-    sink.finish()?;
+    let part = sink.finish().with_context(|| place::unwritten(&rows))?;
     let mut log = String::new();
     for p in &b.network.parts {
         for line in p.slave.log() {
-            log += &format!("{}: {line}\n", p.name);
+            log += &format!("{}: {}\n", p.name, print::spelled_out(&line.to_string()));
         }
     }
-    if done.is_err() && !log.is_empty() {
-        let path = out.join("log.partial.txt");
-        output::write(&path, log.as_bytes()).with_context(|| place::unwritten(&path))?;
-    }
+    let left = if done.is_err() {
+        let kept = part.leave(are_rows).with_context(|| place::unwritten(&rows))?;
+        kept.iter().for_each(|k| follow.warning(&format!("{}: {}", out.display(), k.note())));
+        if !log.is_empty() {
+            let path = out.join("log.partial.txt");
+            output::write(&path, log.as_bytes()).with_context(|| place::unwritten(&path))?;
+        }
+        None
+    } else {
+        Some(part)
+    };
     let order: Vec<String> = b.network.stepping_order().into_iter().map(String::from).collect();
     let notes = std::mem::take(&mut b.notes);
     for c in b.end() {
@@ -96,7 +105,9 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     });
     let text = serde_json::to_string_pretty(&summary)? + "\n";
     let written = output::Answer::begin(out, "run").and_then(|mut a| {
-        a.take(&rows, name);
+        if let Some(rows) = left {
+            a.take(rows, name);
+        }
         if !log.is_empty() {
             a.write("log.txt", log.as_bytes())?;
         }

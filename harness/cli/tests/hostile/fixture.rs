@@ -38,6 +38,12 @@ pub enum Behaviour {
     NeverFrees,
     SegfaultsInFree,
     SegfaultsInInitialization,
+    CutsSharedMemory,
+    IsTracedByItsChild,
+    LeavesAProcessOfItsOwnGroup,
+    LeavesAProcessOfItsOwnGroupAndCrashes,
+    LocksItsFolder,
+    LogsWhatSteersATerminal,
 }
 
 const DESCRIPTION: &str = r#"<?xml version="1.0" encoding="UTF-8"?>

@@ -196,3 +196,70 @@ fn one_that_allows_one_instance_a_process_gets_a_process_an_instance() {
     let one = text.replacen("[[fmu]]\nname = \"b\"\nfile = \"hostile.fmu\"\n", "", 1);
     Place::new().run(&one, &["--in-process"]).is_whole();
 }
+
+#[test]
+fn one_that_cuts_the_memory_it_shares_with_the_host_cannot() {
+    Place::new().system(Behaviour::CutsSharedMemory, &[]).is_whole();
+}
+
+#[test]
+fn one_that_its_own_child_traces_is_ended_by_the_limit_of_time() {
+    dies(Behaviour::IsTracedByItsChild, &["--fmu-seconds", "2"], "no answer for 2 s");
+}
+
+#[test]
+fn what_it_starts_in_a_group_of_its_own_ends_with_it() {
+    // that no process stays is looked at by each run
+    Place::new().system(Behaviour::LeavesAProcessOfItsOwnGroup, &[]).is_whole();
+    dies(Behaviour::LeavesAProcessOfItsOwnGroupAndCrashes, &[], "SIGABRT");
+}
+
+#[test]
+fn one_that_locks_the_folder_it_lies_in_leaves_nothing() {
+    Place::new().system(Behaviour::LocksItsFolder, &[]).is_whole();
+}
+
+#[test]
+fn what_steers_a_terminal_stands_in_no_log() {
+    let e = Place::new().system(Behaviour::LogsWhatSteersATerminal, &[]);
+    assert_eq!(e.code, Some(2), "{}", e.said);
+    assert!(e.log.contains("\\u{1b}[2J\\u{7} wiped") && !e.log.contains('\u{1b}'), "{}", e.log);
+    assert!(!e.said.contains(['\u{1b}', '\u{7}']), "{}", e.said);
+}
+
+#[test]
+fn systems_run_into_one_folder_at_once_are_each_whole_or_refused() {
+    let place = Place::new();
+    let long = Place::text(Behaviour::Good).replace("step = 1e-4", "step = 1e-6");
+    let runs: Vec<_> = [1.0, 2.0, 3.0]
+        .into_iter()
+        .map(|penetration| {
+            let name = format!("{penetration}.toml");
+            let text = long.replace("[fmu.set]", &format!("[fmu.set]\npenetration = {penetration}"));
+            std::fs::write(place.path().join(&name), text).unwrap();
+            let piped = std::process::Stdio::piped;
+            let mut command = place.command(&["run", &name, "--out", "out"]);
+            command.stdout(piped()).stderr(piped()).spawn().unwrap()
+        })
+        .collect();
+    let mut done = 0;
+    for run in runs {
+        let o = run.wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&o.stderr);
+        match o.status.code() {
+            Some(0) => done += 1,
+            Some(2) => assert!(said.contains("wait for its end, or give another --out"), "{said}"),
+            code => panic!("{code:?}: {said}"),
+        }
+    }
+    assert!(done > 0);
+    let out = place.path().join("out");
+    assert!(output::Manifest::read(&out).unwrap().is_whole(&out));
+    let rows = std::fs::read_to_string(out.join("results.csv")).unwrap();
+    let forces: std::collections::BTreeSet<_> =
+        rows.lines().skip(1).filter_map(|l| l.rsplit_once(',')).map(|l| l.1).collect();
+    assert!(rows.lines().count() == 10_002 && forces.len() == 1, "{} rows, {forces:?}", rows.lines().count());
+    let mut names: Vec<_> = std::fs::read_dir(&out).unwrap().map(|e| e.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["manifest.json", "results.csv", "summary.json"]);
+}

@@ -4,7 +4,7 @@
 
 use super::ring::{Ends, SIZE};
 use memmap2::MmapRaw;
-use rustix::fs::{ftruncate, memfd_create, MemfdFlags};
+use rustix::fs::{fcntl_add_seals, ftruncate, memfd_create, MemfdFlags, SealFlags};
 use rustix::thread::futex;
 use std::fs::File;
 use std::io;
@@ -127,13 +127,15 @@ impl Turn {
 }
 
 impl Shared {
-    /// New memory, all zero, that has no name in any folder.
+    /// New memory, all zero, that has no name in any folder. Nobody can make it shorter, for what was cut off would end who
+    /// reads it by SIGBUS; nor longer.
     ///
     /// # Errors
     /// As the system gives them.
     pub(super) fn new() -> io::Result<Shared> {
-        let file = memfd_create("touchdown-fmu", MemfdFlags::CLOEXEC)?;
+        let file = memfd_create("touchdown-fmu", MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING)?;
         ftruncate(&file, WHOLE as u64)?;
+        fcntl_add_seals(&file, SealFlags::SHRINK | SealFlags::GROW | SealFlags::SEAL)?;
         Shared::of(file.into())
     }
 
@@ -259,4 +261,19 @@ fn around(at: u64, length: usize) -> [(usize, std::ops::Range<usize>); 2] {
     let offset = (at % SIZE as u64) as usize;
     let first = length.min(SIZE - offset);
     [(offset, 0..first), (0, first..length.min(first + offset))]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_memory_stays_as_long_as_it_is() {
+        let shared = Shared::new().unwrap();
+        for length in [0, 4096, 2 * WHOLE as u64] {
+            assert!(ftruncate(shared.file(), length).is_err(), "{length}");
+        }
+        assert!(fcntl_add_seals(shared.file(), SealFlags::WRITE).is_err());
+        assert_eq!(shared.file().metadata().unwrap().len(), WHOLE as u64);
+    }
 }

@@ -144,10 +144,10 @@ impl Apart {
             }
             return Err(Box::new(Trouble::Died(how)));
         }
-        match postcard::from_bytes(&self.bytes) {
-            Ok(Reply::Refused(t)) => Err(t),
-            Ok(reply) => Ok(reply),
-            Err(_) => Err(self.nonsense()),
+        match Reply::of(&self.bytes, request.asked()) {
+            Some(Reply::Refused(t)) => Err(t),
+            Some(reply) => Ok(reply),
+            None => Err(self.nonsense()),
         }
     }
 
@@ -211,7 +211,10 @@ impl Apart {
             }
         }
         match self.process.wait(longest) {
-            Some(how) if how.is_empty() => Ok(()),
+            Some(how) if how.is_empty() => {
+                self.process.has_ended_well();
+                Ok(())
+            }
             Some(how) => Err((UNLOADING, how)),
             None => Err((UNLOADING, format!("its process did not end within {} s", longest.as_secs_f64()))),
         }

@@ -2,16 +2,28 @@
 
 use super::memory::Shared;
 use crate::isolation::{Limits, ARGUMENT};
-use rustix::process::{kill_process_group, waitid, Pid, Signal, WaitId, WaitIdOptions, WaitIdStatus};
+use rustix::process::{kill_process, kill_process_group, waitid, Pid, Signal, WaitId, WaitIdOptions, WaitIdStatus};
 use std::os::fd::AsFd;
 use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A process that serves an FMU's calls. It goes when this is dropped.
+/// Name of the variable by which all that an FMU's process has started is known, whoever its parent is by now.
+const MARK: &str = "TOUCHDOWN_FMU";
+/// Time that a process is waited for which was killed: one that another traces stays until that one has gone.
+const DYING: Duration = Duration::from_secs(2);
+/// Looks for processes that are left, at most, and the time between two.
+const LOOKS: usize = 20;
+const BETWEEN: Duration = Duration::from_millis(5);
+
+/// A process that serves an FMU's calls. It goes when this is dropped, with all that it has started.
 pub(super) struct Process {
     child: Child,
     pid: Option<Pid>,
+    /// Value of [`MARK`] in its environment.
+    mark: String,
+    /// Whether it came to its end by itself, with nothing left that it has started.
+    well: bool,
 }
 
 impl Process {
@@ -22,6 +34,8 @@ impl Process {
     pub(super) fn start(limits: &Limits, memory: &Shared) -> std::io::Result<Process> {
         let printed = std::io::stderr().as_fd().try_clone_to_owned().map_or_else(|_| Stdio::null(), Stdio::from);
         let mut command = Command::new(&limits.program);
+        let mark = mark();
+        command.env(MARK, &mark);
         if limits.arguments.is_empty() {
             // the program may be /proc/self/exe, which says nothing to whoever looks at processes
             command.arg0("touchdown");
@@ -29,7 +43,12 @@ impl Process {
         let child =
             command.args(&limits.arguments).arg(ARGUMENT).stdin(memory.file().try_clone()?).stdout(printed).spawn()?;
         let pid = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
-        Ok(Process { child, pid })
+        Ok(Process { child, pid, mark, well: false })
+    }
+
+    /// Notes that it came to its end as it should, which it does once nothing is left that it has started.
+    pub(super) fn has_ended_well(&mut self) {
+        self.well = true;
     }
 
     /// How it ended; None while it runs.
@@ -59,13 +78,90 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
+        if !self.well {
+            self.end_all();
+        }
+        // of one that is not dead by now the number is lost, and nothing else
+        let until = Instant::now() + DYING;
+        while matches!(self.child.try_wait(), Ok(None)) && Instant::now() < until {
+            std::thread::sleep(BETWEEN);
+        }
+    }
+}
+
+impl Process {
+    /// Kills it and all that it has started.
+    fn end_all(&mut self) {
         // not waited for yet, so the numbers are still its own; both fail where there is nothing left to end
         if let Some(pid) = self.pid {
+            kill_below(pid);
             let _ = kill_process_group(pid, Signal::KILL);
         }
         let _ = self.child.kill();
-        let _ = self.child.wait();
+        // what was started while the others were killed, and what had lost its parent before
+        let mut mark = MARK.as_bytes().to_vec();
+        mark.push(b'=');
+        mark.extend(self.mark.as_bytes());
+        for _ in 0..LOOKS {
+            let left: Vec<Pid> = all().filter(|p| is_marked(*p, &mark)).collect();
+            if left.is_empty() {
+                break;
+            }
+            for p in left {
+                let _ = kill_process(p, Signal::KILL);
+            }
+            std::thread::sleep(BETWEEN);
+        }
     }
+}
+
+/// Kills all that the process `of` and its children have started, and started by them what is left.
+pub(super) fn kill_below(of: Pid) {
+    for _ in 0..LOOKS {
+        let parents: Vec<(Pid, Pid)> = all().filter_map(|p| Some((p, parent(p)?))).collect();
+        let mut below = vec![of];
+        let mut seen = 0;
+        while seen < below.len() {
+            let here = below[seen];
+            below.extend(parents.iter().filter(|(p, above)| *above == here && *p != of).map(|(p, _)| *p));
+            seen += 1;
+        }
+        if below.len() == 1 {
+            break;
+        }
+        for p in &below[1..] {
+            let _ = kill_process(*p, Signal::KILL);
+        }
+        std::thread::sleep(BETWEEN);
+    }
+}
+
+/// All processes.
+fn all() -> impl Iterator<Item = Pid> {
+    let names = std::fs::read_dir("/proc").into_iter().flatten().flatten().map(|e| e.file_name());
+    names.filter_map(|n| n.to_str()?.parse().ok().and_then(Pid::from_raw))
+}
+
+/// The parent of a process that lives.
+fn parent(of: Pid) -> Option<Pid> {
+    let stat = std::fs::read_to_string(format!("/proc/{}/stat", of.as_raw_nonzero())).ok()?;
+    // a name in brackets, which may hold anything, state, parent
+    let mut after = stat[stat.rfind(')')? + 1..].split_whitespace();
+    let lives = after.next().is_some_and(|state| state != "Z" && state != "X");
+    after.next()?.parse().ok().filter(|_| lives).and_then(Pid::from_raw)
+}
+
+/// Whether a process that lives was started with the mark in its environment.
+fn is_marked(pid: Pid, mark: &[u8]) -> bool {
+    let environment = std::fs::read(format!("/proc/{}/environ", pid.as_raw_nonzero())).unwrap_or_default();
+    environment.split(|b| *b == 0).any(|v| v == mark) && parent(pid).is_some()
+}
+
+/// A mark that no other process has.
+fn mark() -> String {
+    use std::hash::{BuildHasher, Hasher};
+    let hash = std::collections::hash_map::RandomState::new().build_hasher();
+    format!("{}-{:016x}", std::process::id(), hash.finish())
 }
 
 fn left(code: i32) -> String {

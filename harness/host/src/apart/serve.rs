@@ -2,12 +2,14 @@
 
 use super::memory::{Patience, Shared, LONGEST, WHOLE};
 use super::message::{Reply, Request};
+use super::process::kill_below;
 use super::ring::Ring;
 use crate::here::{self, Here, Making};
 use crate::log::Log;
 use crate::trouble::{misuse, Answer};
 use fmi::fmi2::binding::Fmi2Binding;
-use rustix::process::{getppid, set_parent_process_death_signal, setrlimit, setsid, Resource, Rlimit, Signal};
+use rustix::process::{getpid, getppid, set_child_subreaper, set_parent_process_death_signal, setrlimit, setsid};
+use rustix::process::{waitid, Resource, Rlimit, Signal, WaitId, WaitIdOptions};
 use std::fs::File;
 use std::os::fd::AsFd;
 use std::process::ExitCode;
@@ -28,6 +30,8 @@ pub fn serve() -> ExitCode {
     // each fails only where the system forbids it; the FMU is then served with less around it
     let _ = set_parent_process_death_signal(Some(Signal::KILL));
     let _ = setsid();
+    // what loses its parent becomes a child of this process, and is found at its end
+    let _ = set_child_subreaper(Some(getpid()));
     let _ = setrlimit(Resource::Core, Rlimit { current: Some(0), maximum: Some(0) });
     // where memory runs out, this process goes first
     let _ = std::fs::write("/proc/self/oom_score_adj", "1000");
@@ -43,6 +47,9 @@ pub fn serve() -> ExitCode {
         let Ok(request) = postcard::from_bytes::<Request>(&bytes) else { return ExitCode::from(ALONE) };
         let last = matches!(request, Request::Unload);
         let reply = server.answer(request);
+        if last {
+            end_children();
+        }
         bytes.clear();
         let Ok(encoded) = postcard::to_extend(&reply, std::mem::take(&mut bytes)) else {
             return ExitCode::from(ALONE);
@@ -59,6 +66,15 @@ pub fn serve() -> ExitCode {
         if last {
             return ExitCode::SUCCESS;
         }
+    }
+}
+
+/// Ends what the FMU has started and left.
+fn end_children() {
+    // no child at all is an error; it is looked for no further then
+    let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+    if waitid(WaitId::All, options).is_ok() {
+        kill_below(getpid());
     }
 }
 

@@ -92,12 +92,18 @@ pub fn build(s: &System) -> Result<Built> {
     connected(s, opened, folder)
 }
 
+/// FMUs of a system at most: each is unpacked, and has a process of its own.
+pub(super) const MOST_FMUS: usize = 1000;
+
 /// Opens every FMU; ours are packed into `folder`.
 ///
 /// # Errors
 /// As [`build`].
 pub(crate) fn open(s: &System, folder: &std::path::Path) -> Result<Vec<Opened>> {
     let mut opened: Vec<Opened> = Vec::new();
+    if let Some(c) = s.fmu.get(MOST_FMUS) {
+        return Err(s.at(c.name.span(), &format!("more than {MOST_FMUS} FMUs; run the system in parts")));
+    }
     for c in &s.fmu {
         let name = c.name.get_ref();
         if opened.iter().any(|o| &o.name == name) {

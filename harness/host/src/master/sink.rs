@@ -1,6 +1,7 @@
 //! Results written while they are computed: CSV or Parquet, under a name of their own until they are whole.
 
 use anyhow::{Context, Result};
+use output::{Kept, Part};
 use parquet::basic::{Repetition, Type as Physical};
 use parquet::data_type::DoubleType;
 use parquet::file::properties::WriterProperties;
@@ -8,7 +9,7 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Rows that Parquet collects before it writes them.
@@ -19,28 +20,29 @@ enum Form {
     Parquet { writer: Box<SerializedFileWriter<File>>, columns: Vec<Vec<f64>> },
 }
 
-/// A file of rows of numbers. Until [`Sink::finish`] it ends in `.part`.
+/// A file of rows of numbers, which ends in `.part`, of this process alone.
 pub struct Sink {
     form: Form,
-    part: PathBuf,
-    path: PathBuf,
+    part: Part,
+    kept: Vec<Kept>,
     line: String,
 }
 
+/// Whether a file begins as one of rows does.
+pub fn are_rows(head: &[u8]) -> bool {
+    head.starts_with(b"time [s]") || head.starts_with(b"\"time [s]") || head.starts_with(b"PAR1")
+}
+
 impl Sink {
-    /// Opens `path` (its folders are made) with the columns of `head`; Parquet where `parquet`, else CSV.
+    /// Opens `path` with `.part` behind it (its folders are made) with the columns of `head`; Parquet where `parquet`, else
+    /// CSV.
     ///
     /// # Errors
-    /// As the file system gives them.
+    /// As the file system gives them; where another process writes its rows there.
     pub fn new(path: &Path, head: &[String], parquet: bool) -> Result<Sink> {
         let named = || format!("{}: cannot be written", path.display());
-        if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty()) {
-            std::fs::create_dir_all(folder).with_context(named)?;
-        }
-        let mut part = path.as_os_str().to_owned();
-        part.push(".part");
-        let part = PathBuf::from(part);
-        let file = File::create(&part).with_context(named)?;
+        let (part, kept) = Part::new(path, are_rows).with_context(named)?;
+        let file = part.file().with_context(named)?;
         let form = if parquet {
             let mut fields = Vec::new();
             for name in head {
@@ -60,7 +62,7 @@ impl Sink {
             drop(line);
             Form::Csv(writer)
         };
-        Ok(Sink { form, part, path: path.to_path_buf(), line: String::new() })
+        Ok(Sink { form, part, kept, line: String::new() })
     }
 
     /// Writes a row, as many values as columns; every number reads back as the same double.
@@ -94,11 +96,16 @@ impl Sink {
         Ok(())
     }
 
-    /// Ends the file and gives it its name.
+    /// What was in the way and is kept under another name.
+    pub fn kept(&self) -> &[Kept] {
+        &self.kept
+    }
+
+    /// Ends the file, which still ends in `.part`.
     ///
     /// # Errors
     /// As the file system gives them.
-    pub fn finish(self) -> Result<()> {
+    pub fn finish(self) -> Result<Part> {
         match self.form {
             Form::Csv(mut writer) => writer.flush()?,
             Form::Parquet { mut writer, mut columns } => {
@@ -106,7 +113,7 @@ impl Sink {
                 writer.close()?;
             }
         }
-        std::fs::rename(&self.part, &self.path).with_context(|| format!("{}: cannot be written", self.path.display()))
+        Ok(self.part)
     }
 }
 
@@ -137,7 +144,7 @@ mod tests {
         let head = ["time [s]", "bar.F[1,2] [N]", "a \"b\", c", "x"].map(String::from);
         let mut sink = Sink::new(&path, &head, false).unwrap();
         sink.row(&[0.0, 1.0, 2.0, 3.0]).unwrap();
-        sink.finish().unwrap();
+        sink.finish().unwrap().leave(are_rows).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.starts_with("time [s],\"bar.F[1,2] [N]\",\"a \"\"b\"\", c\",x\n0e0,1e0,"), "{text}");
         let mut reader = csv::Reader::from_path(&path).unwrap();

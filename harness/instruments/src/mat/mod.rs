@@ -19,6 +19,13 @@ pub(crate) const FORMAT: Format = Format { name: "MAT", is, open };
 
 /// Properties of a group, at most.
 const PROPERTIES: usize = 500;
+/// Vectors and matrices, scalars and texts, and notes of a file, at most: a file of many small ones takes no more memory than
+/// it has bytes.
+const MATRICES: usize = 1 << 16;
+const TEXTS: usize = 1 << 16;
+const NOTES: usize = 1000;
+/// Bytes of the properties of all groups, at most: each group of a file has them all.
+const PROPERTY_BYTES: usize = 16 << 20;
 
 fn is(head: &[u8], extension: &str) -> bool {
     v5::is(head) || extension == "mat" && v4::is(head)
@@ -70,7 +77,22 @@ impl Contents {
     }
 
     fn leave_out(&mut self, name: &str, why: &str) {
-        self.notes.push(format!("variable \"{name}\" is left out: {why}"));
+        self.note(|| format!("variable \"{name}\" is left out: {why}"));
+    }
+
+    fn note(&mut self, text: impl FnOnce() -> String) {
+        match self.notes.len() {
+            n if n < NOTES => self.notes.push(text()),
+            NOTES => self.notes.push("and more of the kind".to_string()),
+            _ => {}
+        }
+    }
+
+    /// Adds a scalar or a text.
+    fn say(&mut self, name: String, text: String) {
+        if self.texts.len() < TEXTS {
+            self.texts.push((name, text));
+        }
     }
 
     /// Adds an array of numbers: a scalar as a property, a vector or a matrix as channels.
@@ -79,12 +101,16 @@ impl Contents {
         if (rows, columns) == (1, 1) {
             let mut value = [0.0];
             self.areas[area].numbers(at, number.size(), number, order, &mut value)?;
-            self.texts.push((matrix.name, value[0].to_string()));
+            self.say(matrix.name, value[0].to_string());
         } else if rows > 0 && columns > 0 {
             if rows > 1 && columns > rows {
-                self.notes.push(format!("matrix \"{}\" is wider than long: its rows are channels", matrix.name));
+                self.note(|| format!("matrix \"{}\" is wider than long: its rows are channels", matrix.name));
             }
-            self.matrices.push(matrix);
+            if self.matrices.len() < MATRICES {
+                self.matrices.push(matrix);
+            } else {
+                self.leave_out(&matrix.name, &format!("the file has more than {MATRICES} vectors and matrices"));
+            }
         }
         Ok(())
     }
@@ -151,6 +177,7 @@ fn grouped(contents: &mut Contents) -> (Vec<Group>, Vec<Vec<usize>>) {
         .filter(|m| !m.field().0.is_empty())
         .map(|m| (m.field().0.to_string(), m.samples()))
         .collect();
+    let mut left = PROPERTY_BYTES;
     let mut places: HashMap<(String, u64), usize> = HashMap::new();
     let (mut groups, mut members): (Vec<Group>, Vec<Vec<usize>>) = (Vec::new(), Vec::new());
     let texts: HashMap<&str, &str> = contents.texts.iter().map(|(n, t)| (n.as_str(), t.as_str())).collect();
@@ -159,7 +186,12 @@ fn grouped(contents: &mut Contents) -> (Vec<Group>, Vec<Vec<usize>>) {
         let of_structs = matrix.structs().map(|s| (s.to_string(), matrix.samples()));
         let key = of_structs.into_iter().find(|k| timed.contains(k)).unwrap_or((String::new(), matrix.samples()));
         let at = *places.entry(key.clone()).or_insert_with(|| {
-            let properties = contents.texts.iter().take(PROPERTIES).cloned().collect();
+            let properties = contents.texts.iter().take(PROPERTIES);
+            let fits = |(name, text): &&(String, String)| {
+                left = left.saturating_sub(name.len() + text.len());
+                left > 0
+            };
+            let properties = properties.take_while(fits).cloned().collect();
             groups.push(Group { name: key.0.clone(), samples: matrix.samples(), properties, ..Group::default() });
             members.push(Vec::new());
             groups.len() - 1

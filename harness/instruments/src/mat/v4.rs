@@ -74,6 +74,6 @@ fn text(contents: &mut Contents, matrix: Matrix) -> Result<(), Fault> {
     let mut letters = vec![0.0; matrix.columns as usize];
     contents.areas[0].numbers(matrix.at, matrix.number.size(), matrix.number, matrix.order, &mut letters)?;
     let text = letters.iter().map(|c| char::from_u32(*c as u32).unwrap_or('\u{FFFD}')).collect();
-    contents.texts.push((matrix.name, text));
+    contents.say(matrix.name, text);
     Ok(())
 }

@@ -18,6 +18,10 @@ const DEPTH: usize = 32;
 const NAME: u64 = 256;
 const TEXT: u64 = 1 << 16;
 const DIMENSIONS: u64 = 32;
+/// Bytes that the compressed variables of a file may have in all.
+const INFLATED: u64 = 1 << 30;
+/// Bytes that a compressed byte can become, at most (RFC 1951: 258 by one bit of a length and one of a distance).
+const RATIO: u64 = 1032;
 
 pub(super) fn is(head: &[u8]) -> bool {
     // bytes 124 to 127: version 0x0100 and "MI" in the machine's order; HDF5 files of version 7.3 say 0x0200
@@ -49,7 +53,8 @@ fn variable(path: &Path, contents: &mut Contents, at: u64, order: Order) -> Resu
     }
     match kind {
         COMPRESSED => {
-            let inflated = inflate(&mut contents.areas[0], from, size, order)?;
+            let held: u64 = contents.areas[1..].iter().map(|a| a.length()).sum();
+            let inflated = inflate(&mut contents.areas[0], from, size, order, INFLATED.saturating_sub(held))?;
             contents.areas.push(Bytes::inflated(path, from, inflated));
             let area = contents.areas.len() - 1;
             let mut walk = Walk { end: contents.areas[area].length(), bytes: &mut contents.areas[area], at: 0, order };
@@ -67,14 +72,19 @@ fn variable(path: &Path, contents: &mut Contents, at: u64, order: Order) -> Resu
     Ok(Some(from + size))
 }
 
-/// The element that was compressed in `size` bytes at `from`.
-fn inflate(bytes: &mut Bytes, from: u64, size: u64, order: Order) -> Result<Vec<u8>, Fault> {
+/// The element that was compressed in `size` bytes at `from`, of at most `most` bytes.
+fn inflate(bytes: &mut Bytes, from: u64, size: u64, order: Order, most: u64) -> Result<Vec<u8>, Fault> {
     let mut decoder = ZlibDecoder::new(bytes.part(from, size));
     let mut out = vec![0; 8];
     let read = |decoder: &mut ZlibDecoder<_>, out: &mut Vec<u8>| -> std::io::Result<u64> {
         decoder.read_exact(out)?;
         let claimed = [out[4], out[5], out[6], out[7]];
         let claimed = if order == Order::Little { u32::from_le_bytes(claimed) } else { u32::from_be_bytes(claimed) };
+        if u64::from(claimed) > most {
+            return Err(std::io::Error::other(format!("with it the file has more than {INFLATED} bytes")));
+        }
+        // all at once: a vector that grows takes twice what it holds
+        out.reserve_exact(u64::from(claimed).min(size * RATIO) as usize);
         decoder.take(claimed.into()).read_to_end(out)?;
         // the end of the stream holds its checksum
         decoder.read_exact(&mut [0]).map_or(Ok(()), |()| Err(std::io::Error::other("more data than claimed")))?;
@@ -286,7 +296,7 @@ impl Reader<'_> {
             }
             kind => return Err(self.fault(at, format!("the text \"{name}\" is of the unknown type {kind}"))),
         };
-        self.contents.texts.push((name, text));
+        self.contents.say(name, text);
         Ok(())
     }
 }

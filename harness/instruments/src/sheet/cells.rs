@@ -5,6 +5,10 @@ use std::path::Path;
 
 /// Cells that a sheet may have, empty ones between others with them: 1 GiB of memory.
 const CELLS: usize = 1 << 25;
+/// Empty cells between others that a sheet may have however few these are, and for each of these: a few cells far apart in a
+/// small file take no more memory than it is worth.
+const GAPS: usize = 1 << 20;
+const GAPS_EACH: usize = 64;
 /// Bytes of the texts of a sheet, each counted as often as it occurs.
 const TEXTS: usize = 1 << 28;
 /// Rows and columns of the largest sheets of today's programs.
@@ -31,6 +35,8 @@ pub(super) struct Sheet {
     pub name: String,
     pub rows: Vec<Vec<Cell>>,
     cells: usize,
+    /// Those that are not empty.
+    filled: usize,
     texts: usize,
 }
 
@@ -43,6 +49,11 @@ pub(super) struct Book {
 }
 
 impl Sheet {
+    /// Samples that its table may have in all, with those that are missing.
+    pub(super) fn most_samples(&self) -> usize {
+        GAPS + GAPS_EACH * self.filled
+    }
+
     pub(super) fn new(name: &str) -> Sheet {
         Sheet { name: name.into(), ..Sheet::default() }
     }
@@ -68,6 +79,10 @@ impl Sheet {
         }
         if self.cells + grown > CELLS || self.texts > TEXTS {
             return fault("the sheet has too many cells or too much text");
+        }
+        self.filled += 1;
+        if self.cells + grown > GAPS + GAPS_EACH * self.filled {
+            return fault("the sheet holds few cells far apart");
         }
         self.cells += grown;
         if self.rows.len() <= row {
@@ -113,6 +128,10 @@ mod tests {
         assert!(put(&mut sheet, 1 << 20, 0).is_err());
         assert!(put(&mut sheet, 0, 1 << 14).is_err());
         let refused = (0..1 << 20).position(|row| put(&mut sheet, row, (1 << 14) - 1).is_err());
-        assert_eq!(refused, Some(CELLS >> 14));
+        assert_eq!(refused, Some(64), "a million cells in between");
+        let mut sheet = Sheet::new("dense");
+        for row in 0..40_000 {
+            (0..30).for_each(|column| put(&mut sheet, row, 2 * column).unwrap());
+        }
     }
 }

@@ -32,7 +32,9 @@ pub(super) fn layout(kinds: &[Vec<Kind>]) -> Option<Layout> {
         return None;
     }
     let first = first_row(kinds, &columns)?;
-    let holds = |c: usize| columns.contains(&c) || last(c) < Some(kinds.len() / 2) && early(&c) >= Some(first);
+    let mut numeric = vec![false; width];
+    columns.iter().for_each(|c| numeric[*c] = true);
+    let holds = |c: usize| numeric[c] || last(c) < Some(kinds.len() / 2) && early(&c) >= Some(first);
     Some(Layout { first, numeric: (0..width).map(holds).collect() })
 }
 

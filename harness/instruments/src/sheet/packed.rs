@@ -6,15 +6,19 @@ use std::io::{BufReader, Read};
 use std::path::Path;
 use zip::ZipArchive;
 
-/// Bytes that the unpacked file may have.
+/// Bytes that the unpacked file may have; and those a byte of the file, from `SMALL` unpacked bytes on: sheets are packed to a
+/// tenth, what is packed to less than a hundredth was made to fill memory.
 const UNPACKED: u64 = 2 << 30;
+const RATIO: u64 = 100;
+const SMALL: u64 = 32 << 20;
 
 /// The archive at `path`, whose parts can all be unpacked and stay within the limit.
 pub(super) fn archive(path: &Path) -> Result<ZipArchive<BufReader<File>>, Fault> {
     let damaged = |e: &dyn std::fmt::Display| Fault::new(path, e, "copy or write the file whole");
     let file = input::open(path).map_err(|e| Fault::unreadable(path, e))?;
+    let packed = file.metadata().map_or(0, |m| m.len());
     let mut archive = ZipArchive::new(BufReader::new(file)).map_err(|e| damaged(&e))?;
-    let mut left = UNPACKED;
+    let mut left = UNPACKED.min(packed.saturating_mul(RATIO).max(SMALL));
     for index in 0..archive.len() {
         let at = |e: &dyn std::fmt::Display| damaged(e).at(format!("part {index} of the archive"));
         let part = archive.by_index(index).map_err(|e| at(&e))?;
@@ -31,5 +35,6 @@ pub(super) fn archive(path: &Path) -> Result<ZipArchive<BufReader<File>>, Fault>
 }
 
 fn too_large(path: &Path) -> Fault {
-    Fault::new(path, "unpacked, the file has more than 2 GiB", "split it, or export its sheets as text (CSV)")
+    let what = format!("unpacked, the file has more than 2 GiB, or more than {RATIO} times its size");
+    Fault::new(path, what, "split it, or export its sheets as text (CSV)")
 }

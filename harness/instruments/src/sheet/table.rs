@@ -23,12 +23,23 @@ pub(super) fn take(sheet: Sheet, properties: &[(String, String)], dates: Dates, 
     group.clock = clock::of_properties(&group.properties);
     group.properties.extend_from_slice(properties);
     let mut all = Vec::new();
+    let (starts, ends) = (starts(&sheet, layout.first, layout.numeric.len()), ends(&sheet, layout.numeric.len()));
+    let mut left = sheet.most_samples();
     for (column, mut channel) in head.channels.into_iter().enumerate() {
         if !layout.numeric[column] {
-            memory.notes.extend(left_out(&sheet, layout.first, column, &channel.name));
+            memory.notes.extend(starts[column].map(|row| left_out(&sheet, row, column, &channel.name)));
             continue;
         }
-        let read = samples(&sheet, layout.first, column, dialect, dates);
+        let Some(rest) = left.checked_sub(ends[column].saturating_sub(layout.first)) else {
+            let at = letters(column);
+            memory.notes.push(format!(
+                "sheet \"{}\": its columns hold few cells far apart; those from {at} on are left out",
+                sheet.name
+            ));
+            break;
+        };
+        left = rest;
+        let read = samples(&sheet, layout.first..ends[column].max(layout.first), column, dialect, dates);
         if let Some(day) = read.first_day {
             let name = if channel.name.is_empty() { letters(column) } else { channel.name.clone() };
             group.properties.push((format!("{name}.first"), time::iso(day)));
@@ -59,9 +70,9 @@ pub(super) fn dates(sheets: &[Sheet]) -> Dates {
     let mut dates = Dates::default();
     for sheet in sheets {
         let width = sheet.rows.iter().map(Vec::len).max().unwrap_or(0);
-        for column in 0..width {
-            let mut elapsed = Elapsed::default();
-            for cell in sheet.rows.iter().filter_map(|r| r.get(column)) {
+        let mut elapsed: Vec<Elapsed> = (0..width).map(|_| Elapsed::default()).collect();
+        for row in &sheet.rows {
+            for (cell, elapsed) in row.iter().zip(&mut elapsed) {
                 let Cell::Text(text) = cell else { continue };
                 if let Some(stamp) = stamp::parse(text.trim().as_bytes()) {
                     elapsed.seconds(stamp, &mut dates);
@@ -139,8 +150,34 @@ enum First {
     Stamp(Elapsed),
 }
 
-/// The samples of a column from a row on.
-fn samples(sheet: &Sheet, from: usize, column: usize, mut dialect: Dialect, mut dates: Dates) -> Column {
+/// Of each of `width` columns, the first row from `from` on in which it holds anything.
+fn starts(sheet: &Sheet, from: usize, width: usize) -> Vec<Option<usize>> {
+    let mut starts = vec![None; width];
+    for (row, cells) in sheet.rows.iter().enumerate().skip(from) {
+        for (start, _) in starts.iter_mut().zip(cells).filter(|(s, c)| s.is_none() && **c != Cell::Empty) {
+            *start = Some(row);
+        }
+    }
+    starts
+}
+
+/// Of each of `width` columns, the row behind its last cell.
+fn ends(sheet: &Sheet, width: usize) -> Vec<usize> {
+    let mut ends = vec![0; width];
+    // a row is as long as its last cell: the columns from the longest row below on are not in any
+    let mut below = 0;
+    for (row, cells) in sheet.rows.iter().enumerate().rev() {
+        let here = cells.len().min(width);
+        if here > below {
+            ends[below..here].fill(row + 1);
+            below = here;
+        }
+    }
+    ends
+}
+
+/// The samples of a column in some rows.
+fn samples(sheet: &Sheet, rows: std::ops::Range<usize>, column: usize, mut dialect: Dialect, mut dates: Dates) -> Column {
     let mut first: Option<First> = None;
     let mut first_day = None;
     let mut sample = |cell: &Cell| -> Option<f64> {
@@ -169,8 +206,8 @@ fn samples(sheet: &Sheet, from: usize, column: usize, mut dialect: Dialect, mut 
     };
     let mut bad: Option<(usize, &Cell)> = None;
     let mut count = 0;
-    let mut samples = Vec::with_capacity(sheet.rows.len() - from);
-    for (row, cells) in sheet.rows.iter().enumerate().skip(from) {
+    let mut samples = Vec::with_capacity(rows.len());
+    for (row, cells) in sheet.rows.iter().enumerate().take(rows.end).skip(rows.start) {
         let cell = cells.get(column).unwrap_or(&Cell::Empty);
         samples.push(sample(cell).unwrap_or_else(|| {
             count += 1;
@@ -189,11 +226,10 @@ fn samples(sheet: &Sheet, from: usize, column: usize, mut dialect: Dialect, mut 
     Column { samples, is_time: matches!(first, Some(First::Day(_) | First::Stamp(_))), first_day, note }
 }
 
-/// A note for a column of text below the head.
-fn left_out(sheet: &Sheet, from: usize, column: usize, name: &str) -> Option<String> {
-    let below = sheet.rows.iter().enumerate().skip(from);
-    let (row, cell) = below.filter_map(|(i, row)| Some((i, row.get(column)?))).find(|(_, c)| **c != Cell::Empty)?;
+/// A note for a column of text below the head, which begins in `row`.
+fn left_out(sheet: &Sheet, row: usize, column: usize, name: &str) -> String {
     let name = if name.is_empty() { letters(column) } else { name.to_string() };
     let at = place(&sheet.name, row, column);
-    Some(format!("{at}: column \"{name}\" left out, it holds text such as `{}`", text(cell)))
+    let cell = sheet.rows[row].get(column).map_or_else(String::new, text);
+    format!("{at}: column \"{name}\" left out, it holds text such as `{cell}`")
 }

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import os
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -112,14 +114,14 @@ class Campaign(Tabular):
         terms: what the simulation holds beside k x^p, names of `touchdown mechanisms`. k, p, mu_d: its law, where it is
         calibrated. folder: where the campaign is written; a temporary folder that goes with it unless given.
 
-        Raises: ValueError for as many values as there are no recordings; TypeError for what is no table; OSError where the
+        Raises: ValueError for as many values as there are no recordings, and for one that is not finite; TypeError for what is no table; OSError where the
         folder cannot be written. What is wrong with the recordings is reported where they are used.
         """
         named = _named(frames)
         temporary = None
         if folder is None:
             temporary = tempfile.TemporaryDirectory(prefix="touchdown-")
-            folder = Path(temporary.name) / name
+            folder = Path(temporary.name) / _plain(name)
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         given: dict[str, Each] = {
@@ -138,11 +140,13 @@ class Campaign(Tabular):
         lines += ["", "[rig]"] + _keys(moving_mass=mass, travel=travel, return_spring_rate=spring_rate)
         lines += ["", "[simulation]"] + _keys(terms=None if terms is None else list(terms), k=k, p=p, mu_d=mu_d)
         for i, (file, frame) in enumerate(named.items()):
+            text = io.BytesIO()
             pyarrow.csv.write_csv(
-                _renamed(frame), folder / file, pyarrow.csv.WriteOptions(quoting_style="none", delimiter=",")
+                _renamed(frame), text, pyarrow.csv.WriteOptions(quoting_style="none", delimiter=",")
             )
+            _write(folder / file, text.getbuffer())
             lines += ["", "[[recording]]"] + _keys(file=file, **{key: values[i] for key, values in each.items()})
-        (folder / "campaign.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        _write(folder / "campaign.toml", ("\n".join(lines) + "\n").encode())
         made = cls(folder)
         made._temporary = temporary
         return made
@@ -253,9 +257,40 @@ def _named(frames: Frames) -> dict[str, Frame]:
     for name, frame in named.items():
         if not hasattr(frame, "__arrow_c_stream__"):
             raise TypeError(f"{name} is a {type(frame).__name__}; give a table of pandas, polars or pyarrow")
+        if _plain(name) != name:
+            raise ValueError(f"{name!r} is no name of a file; name the recording without / and \\")
     if not named:
         raise ValueError("there is no recording; give a table for each")
     return named
+
+
+def _plain(name: str) -> str:
+    """A name without what leads to another folder."""
+    plain = "".join("_" if c in "/\\:\0" else c for c in name)
+    return plain if plain.strip(". ") else "campaign"
+
+
+def _write(path: Path, data: bytes | memoryview) -> None:
+    """Writes a file beside its place and renames it there: what a link there leads to stays as it is."""
+    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".touchdown-", delete=False) as made:
+        try:
+            made.write(data)
+            made.close()
+            os.chmod(made.name, 0o666 & ~_UMASK)
+            os.replace(made.name, path)
+        except BaseException:
+            os.unlink(made.name)
+            raise
+
+
+def _umask() -> int:
+    """The rights that files of this process are made without."""
+    now = os.umask(0)
+    os.umask(now)
+    return now
+
+
+_UMASK = _umask()
 
 
 def _renamed(frame: Frame) -> pa.Table:
@@ -275,7 +310,17 @@ def _each(key: str, value: Each, count: int) -> list[float]:
 
 def _keys(**values: Any) -> list[str]:
     """Keys of TOML, those that have a value; JSON writes texts, numbers and lists as TOML does."""
-    return [f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in values.items() if value is not None]
+    return [f"{key} = {_toml(key, value)}" for key, value in values.items() if value is not None]
+
+
+def _toml(key: str, value: Any) -> str:
+    if isinstance(value, (bool, str, list)):
+        return json.dumps(value, ensure_ascii=False)
+    # numbers of numpy are no numbers of JSON
+    number = int(value) if isinstance(value, (int, np.integer)) else float(value)
+    if not np.isfinite(number):
+        raise ValueError(f"{key} is {number}; give a finite number")
+    return json.dumps(number)
 
 
 def _amount(value: float | str | None) -> str | None:
@@ -322,7 +367,7 @@ def import_(
     temporary = None
     if out is None:
         temporary = tempfile.TemporaryDirectory(prefix="touchdown-")
-        out = Path(temporary.name) / (name or "campaign")
+        out = Path(temporary.name) / _plain(name or "campaign")
     several = isinstance(files, Sequence) and not isinstance(files, str)
     options = {
         "map": [map] if isinstance(map, str) else list(map),

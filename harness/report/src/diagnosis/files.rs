@@ -100,6 +100,9 @@ fn unclipped(c: &Campaign, o: &Outcome, answer: &Answer) -> std::io::Result<()> 
 /// Says why not: a campaign or somebody's files would be lost.
 pub fn check_folder(dir: &Path) -> std::io::Result<()> {
     let refuse = |why: &str| Err(std::io::Error::new(std::io::ErrorKind::AlreadyExists, why.to_string()));
+    if dir.is_symlink() {
+        return refuse("is a link, which no answer is written through; move it away, or give another --out");
+    }
     if !dir.exists() {
         return Ok(());
     }

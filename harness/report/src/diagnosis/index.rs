@@ -1,6 +1,7 @@
 //! index.html beside the answers: what was found in every campaign, each with a link to its report.
 
-use chart::{is_ours, lead, Page};
+use crate::fleet;
+use chart::{lead, Page};
 use std::io::Read;
 use std::path::Path;
 
@@ -13,7 +14,7 @@ fn finding(dir: &Path) -> Option<String> {
         return None;
     }
     let mut head = Vec::new();
-    std::fs::File::open(dir.join("report.html")).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
+    input::open(&dir.join("report.html")).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
     lead(&String::from_utf8_lossy(&head))
 }
 
@@ -22,13 +23,7 @@ fn finding(dir: &Path) -> Option<String> {
 /// # Errors
 /// As the file system gives them; and where an index.html is there that is none of ours.
 pub fn write(out: &Path) -> std::io::Result<()> {
-    let path = out.join("index.html");
-    if path.exists() && !std::fs::read_to_string(&path).is_ok_and(|h| is_ours(&h)) {
-        return Err(std::io::Error::new(
-            std::io::ErrorKind::AlreadyExists,
-            "is no index of touchdown and is left as it is",
-        ));
-    }
+    fleet::check(out)?;
     let mut answers: Vec<(String, String)> = Vec::new();
     for entry in std::fs::read_dir(out)? {
         let dir = entry?.path();
@@ -44,7 +39,7 @@ pub fn write(out: &Path) -> std::io::Result<()> {
     for (name, text) in &answers {
         page = page.entry(&format!("{}/report.html", encoded(name)), name, text);
     }
-    output::write(&path, page.html().as_bytes())
+    output::write_below(out, fleet::INDEX, page.html().as_bytes())
 }
 
 /// A folder's name in a link.

@@ -6,6 +6,7 @@ mod place;
 mod values;
 mod wiring;
 
+use super::build::MOST_FMUS;
 use super::system::{Component, Master, System};
 use crate::archive;
 use crate::description::Description;
@@ -221,6 +222,11 @@ impl Reader {
     }
 }
 
+/// Components of a system and of those inside it.
+fn components(of: &Node) -> usize {
+    of.children.iter().map(|c| usize::from(c.name == "Component") + components(c)).sum()
+}
+
 /// Reads an archive. The master is Gauss-Seidel in dependency order; step and tolerance are those of the annotations of
 /// OMSimulator or the Open Simulation Platform where there are any.
 ///
@@ -231,6 +237,11 @@ pub(super) fn load(path: &Path) -> Result<System> {
     let root = Node::read(&folder.path().join(archive::SSP.needs), archive::SSP.needs)?;
     description_root(&root)?;
     let system = root.child("System").context("SystemStructure.ssd has no System")?;
+    let count = components(system);
+    ensure!(
+        count <= MOST_FMUS,
+        "SystemStructure.ssd: {count} components, more than the {MOST_FMUS} that run here; run the system in parts"
+    );
     let base = Base::top(folder.path());
     let units = units(&root)?;
     let mut r = Reader { keep: vec![folder.clone()], ..Reader::default() };

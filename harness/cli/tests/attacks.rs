@@ -1,0 +1,344 @@
+//! Attacks on what lies beside and below a place that is written to: links, pipes, manifests, several commands at once, and
+//! systems that give little. What is not touchdown's own stays as it is, and every command ends by a code that the book has.
+#![cfg(target_os = "linux")]
+
+use plant::recipe::{write_campaign, Recipe};
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+/// Names that stages had and have.
+const STAGES: [&str; 2] = [".touchdown-stage-7-0", ".touchdown-stage-0011223344556677"];
+const MINE: &str = "mine\n";
+
+/// A folder with a scenario, and files of somebody's beside the place that is written to.
+struct Bench {
+    folder: tempfile::TempDir,
+}
+
+fn text(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap()
+}
+
+impl Bench {
+    fn new() -> Bench {
+        let b = Bench { folder: tempfile::tempdir().unwrap() };
+        let scenario = "kind = \"drop_test\"\nmass = 0.5\ndrop_heights = [0.01]\ngravity = true\n\n[contact]\n\
+                        stiffness = 1e7\nexponent = 1.5\nhysteresis_damping = 1e6\n";
+        std::fs::write(b.at("drop.toml"), scenario).unwrap();
+        std::fs::create_dir_all(b.at("precious/below")).unwrap();
+        std::fs::create_dir(b.at("out")).unwrap();
+        for name in ["precious/a", "precious/below/b", "notes.txt"] {
+            std::fs::write(b.at(name), MINE).unwrap();
+        }
+        b
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut c = Command::new(env!("CARGO_BIN_EXE_touchdown"));
+        c.args(arguments).current_dir(self.folder.path());
+        c
+    }
+
+    /// The command to its end, which comes.
+    fn ends(&self, mut command: Command) -> Output {
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        // a generous wait, that only a failure exhausts
+        let until = Instant::now() + Duration::from_secs(120);
+        while child.try_wait().unwrap().is_none() {
+            if Instant::now() > until {
+                child.kill().unwrap();
+                panic!("{command:?} does not end");
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        child.wait_with_output().unwrap()
+    }
+
+    fn run(&self) -> Output {
+        self.ends(self.command(&["run", "drop.toml", "--direct", "--out", "out"]))
+    }
+
+    fn done(&self) {
+        let o = self.run();
+        assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
+        let out = self.at("out");
+        assert!(output::Manifest::read(&out).unwrap().is_whole(&out));
+    }
+
+    /// That nothing of somebody's is gone or changed.
+    fn holds(&self) {
+        for name in ["precious/a", "precious/below/b", "notes.txt"] {
+            assert_eq!(text(&self.at(name)), MINE, "{name}");
+        }
+        assert_eq!(std::fs::read_dir(self.at("precious")).unwrap().count(), 2);
+    }
+
+    /// That no stage was left.
+    fn leaves_no_stage(&self) {
+        for folder in [self.at(""), self.at("out")] {
+            for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+                assert!(!entry.file_name().to_string_lossy().starts_with(".touchdown-stage"), "{entry:?}");
+            }
+        }
+    }
+}
+
+fn pipe(path: &Path) {
+    assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
+}
+
+/// A manifest of `run` that lists one file of MINE.
+fn manifest(name: &str) -> String {
+    let entry = serde_json::json!({"size": MINE.len(), "sha256": hash(), "command": "run"});
+    let files = serde_json::Map::from_iter([(name.to_string(), entry)]);
+    serde_json::json!({"format": "manifest/1", "touchdown": "0.1.0", "command": "run", "files": files}).to_string()
+}
+
+fn hash() -> String {
+    static HASHED: OnceLock<String> = OnceLock::new();
+    let of = || {
+        let t = tempfile::tempdir().unwrap();
+        std::fs::write(t.path().join("x"), MINE).unwrap();
+        output::Entry::of(&t.path().join("x"), "").unwrap().sha256
+    };
+    HASHED.get_or_init(of).clone()
+}
+
+/// The library that makes calls fail.
+fn library() -> &'static Path {
+    static BUILT: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
+    let (_, library) = BUILT.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let library = folder.path().join("faults.so");
+        let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/faults.c");
+        let built =
+            Command::new("cc").args(["-shared", "-fPIC", "-O1", "-o"]).arg(&library).args([source, "-ldl"]).status();
+        assert!(built.unwrap().success());
+        (folder, library)
+    });
+    library
+}
+
+#[test]
+fn links_with_the_names_of_stages_are_followed_by_no_command() {
+    for stage in STAGES {
+        let b = Bench::new();
+        std::fs::create_dir(b.at("campaign")).unwrap();
+        std::fs::write(b.at("campaign/r01.csv"), "time [s],force [N]\n0,0\n").unwrap();
+        for place in ["campaign", "out", ""] {
+            symlink(b.at("precious"), b.at(place).join(stage)).unwrap();
+        }
+        let o = b.ends(b.command(&["init", "campaign", "--kind", "indentation"]));
+        assert_eq!(o.status.code(), Some(0));
+        b.done();
+        b.holds();
+    }
+}
+
+#[test]
+fn locks_of_stages_that_are_links_or_pipes_are_not_opened() {
+    for stage in STAGES {
+        for is_link in [true, false] {
+            let b = Bench::new();
+            for place in ["out", ""] {
+                let lock = b.at(place).join(stage).join("lock");
+                std::fs::create_dir(lock.parent().unwrap()).unwrap();
+                if is_link {
+                    symlink(b.at("notes.txt"), lock).unwrap();
+                } else {
+                    pipe(&lock);
+                }
+            }
+            b.done();
+            b.holds();
+        }
+    }
+}
+
+#[test]
+fn manifests_that_name_files_elsewhere_touch_none() {
+    let names = |b: &Bench| {
+        ["../notes.txt", "../precious/a", "mine/../../notes.txt", "link/a"]
+            .map(String::from)
+            .into_iter()
+            .chain([b.at("precious/below/b").display().to_string()])
+    };
+    for name in names(&Bench::new()) {
+        let b = Bench::new();
+        // of the answer that is there, in a folder that cannot change places
+        std::fs::create_dir(b.at("out/mine")).unwrap();
+        symlink(b.at("precious"), b.at("out/link")).unwrap();
+        std::fs::write(b.at("out/manifest.json"), manifest(&name)).unwrap();
+        b.done();
+        b.holds();
+        assert!(b.at("out/mine").is_dir() && b.at("out/link").is_symlink());
+        for stage in STAGES {
+            // of a replacement that seems to have been cut short
+            let ready = b.at("out").join(stage).join("ready");
+            std::fs::create_dir_all(&ready).unwrap();
+            std::fs::write(ready.join("../lock"), "").unwrap();
+            std::fs::write(ready.join("x"), MINE).unwrap();
+            std::fs::write(ready.join("manifest.json"), manifest(&name)).unwrap();
+        }
+        b.done();
+        b.holds();
+    }
+}
+
+#[test]
+fn pipes_and_links_in_the_place_of_an_answer_are_kept() {
+    for name in ["manifest.json", "results.csv", "report.html", "summary.json"] {
+        for stays in [false, true] {
+            let b = Bench::new();
+            if stays {
+                std::fs::create_dir(b.at("out/mine")).unwrap();
+            }
+            pipe(&b.at("out").join(name));
+            b.done();
+            std::fs::remove_file(b.at("out").join(name)).unwrap();
+            symlink(b.at("notes.txt"), b.at("out").join(name)).unwrap();
+            b.done();
+            b.holds();
+        }
+    }
+}
+
+#[test]
+fn commands_that_write_into_one_folder_at_once_leave_one_whole_answer() {
+    for stays in [false, true] {
+        let b = Bench::new();
+        if stays {
+            std::fs::create_dir(b.at("out/mine")).unwrap();
+        }
+        let run = || b.command(&["run", "drop.toml", "--direct", "--quiet", "--out", "out"]);
+        let all: Vec<_> = (0..6).map(|_| run().stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap()).collect();
+        for child in all {
+            let o = child.wait_with_output().unwrap();
+            assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
+        }
+        let out = b.at("out");
+        assert!(output::Manifest::read(&out).unwrap().is_whole(&out));
+        for entry in std::fs::read_dir(out).unwrap().flatten() {
+            assert!(!entry.file_name().to_string_lossy().contains(".kept"), "{entry:?}");
+        }
+        b.leaves_no_stage();
+    }
+}
+
+#[test]
+fn a_system_that_gives_no_threads_slows_a_command_and_does_not_end_it() {
+    let b = Bench::new();
+    let recipe = Recipe { samples: 250, interval: 2.8e-5, seed: 1, ..Recipe::default() };
+    write_campaign(&b.at("campaign"), &recipe).unwrap();
+    for threads in ["0", "1", "2", "3"] {
+        for arguments in [
+            &["run", "drop.toml", "--direct", "--out", "out"][..],
+            &["check", "campaign"],
+            &["fit", "campaign", "--out", "fitted"],
+        ] {
+            let mut c = b.command(arguments);
+            c.env("LD_PRELOAD", library()).env("FAULTS_THREADS", threads);
+            let o = b.ends(c);
+            let said = String::from_utf8_lossy(&o.stderr);
+            assert_eq!(o.status.code(), Some(0), "{threads} threads, {arguments:?}: {said}");
+            assert!(!said.contains("panicked"), "{said}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "takes minutes: tests/faults/run"]
+fn a_diagnosis_ends_where_the_system_gives_few_threads() {
+    let b = Bench::new();
+    let recipe = Recipe { samples: 250, interval: 2.8e-5, seed: 1, ..Recipe::default() };
+    write_campaign(&b.at("campaign"), &recipe).unwrap();
+    for threads in ["0", "1", "2", "3"] {
+        for options in [&[][..], &["--jobs", "2"], &["--shard", "1/1"]] {
+            drop(std::fs::remove_dir_all(b.at("out")));
+            let mut c = b.command(&[&["diagnose", "campaign", "--out", "out"], options].concat());
+            c.env("LD_PRELOAD", library()).env("FAULTS_THREADS", threads);
+            let o = c.output().unwrap();
+            let said = String::from_utf8_lossy(&o.stderr);
+            assert_eq!(o.status.code(), Some(0), "{threads} threads, {options:?}: {said}");
+            assert!(b.at("out/campaign/verdict.json").is_file() && !said.contains("panicked"), "{said}");
+        }
+    }
+}
+
+#[test]
+fn limits_of_a_shell_end_a_command_by_a_code_of_the_book_and_leave_nothing() {
+    let limits = |letter: &'static str, values: &'static [u32]| values.iter().map(move |v| (letter, *v));
+    let all = limits("f", &[0, 1, 4, 16])
+        .chain(limits("n", &[3, 4, 5, 6, 7, 8, 9, 10, 12]))
+        .chain(limits("v", &[40_000, 50_000, 100_000, 200_000]));
+    for (letter, value) in all {
+        let b = Bench::new();
+        let mut c = Command::new("sh");
+        let line = format!("ulimit -{letter} {value}; exec \"$0\" run drop.toml --direct --out out");
+        c.args(["-c", &line, env!("CARGO_BIN_EXE_touchdown")]).current_dir(b.folder.path());
+        let o = b.ends(c);
+        let said = String::from_utf8_lossy(&o.stderr);
+        let what = format!("ulimit -{letter} {value}: {:?}: {said}", o.status);
+        // below some MB the program itself is not loaded, which says the loader by 127
+        let is_loaded = !said.contains("error while loading shared libraries") && !said.contains("cannot map");
+        let code = o.status.code();
+        assert!(code == Some(0) || code == Some(2) && said.contains("error: ") || !is_loaded, "{what}");
+        assert!(!said.contains("panicked"), "{what}");
+        // where memory runs out the next command clears away what is left
+        if letter == "v" {
+            b.done();
+        }
+        b.leaves_no_stage();
+        b.holds();
+    }
+}
+
+#[test]
+fn what_is_somebody_elses_in_the_place_of_a_fleet_stays() {
+    let b = Bench::new();
+    let answer = output::Answer::begin(&b.at("answers/one"), "diagnose").unwrap();
+    answer.write("verdict.json", br#"{"mismatch": {"detected": false, "false_alarm_probability": 0.5}, "unexplained": {"detected": false}, "fit": {"before": {"heldout_nrmse": 0.1}, "after": {"heldout_nrmse": 0.1}}}"#).unwrap();
+    answer.commit().unwrap();
+    let merge = || b.ends(b.command(&["merge", "answers", "--out", "site"]));
+    std::fs::create_dir(b.at("site")).unwrap();
+    std::fs::write(b.at("site/index.html"), MINE).unwrap();
+    let o = merge();
+    assert_eq!(o.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&o.stderr).contains("is left as it is; move it away"), "{o:?}");
+    assert_eq!(text(&b.at("site/index.html")), MINE);
+    assert_eq!(std::fs::read_dir(b.at("site")).unwrap().count(), 1, "nothing else is written");
+    std::fs::remove_file(b.at("site/index.html")).unwrap();
+    for name in ["site/fleet.json", "site/fleet.parquet"] {
+        std::fs::write(b.at(name), MINE).unwrap();
+    }
+    for _ in 0..2 {
+        let o = merge();
+        assert_eq!(o.status.code(), Some(0), "{o:?}");
+    }
+    for name in ["site/fleet.kept.json", "site/fleet.kept.parquet"] {
+        assert_eq!(text(&b.at(name)), MINE);
+    }
+    assert_eq!(std::fs::read_dir(b.at("site")).unwrap().count(), 6);
+    for index in ["pipe", "link"] {
+        std::fs::remove_file(b.at("site/index.html")).unwrap();
+        if index == "pipe" {
+            pipe(&b.at("site/index.html"));
+        } else {
+            symlink(b.at("notes.txt"), b.at("site/index.html")).unwrap();
+        }
+        assert_eq!(merge().status.code(), Some(2), "{index}");
+    }
+    b.holds();
+    // an answer that was changed since it was written
+    std::fs::write(b.at("answers/one/verdict.json"), text(&b.at("answers/one/verdict.json")) + " ").unwrap();
+    let o = b.ends(b.command(&["merge", "answers", "--out", "other"]));
+    assert_eq!(o.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&o.stdout).contains("verdict.json: is not as it was written"), "{o:?}");
+}

@@ -1,0 +1,85 @@
+//! Files that hold very much of something: an error, or an answer, whose length does not grow with them.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn touchdown(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_touchdown")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+/// What `check` says of a campaign with this recording, in exit code 2.
+fn complaint(recording: &str, more: &str) -> String {
+    let t = tempfile::tempdir().unwrap();
+    let toml = format!(
+        "format = \"recordings/1\"\n[campaign]\nkind = \"drop-test\"\n[rig]\nmoving_mass = 0.5\n{more}\n[simulation]\nterms = []\n\
+         [[recording]]\nfile = \"r.csv\"\norder = 1\ndrop_height = 0.01\n"
+    );
+    std::fs::create_dir(t.path().join("c")).unwrap();
+    std::fs::write(t.path().join("c/campaign.toml"), toml).unwrap();
+    std::fs::write(t.path().join("c/r.csv"), recording).unwrap();
+    let o = touchdown(t.path(), &["check", "c"]);
+    let said = String::from_utf8_lossy(&o.stderr).into_owned();
+    assert_eq!(o.status.code(), Some(2), "{said:.1000}");
+    said
+}
+
+/// A table of that many columns.
+fn wide(columns: usize) -> String {
+    let mut text = String::from("time [s]");
+    (1..columns).for_each(|c| write!(text, ",a{c} [N]").unwrap());
+    for row in 0..20 {
+        write!(text, "\n{row}").unwrap();
+        (1..columns).for_each(|c| write!(text, ",{}", (c + row) % 7).unwrap());
+    }
+    text + "\n"
+}
+
+#[test]
+fn a_recording_of_very_many_columns_is_refused_in_a_line() {
+    let said = complaint(&wide(100_000), "");
+    assert!(said.contains("r.csv:1: 100000 columns, more than the 16384 that are read"), "{said:.1000}");
+    assert!(said.len() < 1000, "{}", said.len());
+    // as many as there may be, none of them known
+    let said = complaint(&wide(16_000), "");
+    assert!(said.contains("column \"a15999\" is not known"), "{said:.1000}");
+}
+
+#[test]
+fn a_table_of_very_many_columns_is_imported_or_refused_in_a_line() {
+    let t = tempfile::tempdir().unwrap();
+    std::fs::write(t.path().join("wide.csv"), wide(100_000)).unwrap();
+    let o = touchdown(t.path(), &["import", "wide.csv", "--height", "5mm", "--mass", "0.5", "--out", "c"]);
+    let said = String::from_utf8_lossy(&o.stderr);
+    assert!(o.status.code() == Some(2) && said.contains("more than 16384 columns"), "{said:.1000}");
+}
+
+#[test]
+fn a_cell_and_a_key_without_an_end_are_not_repeated_whole() {
+    let mut rows = String::from("time [s],force [N]\n");
+    (0..20).for_each(|i| writeln!(rows, "{i},0").unwrap());
+    let said = complaint(&(rows.clone() + "20," + &"x".repeat(20_000_000) + "\n"), "");
+    assert!(said.contains("r.csv:22: force holds \"xxx") && said.len() < 2000, "{}", said.len());
+    let said = complaint(&rows, &("k".repeat(10_000_000) + " = 1"));
+    assert!(said.contains("kkk... (10000000 bytes)") && said.len() < 2000, "{}", said.len());
+    let said = complaint(&rows, &format!("moving_mass_of = \"{}\"", "m".repeat(10_000_000)));
+    assert!(said.contains("did you mean \"moving_mass\"?") && said.len() < 2000, "{}", said.len());
+}
+
+#[test]
+fn very_many_unknown_keys_are_each_told() {
+    let keys = (0..100_000).fold(String::new(), |keys, i| keys + &format!("a{i} = 1\n"));
+    let said = complaint("time [s],force [N]\n", &keys);
+    assert!(said.lines().count() >= 100_000);
+}
+
+#[test]
+fn a_system_of_very_many_fmus_is_refused_before_any_is_opened() {
+    let t = tempfile::tempdir().unwrap();
+    let system =
+        (0..5000).fold(String::new(), |text, i| text + &format!("[[fmu]]\nname = \"f{i}\"\nfile = \"x.fmu\"\n"));
+    std::fs::write(t.path().join("system.toml"), system + "[master]\nstop = 1\nstep = 0.1\n").unwrap();
+    let o = touchdown(t.path(), &["run", "system.toml", "--out", "out"]);
+    let said = String::from_utf8_lossy(&o.stderr);
+    assert!(o.status.code() == Some(2) && said.contains("more than 1000 FMUs; run the system in parts"), "{said}");
+}
