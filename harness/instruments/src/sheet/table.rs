@@ -177,7 +177,13 @@ fn ends(sheet: &Sheet, width: usize) -> Vec<usize> {
 }
 
 /// The samples of a column in some rows.
-fn samples(sheet: &Sheet, rows: std::ops::Range<usize>, column: usize, mut dialect: Dialect, mut dates: Dates) -> Column {
+fn samples(
+    sheet: &Sheet,
+    rows: std::ops::Range<usize>,
+    column: usize,
+    mut dialect: Dialect,
+    mut dates: Dates,
+) -> Column {
     let mut first: Option<First> = None;
     let mut first_day = None;
     let mut sample = |cell: &Cell| -> Option<f64> {
