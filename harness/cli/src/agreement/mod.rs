@@ -278,7 +278,7 @@ fn speeds(all: &[(&Recording, &Contact)], mass: f64, a: &mut Agreement) {
     let moved = |(r, k): &(&Recording, &Contact)| {
         let (v, _) = share(r)?;
         let x = r.channels[2].as_ref()?;
-        let from = k.first.saturating_sub((k.last - k.first).max(8));
+        let from = k.first.saturating_sub(((k.last - k.first) / 2).max(8));
         (ends(k) && k.first >= from + 8).then(|| slope(&r.time[from..k.first], &x[from..k.first]) / v)
     };
     let ratios: Vec<f64> = all.iter().filter_map(moved).collect();
@@ -485,6 +485,10 @@ fn signs(c: &Campaign, a: &mut Agreement) {
             }
         }
     }
+    // an acceleration beside a force that is right is judged by that
+    let beside = |file: &&str| c.recordings.iter().any(|r| r.file == *file && r.channels[0].is_some());
+    let force_right = |file: &&str| beside(file) && !turned[0].contains(file);
+    turned[1] = turned[1].iter().copied().filter(|f| !force_right(f)).collect();
     let texts = [
         "force falls in the impact: its sign is turned; it is positive while the stop is pressed",
         "acceleration rises in the impact: its sign is turned; it is negative while the stop pushes back",
