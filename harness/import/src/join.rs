@@ -653,7 +653,9 @@ mod tests {
     }
 
     /// The rows that come of a file, its survey and what was said.
-    fn read(make: &(dyn Fn() -> Memory + Sync), map: &str) -> Result<(Vec<Vec<f64>>, File, Vec<String>), String> {
+    type Taken = (Vec<Vec<f64>>, File, Vec<String>);
+
+    fn read(make: &(dyn Fn() -> Memory + Sync), map: &str) -> Result<Taken, String> {
         let map = if map.is_empty() { Vec::new() } else { crate::map::parse(map).unwrap() };
         let o = Options { map, keep_all: true, ..Options::default() };
         let open = |_: &Path| Ok(Box::new(make()) as Box<dyn Source>);

@@ -221,7 +221,7 @@ pub fn says(name: &str) -> Says {
         return Says::Other(o.0);
     }
     let words = tokens.iter().filter(|t| !t.bytes().all(|b| b.is_ascii_digit()));
-    let ends = [words.clone().next(), words.clone().last()];
+    let ends = [words.clone().next(), words.clone().next_back()];
     let clock = ends.into_iter().flatten().any(|t| CLOCKS.contains(t));
     if clock && !tokens.iter().any(|t| AGAINST.contains(t)) {
         return Says::Role(Role::Time);

@@ -19,6 +19,10 @@ const AGAIN: f64 = 0.3;
 const DEPTH: f64 = 1.0;
 /// Share of its travel to which a bar of a contactor bounces back only where next to nothing is lost.
 const BACK: f64 = 0.9;
+/// Times the flight of a free body that guides may make of it.
+const HELD_UP: f64 = 1.5;
+/// Standard deviation of the logarithm of a sum over a contact: where it ends, and how its zero drifts meanwhile.
+const SUMS: f64 = 0.02;
 /// Standard deviations that leave one in a thousand outside.
 const IN_A_THOUSAND: f64 = 3.29;
 /// What a ruler leaves of a height or a travel: m, and as a share.
@@ -272,13 +276,13 @@ fn speeds(all: &[(&Recording, &Contact)], mass: f64, a: &mut Agreement) {
     };
     let weight = spread(all.iter().filter_map(weight).collect());
     let cure = "check moving_mass, the speed or height of the fall, and that the zero of the channel does not drift";
-    let tolerance = GAIN.hypot(MASS).hypot(known);
+    let tolerance = GAIN.hypot(MASS).hypot(known).hypot(SUMS);
     let what = "the push over mass times speed of impact (1 + restitution)";
     a.ratio(what, &ratios, [1.0, 2.0 + weight], tolerance, GUIDES, &PUSH_OVER_SPEED, cure);
     let moved = |(r, k): &(&Recording, &Contact)| {
         let (v, _) = share(r)?;
         let x = r.channels[2].as_ref()?;
-        let from = k.first.saturating_sub((k.last - k.first).max(8));
+        let from = k.first.saturating_sub(((k.last - k.first) / 2).max(8));
         (ends(k) && k.first >= from + 8).then(|| slope(&r.time[from..k.first], &x[from..k.first]) / v)
     };
     let ratios: Vec<f64> = all.iter().filter_map(moved).collect();
@@ -436,15 +440,22 @@ fn several(r: &Recording, k: &Contact, travel: Option<f64>) -> bool {
     let noise = 1.4826 * median(k.push[..k.first.max(8).min(k.push.len())].iter().map(|v| v.abs()).collect());
     let level = (AGAIN * k.peak).max(IN_A_THOUSAND * noise);
     let hard = |w: &[f64]| w.iter().copied().fold(f64::INFINITY, f64::min);
-    let next = later.windows(3).position(|w| hard(w) > level);
-    let peak = later.windows(3).map(hard).fold(0.0, f64::max);
+    // a flight parts two impacts; a slam and what follows it in one contact are none
+    let flight =
+        |n: usize| later[..n].iter().rev().take_while(|v| v.abs() < SHARE * k.peak + IN_A_THOUSAND * noise).count();
+    let length = k.last - k.first;
+    let mut pulses = later.windows(3).enumerate().filter(|(_, w)| hard(w) > level);
+    let Some((next, _)) = pulses.find(|(n, _)| flight(*n) + gap > 2 * length) else { return false };
+    let peak = later[next..].windows(3).map(hard).fold(0.0, f64::max);
     let harder = peak > k.peak * (1.0 + IN_A_THOUSAND * GAIN) + IN_A_THOUSAND * noise;
     let late = |n: usize| {
         let (v, std) = r.impact_speed?;
         let back = 2.0 * (v + IN_A_THOUSAND * std) / GRAVITY;
-        Some(r.time[from + n] - r.time[k.last] > back)
+        // the next contact rises as long as the first at most, and guides hold a body up
+        let rising = r.time[k.last] - r.time[k.first];
+        Some(r.time[from + n] - r.time[k.last] > HELD_UP * back + rising)
     };
-    harder || next.is_some_and(|n| late(n).unwrap_or(false))
+    harder || late(next).unwrap_or(false)
 }
 
 /// Recordings of the same content.
@@ -485,6 +496,10 @@ fn signs(c: &Campaign, a: &mut Agreement) {
             }
         }
     }
+    // an acceleration beside a force that is right is judged by that
+    let beside = |file: &&str| c.recordings.iter().any(|r| r.file == *file && r.channels[0].is_some());
+    let force_right = |file: &&str| beside(file) && !turned[0].contains(file);
+    turned[1] = turned[1].iter().copied().filter(|f| !force_right(f)).collect();
     let texts = [
         "force falls in the impact: its sign is turned; it is positive while the stop is pressed",
         "acceleration rises in the impact: its sign is turned; it is negative while the stop pushes back",

@@ -20,9 +20,6 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Lines on single recordings that are printed where all of them are off.
-const NAMED: usize = 2;
-
 const EXAMPLES: &str = "Examples:
   touchdown check my_drops                               # what a diagnosis would see, and what contradicts
   touchdown check drops_a drops_b drops_c                # several at once; every fault of each is reported
@@ -264,14 +261,7 @@ fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
     };
     u.noise = Channel::ALL.into_iter().filter(|k| data.has(*k)).map(noise).collect();
     if let Err(e) = diagnose::plausible::check(&c, &data) {
-        let mut found: Vec<String> = lines(e);
-        // what was named of all recordings need not be said of each
-        if !u.errors.is_empty() && found.len() > NAMED {
-            let more = found.len() - NAMED;
-            found.truncate(NAMED);
-            found.push(format!("{}: and so on, {more} lines more of other recordings", dir.display()));
-        }
-        u.errors.extend(found);
+        u.errors.extend::<Vec<String>>(lines(e));
     }
     if let Some(m) = machine {
         u.notes.extend(m.facts().notes.iter().cloned());

@@ -133,13 +133,10 @@ impl Column {
     }
 
     fn integer(&self, value: i64, first: &mut Option<i64>) -> f64 {
-        match self.meaning {
-            Meaning::Signed => {
-                let first = *first.get_or_insert(value);
-                // times since 1970 in ns are integers that a double does not hold
-                return if first.unsigned_abs() > HELD { since(value, first) } else { value as f64 };
-            }
-            _ => {}
+        if self.meaning == Meaning::Signed {
+            let first = *first.get_or_insert(value);
+            // times since 1970 in ns are integers that a double does not hold
+            return if first.unsigned_abs() > HELD { since(value, first) } else { value as f64 };
         }
         let mut since_first = || since(value, *first.get_or_insert(value));
         match self.meaning {
