@@ -17,7 +17,7 @@ KEYS = {
     "verdict": [("harness/diagnose/src/verdict/mod.rs", FIELD), ("harness/diagnose/src/material.rs", r"^    pub (peak_force|restitution|contact_time|depth|share_of_range|text): ")],
 }
 # fields that are no keys: of the file itself, and one that has another name in it
-NO_KEYS = {"systems": {"path", "text", "folder", "keep", "isolation"}, "verdict": {"places"}}
+NO_KEYS = {"systems": {"path", "text", "folder", "keep", "isolation", "notes"}, "verdict": {"places"}}
 
 
 def keys(page):

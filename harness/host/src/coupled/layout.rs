@@ -1,6 +1,6 @@
 //! A system of FMUs laid out for the forward model: what is stepped when, where the bonds are, what the channels read.
 
-use crate::master::build::{connect, find, open, place, Opened};
+use crate::master::build::{beyond_bounds, connect, find, open, place, Opened};
 use crate::master::network::components;
 use crate::master::{Component, Feed, Map, Master, System};
 use crate::{Causality, Description, Isolation, Kind, Limits, Variable};
@@ -146,8 +146,9 @@ impl Layout {
             system.isolation = Isolation::Process(Limits::new());
             opened = open(&system, folder.path())?;
         }
-        let mut notes = Vec::new();
+        let mut notes = system.notes.clone();
         let feeds = connect(&system, &mut opened, &mut notes)?;
+        notes.extend(beyond_bounds(&system, &opened));
         let s = &system;
         // first of all what has to be read, so that places are settled
         let mut taps: Vec<(usize, usize, f64)> = Vec::new();

@@ -414,7 +414,7 @@ pub(crate) fn connect(s: &System, opened: &mut [Opened], notes: &mut Vec<String>
 }
 
 /// What the system sets beyond the least and largest values that the FMUs declare.
-fn beyond_bounds(s: &System, opened: &[Opened]) -> Vec<String> {
+pub(crate) fn beyond_bounds(s: &System, opened: &[Opened]) -> Vec<String> {
     let mut notes = Vec::new();
     for (c, o) in s.fmu.iter().zip(opened) {
         for (name, value) in &c.set {
