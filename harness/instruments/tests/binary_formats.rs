@@ -1,7 +1,7 @@
 //! TDMS, MAT, MDF and WAV files that are cut, damaged or long: no panic, bounded time, bounded memory.
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{Read as _, Seek, SeekFrom, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -39,8 +39,11 @@ fn most_held<T>(act: impl FnOnce() -> T) -> (T, usize) {
     (answer, MOST.load(Ordering::Relaxed).saturating_sub(before))
 }
 
-/// Reads all of a file: the samples of each group, and the notes.
-fn read(path: &Path) -> Result<(Vec<u64>, Vec<String>), String> {
+/// The samples of each group, and the notes; or what is wrong with the file.
+type Read = Result<(Vec<u64>, Vec<String>), String>;
+
+/// Reads all of a file.
+fn read(path: &Path) -> Read {
     let mut source = instruments::open(path).map_err(|e| e.to_string())?;
     let groups = source.groups().to_vec();
     let mut samples = Vec::new();
@@ -455,7 +458,7 @@ fn compressed(element: &[u8]) -> Bytes {
 }
 
 /// What becomes of the file that is made, and the bytes that are held for it.
-fn held_for(made: impl FnOnce() -> Vec<u8>, extension: &str) -> (Result<(Vec<u64>, Vec<String>), String>, usize) {
+fn held_for(made: impl FnOnce() -> Vec<u8>, extension: &str) -> (Read, usize) {
     let _alone = ALONE.lock().unwrap_or_else(|e| e.into_inner());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(format!("file.{extension}"));

@@ -9,8 +9,10 @@ const CELLS: usize = 1 << 25;
 /// small file take no more memory than it is worth.
 const GAPS: usize = 1 << 20;
 const GAPS_EACH: usize = 64;
-/// Bytes of the texts of a sheet, each counted as often as it occurs.
-const TEXTS: usize = 1 << 28;
+/// Bytes of the texts of a sheet, each counted as often as it occurs, however few cells there are; and for each of these: a long
+/// text that many cells share takes no more memory than they are worth.
+const TEXTS: usize = 1 << 24;
+const TEXTS_EACH: usize = 256;
 /// Rows and columns of the largest sheets of today's programs.
 const ROWS: usize = 1 << 20;
 const COLUMNS: usize = 1 << 14;
@@ -77,7 +79,7 @@ impl Sheet {
         if let Cell::Text(text) | Cell::Error(text) = &cell {
             self.texts += text.len();
         }
-        if self.cells + grown > CELLS || self.texts > TEXTS {
+        if self.cells + grown > CELLS || self.texts > TEXTS + TEXTS_EACH * self.filled {
             return fault("the sheet has too many cells or too much text");
         }
         self.filled += 1;
