@@ -562,3 +562,28 @@ fn a_sheet_that_was_packed_to_fill_memory_is_refused() {
     let (answer, held) = held_for(|| xlsx(&" ".repeat(64 << 20)), "xlsx");
     assert!(answer.unwrap_err().contains("more than 100 times its size") && held < 8 << 20, "{held} bytes");
 }
+
+#[test]
+fn cells_that_are_repeated_take_memory_by_those_that_are_written() {
+    let sheet = |rows: u32, columns: u32| {
+        let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+        let names: String = ["office", "table", "text"]
+            .map(|n| format!(" xmlns:{n}=\"urn:oasis:names:tc:opendocument:xmlns:{n}:1.0\""))
+            .concat();
+        let content = format!(
+            "<office:document-content{names}><office:body><office:spreadsheet><table:table table:name=\"s\">\
+             <table:table-row table:number-rows-repeated=\"{rows}\"><table:table-cell \
+             table:number-columns-repeated=\"{columns}\" office:value-type=\"float\" office:value=\"1\"/>\
+             </table:table-row></table:table></office:spreadsheet></office:body></office:document-content>"
+        );
+        let kind = "application/vnd.oasis.opendocument.spreadsheet";
+        for (name, text) in [("mimetype", kind.to_string()), ("content.xml", content)] {
+            zip.start_file(name, zip::write::SimpleFileOptions::default()).unwrap();
+            zip.write_all(text.as_bytes()).unwrap();
+        }
+        zip.finish().unwrap().into_inner()
+    };
+    assert_eq!(held_for(|| sheet(1000, 3), "ods").0.unwrap().0, [1000]);
+    let (answer, held) = held_for(|| sheet(1_000_000, 30), "ods");
+    assert!(answer.unwrap_err().contains("few cells are repeated very often") && held < 256 << 20, "{held} bytes");
+}

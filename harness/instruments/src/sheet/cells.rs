@@ -37,8 +37,9 @@ pub(super) struct Sheet {
     pub name: String,
     pub rows: Vec<Vec<Cell>>,
     cells: usize,
-    /// Those that are not empty.
+    /// Those that the file holds, which are not empty; and copies of these.
     filled: usize,
+    copies: usize,
     texts: usize,
 }
 
@@ -65,6 +66,24 @@ impl Sheet {
     /// # Errors
     /// Where the place lies beyond a sheet, or the sheet becomes too large.
     pub(super) fn put(&mut self, path: &Path, row: usize, column: usize, cell: Cell) -> Result<(), Fault> {
+        self.filled += usize::from(cell != Cell::Empty);
+        self.take(path, row, column, cell)
+    }
+
+    /// As [`Sheet::put`], a copy of a cell that the file holds once.
+    ///
+    /// # Errors
+    /// As [`Sheet::put`]; where few cells have very many copies.
+    pub(super) fn copy(&mut self, path: &Path, row: usize, column: usize, cell: Cell) -> Result<(), Fault> {
+        self.copies += usize::from(cell != Cell::Empty);
+        if self.copies > self.most_samples() {
+            let cure = "take an undamaged copy, or export the sheet as text (CSV)";
+            return Err(Fault::new(path, "few cells are repeated very often", cure).at(place(&self.name, row, column)));
+        }
+        self.take(path, row, column, cell)
+    }
+
+    fn take(&mut self, path: &Path, row: usize, column: usize, cell: Cell) -> Result<(), Fault> {
         if cell == Cell::Empty {
             return Ok(());
         }
@@ -82,8 +101,7 @@ impl Sheet {
         if self.cells + grown > CELLS || self.texts > TEXTS + TEXTS_EACH * self.filled {
             return fault("the sheet has too many cells or too much text");
         }
-        self.filled += 1;
-        if self.cells + grown > GAPS + GAPS_EACH * self.filled {
+        if self.cells + grown > GAPS + GAPS_EACH * self.filled + self.copies {
             return fault("the sheet holds few cells far apart");
         }
         self.cells += grown;
