@@ -1,7 +1,7 @@
 //! TDMS, MAT, MDF and WAV files that are cut, damaged or long: no panic, bounded time, bounded memory.
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{Read as _, Seek, SeekFrom, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -39,8 +39,11 @@ fn most_held<T>(act: impl FnOnce() -> T) -> (T, usize) {
     (answer, MOST.load(Ordering::Relaxed).saturating_sub(before))
 }
 
-/// Reads all of a file: the samples of each group, and the notes.
-fn read(path: &Path) -> Result<(Vec<u64>, Vec<String>), String> {
+/// The samples of each group, and the notes; or what is wrong with the file.
+type Read = Result<(Vec<u64>, Vec<String>), String>;
+
+/// Reads all of a file.
+fn read(path: &Path) -> Read {
     let mut source = instruments::open(path).map_err(|e| e.to_string())?;
     let groups = source.groups().to_vec();
     let mut samples = Vec::new();
@@ -455,7 +458,7 @@ fn compressed(element: &[u8]) -> Bytes {
 }
 
 /// What becomes of the file that is made, and the bytes that are held for it.
-fn held_for(made: impl FnOnce() -> Vec<u8>, extension: &str) -> (Result<(Vec<u64>, Vec<String>), String>, usize) {
+fn held_for(made: impl FnOnce() -> Vec<u8>, extension: &str) -> (Read, usize) {
     let _alone = ALONE.lock().unwrap_or_else(|e| e.into_inner());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(format!("file.{extension}"));
@@ -558,4 +561,29 @@ fn a_sheet_takes_memory_by_its_cells_however_far_apart_they_are() {
 fn a_sheet_that_was_packed_to_fill_memory_is_refused() {
     let (answer, held) = held_for(|| xlsx(&" ".repeat(64 << 20)), "xlsx");
     assert!(answer.unwrap_err().contains("more than 100 times its size") && held < 8 << 20, "{held} bytes");
+}
+
+#[test]
+fn cells_that_are_repeated_take_memory_by_those_that_are_written() {
+    let sheet = |rows: u32, columns: u32| {
+        let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+        let names: String = ["office", "table", "text"]
+            .map(|n| format!(" xmlns:{n}=\"urn:oasis:names:tc:opendocument:xmlns:{n}:1.0\""))
+            .concat();
+        let content = format!(
+            "<office:document-content{names}><office:body><office:spreadsheet><table:table table:name=\"s\">\
+             <table:table-row table:number-rows-repeated=\"{rows}\"><table:table-cell \
+             table:number-columns-repeated=\"{columns}\" office:value-type=\"float\" office:value=\"1\"/>\
+             </table:table-row></table:table></office:spreadsheet></office:body></office:document-content>"
+        );
+        let kind = "application/vnd.oasis.opendocument.spreadsheet";
+        for (name, text) in [("mimetype", kind.to_string()), ("content.xml", content)] {
+            zip.start_file(name, zip::write::SimpleFileOptions::default()).unwrap();
+            zip.write_all(text.as_bytes()).unwrap();
+        }
+        zip.finish().unwrap().into_inner()
+    };
+    assert_eq!(held_for(|| sheet(1000, 3), "ods").0.unwrap().0, [1000]);
+    let (answer, held) = held_for(|| sheet(1_000_000, 30), "ods");
+    assert!(answer.unwrap_err().contains("few cells are repeated very often") && held < 256 << 20, "{held} bytes");
 }

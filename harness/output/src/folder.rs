@@ -605,8 +605,7 @@ mod sys {
     }
 
     pub fn permit_as(at: &Handle, other: &Handle) -> Result<()> {
-        let bits = u32::from(rustix::fs::fstat(other)?.st_mode);
-        Ok(fchmod(at, mode(bits & 0o7777))?)
+        Ok(fchmod(at, Mode::from_raw_mode(rustix::fs::fstat(other)?.st_mode))?)
     }
 
     pub fn identity(at: &Handle) -> Result<(u64, u64)> {

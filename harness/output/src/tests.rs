@@ -435,7 +435,7 @@ fn a_temporary_folder_goes_whatever_its_modes_are() {
     assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o700, "others may enter");
     std::fs::write(below.join("x"), "1").unwrap();
     for folder in [&below, &scratch.path().join("a")] {
-        std::fs::set_permissions(folder, std::fs::Permissions::from_mode(0)).unwrap();
+        std::fs::set_permissions(folder, std::fs::Permissions::from_mode(0o0)).unwrap();
     }
     drop(scratch);
     assert!(!path.exists());

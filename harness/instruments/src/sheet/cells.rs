@@ -9,8 +9,10 @@ const CELLS: usize = 1 << 25;
 /// small file take no more memory than it is worth.
 const GAPS: usize = 1 << 20;
 const GAPS_EACH: usize = 64;
-/// Bytes of the texts of a sheet, each counted as often as it occurs.
-const TEXTS: usize = 1 << 28;
+/// Bytes of the texts of a sheet, each counted as often as it occurs, however few cells there are; and for each of these: a long
+/// text that many cells share takes no more memory than they are worth.
+const TEXTS: usize = 1 << 24;
+const TEXTS_EACH: usize = 256;
 /// Rows and columns of the largest sheets of today's programs.
 const ROWS: usize = 1 << 20;
 const COLUMNS: usize = 1 << 14;
@@ -35,8 +37,9 @@ pub(super) struct Sheet {
     pub name: String,
     pub rows: Vec<Vec<Cell>>,
     cells: usize,
-    /// Those that are not empty.
+    /// Those that the file holds, which are not empty; and copies of these.
     filled: usize,
+    copies: usize,
     texts: usize,
 }
 
@@ -63,6 +66,24 @@ impl Sheet {
     /// # Errors
     /// Where the place lies beyond a sheet, or the sheet becomes too large.
     pub(super) fn put(&mut self, path: &Path, row: usize, column: usize, cell: Cell) -> Result<(), Fault> {
+        self.filled += usize::from(cell != Cell::Empty);
+        self.take(path, row, column, cell)
+    }
+
+    /// As [`Sheet::put`], a copy of a cell that the file holds once.
+    ///
+    /// # Errors
+    /// As [`Sheet::put`]; where few cells have very many copies.
+    pub(super) fn copy(&mut self, path: &Path, row: usize, column: usize, cell: Cell) -> Result<(), Fault> {
+        self.copies += usize::from(cell != Cell::Empty);
+        if self.copies > self.most_samples() {
+            let cure = "take an undamaged copy, or export the sheet as text (CSV)";
+            return Err(Fault::new(path, "few cells are repeated very often", cure).at(place(&self.name, row, column)));
+        }
+        self.take(path, row, column, cell)
+    }
+
+    fn take(&mut self, path: &Path, row: usize, column: usize, cell: Cell) -> Result<(), Fault> {
         if cell == Cell::Empty {
             return Ok(());
         }
@@ -77,11 +98,10 @@ impl Sheet {
         if let Cell::Text(text) | Cell::Error(text) = &cell {
             self.texts += text.len();
         }
-        if self.cells + grown > CELLS || self.texts > TEXTS {
+        if self.cells + grown > CELLS || self.texts > TEXTS + TEXTS_EACH * self.filled {
             return fault("the sheet has too many cells or too much text");
         }
-        self.filled += 1;
-        if self.cells + grown > GAPS + GAPS_EACH * self.filled {
+        if self.cells + grown > GAPS + GAPS_EACH * self.filled + self.copies {
             return fault("the sheet holds few cells far apart");
         }
         self.cells += grown;

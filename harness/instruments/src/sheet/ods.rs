@@ -158,7 +158,10 @@ impl Content<'_> {
         };
         if value != Cell::Empty {
             for column in self.column..self.column.saturating_add(cell.columns) {
-                sheet.put(self.path, self.row, column, value.clone())?;
+                match column == self.column {
+                    true => sheet.put(self.path, self.row, column, value.clone())?,
+                    false => sheet.copy(self.path, self.row, column, value.clone())?,
+                }
             }
         }
         self.column = self.column.saturating_add(cell.columns);
@@ -173,7 +176,7 @@ impl Content<'_> {
         if !cells.is_empty() {
             for row in self.row + 1..below {
                 for (column, cell) in cells.iter().enumerate() {
-                    sheet.put(self.path, row, column, cell.clone())?;
+                    sheet.copy(self.path, row, column, cell.clone())?;
                 }
             }
         }
