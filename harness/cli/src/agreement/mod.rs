@@ -84,16 +84,26 @@ fn push(r: &Recording, channel: usize, mass: f64, first: usize, length: usize) -
 /// The first contact of a recording; None where nothing pushes in it.
 fn contact(kind: Kind, r: &Recording, mass: f64) -> Option<Contact> {
     let (at, length) = touch(kind, r, mass)?;
-    let first = sample_at(r, at);
+    let mut first = sample_at(r, at);
     let mut last = sample_at(r, at + length);
     let push = push(r, 0, mass, first, last - first).or_else(|| push(r, 1, mass, first, last - first))?;
-    let peak = push[first..].iter().copied().fold(0.0, f64::max);
-    // ringing parts a contact
-    while let Some(more) = {
-        let reach = (last + (last - first) / 2 + 4).min(push.len() - 1);
-        (last + 1..=reach).rev().find(|i| push[*i] > SHARE * peak)
-    } {
-        last = more;
+    let most = push[first..].iter().copied().fold(0.0, f64::max);
+    let pushes = |i: &usize| push[*i] > SHARE * most;
+    loop {
+        // ringing parts a contact
+        while let Some(more) = {
+            let reach = (last + (last - first) / 2 + 4).min(push.len() - 1);
+            (last + 1..=reach).rev().find(pushes)
+        } {
+            last = more;
+        }
+        if push[first..=last].iter().any(|p| *p > AGAIN * most) {
+            break;
+        }
+        // what is so weak is noise that touched, or a slam before the contact
+        let next = (last + 1..push.len().saturating_sub(2)).find(|i| (*i..*i + 3).all(|k| pushes(&k)));
+        first = next?;
+        last = first + 2;
     }
     // a later impact may be harder
     let peak = push[first..=last].iter().copied().fold(0.0, f64::max);
@@ -441,8 +451,7 @@ fn several(r: &Recording, k: &Contact, travel: Option<f64>) -> bool {
     let level = (AGAIN * k.peak).max(IN_A_THOUSAND * noise);
     let hard = |w: &[f64]| w.iter().copied().fold(f64::INFINITY, f64::min);
     // a flight parts two impacts; a slam and what follows it in one contact are none
-    let flight =
-        |n: usize| later[..n].iter().rev().take_while(|v| v.abs() < SHARE * k.peak + IN_A_THOUSAND * noise).count();
+    let flight = |n: usize| longest_run(&later[..n], |v| v.abs() < SHARE * k.peak + IN_A_THOUSAND * noise);
     let length = k.last - k.first;
     let mut pulses = later.windows(3).enumerate().filter(|(_, w)| hard(w) > level);
     let Some((next, _)) = pulses.find(|(n, _)| flight(*n) + gap > 2 * length) else { return false };
