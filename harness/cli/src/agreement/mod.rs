@@ -173,15 +173,21 @@ const SPEED_OVER_FALL: [Slip; 5] = [
     Slip { factor: 1.0 / 5.0395, words: "a factor of 5.04, the root of 25.4: drop_height looks like inches" },
 ];
 
+/// Where a ratio is expected: within `right`, to a standard deviation `tolerance` of its logarithm by calibrations; `below`:
+/// by which standard deviation a rig lowers it, where that is more than it raises it.
+struct Expected {
+    right: [f64; 2],
+    tolerance: f64,
+    below: f64,
+}
+
 impl Agreement {
     /// Adds a comparison: what it is, and what to do where it is off.
     fn ratio(
         &mut self,
         what: &'static str,
         all: &[f64],
-        right: [f64; 2],
-        tolerance: f64,
-        below: f64,
+        Expected { right, tolerance, below }: Expected,
         slips: &[Slip],
         cure: &str,
     ) {
@@ -232,7 +238,13 @@ pub fn agreement(c: &Campaign) -> Agreement {
     let cure =
         "check moving_mass and the calibrations of both, and that no mass lies between the two sensors; a diagnosis \
                 tells a gain from a mass that strikes apart";
-    a.ratio("force over mass times acceleration", &ratios, [1.0, 1.0], of_both, 0.0, &FORCE_OVER_MA, cure);
+    a.ratio(
+        "force over mass times acceleration",
+        &ratios,
+        Expected { right: [1.0, 1.0], tolerance: of_both, below: 0.0 },
+        &FORCE_OVER_MA,
+        cure,
+    );
     if a.contradictions.len() > before || ratios.is_empty() {
         swapped(c, mass, &mut a);
     }
@@ -288,7 +300,7 @@ fn speeds(all: &[(&Recording, &Contact)], mass: f64, a: &mut Agreement) {
     let cure = "check moving_mass, the speed or height of the fall, and that the zero of the channel does not drift";
     let tolerance = GAIN.hypot(MASS).hypot(known).hypot(SUMS);
     let what = "the push over mass times speed of impact (1 + restitution)";
-    a.ratio(what, &ratios, [1.0, 2.0 + weight], tolerance, GUIDES, &PUSH_OVER_SPEED, cure);
+    a.ratio(what, &ratios, Expected { right: [1.0, 2.0 + weight], tolerance, below: GUIDES }, &PUSH_OVER_SPEED, cure);
     let moved = |(r, k): &(&Recording, &Contact)| {
         let (v, _) = share(r)?;
         let x = r.channels[2].as_ref()?;
@@ -299,7 +311,7 @@ fn speeds(all: &[(&Recording, &Contact)], mass: f64, a: &mut Agreement) {
     let cure = "check the calibration of the displacement and the speed given";
     let what = "the speed of the penetration before the touch over the speed given";
     let right = [1.0 / (1.0 + weight), 1.0 + weight];
-    a.ratio(what, &ratios, right, WAY.hypot(known), GUIDES, &WAY_OVER_SPEED, cure);
+    a.ratio(what, &ratios, Expected { right, tolerance: WAY.hypot(known), below: GUIDES }, &WAY_OVER_SPEED, cure);
     let fallen = |(r, _): &(&Recording, &Contact)| {
         let ((v, _), h) = (share(r)?, r.drop_height.filter(|h| *h > 0.0)?);
         let fall = (2.0 * GRAVITY * h).sqrt();
@@ -311,7 +323,13 @@ fn speeds(all: &[(&Recording, &Contact)], mass: f64, a: &mut Agreement) {
     let ratios: Vec<f64> = falls.iter().map(|f| f.0).collect();
     let cure = "nothing falls faster than freely: check drop_height and impact_speed";
     let what = "the speed of impact over that of a free fall";
-    a.ratio(what, &ratios, [1.0, 1.0], ruled.hypot(known), GUIDES, &SPEED_OVER_FALL, cure);
+    a.ratio(
+        what,
+        &ratios,
+        Expected { right: [1.0, 1.0], tolerance: ruled.hypot(known), below: GUIDES },
+        &SPEED_OVER_FALL,
+        cure,
+    );
 }
 
 /// Slope of a straight line through samples, least squares.
@@ -342,7 +360,13 @@ fn begins(all: &[(&Recording, &Contact)], travel: f64, a: &mut Agreement) {
         Slip { factor: 25.4, words: "a factor of 25.4: penetration looks like mm called in" },
         Slip { factor: 1.0 / 25.4, words: "a factor of 25.4: penetration looks like in called mm" },
     ];
-    a.ratio("the way from the first sample to the stop over travel", &ratios, [1.0, 1.0], tolerance, 0.0, &slips, cure);
+    a.ratio(
+        "the way from the first sample to the stop over travel",
+        &ratios,
+        Expected { right: [1.0, 1.0], tolerance, below: 0.0 },
+        &slips,
+        cure,
+    );
     let wrong = all.iter().filter_map(begin).filter(|b| *b <= 0.0).count();
     if wrong > 0 {
         a.contradictions.push(format!(
