@@ -84,16 +84,26 @@ fn push(r: &Recording, channel: usize, mass: f64, first: usize, length: usize) -
 /// The first contact of a recording; None where nothing pushes in it.
 fn contact(kind: Kind, r: &Recording, mass: f64) -> Option<Contact> {
     let (at, length) = touch(kind, r, mass)?;
-    let first = sample_at(r, at);
+    let mut first = sample_at(r, at);
     let mut last = sample_at(r, at + length);
     let push = push(r, 0, mass, first, last - first).or_else(|| push(r, 1, mass, first, last - first))?;
-    let peak = push[first..].iter().copied().fold(0.0, f64::max);
-    // ringing parts a contact
-    while let Some(more) = {
-        let reach = (last + (last - first) / 2 + 4).min(push.len() - 1);
-        (last + 1..=reach).rev().find(|i| push[*i] > SHARE * peak)
-    } {
-        last = more;
+    let most = push[first..].iter().copied().fold(0.0, f64::max);
+    let pushes = |i: &usize| push[*i] > SHARE * most;
+    loop {
+        // ringing parts a contact
+        while let Some(more) = {
+            let reach = (last + (last - first) / 2 + 4).min(push.len() - 1);
+            (last + 1..=reach).rev().find(pushes)
+        } {
+            last = more;
+        }
+        if push[first..=last].iter().any(|p| *p > AGAIN * most) {
+            break;
+        }
+        // what is so weak is noise that touched, or a slam before the contact
+        let next = (last + 1..push.len().saturating_sub(2)).find(|i| (*i..*i + 3).all(|k| pushes(&k)));
+        first = next?;
+        last = first + 2;
     }
     // a later impact may be harder
     let peak = push[first..=last].iter().copied().fold(0.0, f64::max);
@@ -163,15 +173,21 @@ const SPEED_OVER_FALL: [Slip; 5] = [
     Slip { factor: 1.0 / 5.0395, words: "a factor of 5.04, the root of 25.4: drop_height looks like inches" },
 ];
 
+/// Where a ratio is expected: within `right`, to a standard deviation `tolerance` of its logarithm by calibrations; `below`:
+/// by which standard deviation a rig lowers it, where that is more than it raises it.
+struct Expected {
+    right: [f64; 2],
+    tolerance: f64,
+    below: f64,
+}
+
 impl Agreement {
     /// Adds a comparison: what it is, and what to do where it is off.
     fn ratio(
         &mut self,
         what: &'static str,
         all: &[f64],
-        right: [f64; 2],
-        tolerance: f64,
-        below: f64,
+        Expected { right, tolerance, below }: Expected,
         slips: &[Slip],
         cure: &str,
     ) {
@@ -222,7 +238,13 @@ pub fn agreement(c: &Campaign) -> Agreement {
     let cure =
         "check moving_mass and the calibrations of both, and that no mass lies between the two sensors; a diagnosis \
                 tells a gain from a mass that strikes apart";
-    a.ratio("force over mass times acceleration", &ratios, [1.0, 1.0], of_both, 0.0, &FORCE_OVER_MA, cure);
+    a.ratio(
+        "force over mass times acceleration",
+        &ratios,
+        Expected { right: [1.0, 1.0], tolerance: of_both, below: 0.0 },
+        &FORCE_OVER_MA,
+        cure,
+    );
     if a.contradictions.len() > before || ratios.is_empty() {
         swapped(c, mass, &mut a);
     }
@@ -278,7 +300,7 @@ fn speeds(all: &[(&Recording, &Contact)], mass: f64, a: &mut Agreement) {
     let cure = "check moving_mass, the speed or height of the fall, and that the zero of the channel does not drift";
     let tolerance = GAIN.hypot(MASS).hypot(known).hypot(SUMS);
     let what = "the push over mass times speed of impact (1 + restitution)";
-    a.ratio(what, &ratios, [1.0, 2.0 + weight], tolerance, GUIDES, &PUSH_OVER_SPEED, cure);
+    a.ratio(what, &ratios, Expected { right: [1.0, 2.0 + weight], tolerance, below: GUIDES }, &PUSH_OVER_SPEED, cure);
     let moved = |(r, k): &(&Recording, &Contact)| {
         let (v, _) = share(r)?;
         let x = r.channels[2].as_ref()?;
@@ -289,7 +311,7 @@ fn speeds(all: &[(&Recording, &Contact)], mass: f64, a: &mut Agreement) {
     let cure = "check the calibration of the displacement and the speed given";
     let what = "the speed of the penetration before the touch over the speed given";
     let right = [1.0 / (1.0 + weight), 1.0 + weight];
-    a.ratio(what, &ratios, right, WAY.hypot(known), GUIDES, &WAY_OVER_SPEED, cure);
+    a.ratio(what, &ratios, Expected { right, tolerance: WAY.hypot(known), below: GUIDES }, &WAY_OVER_SPEED, cure);
     let fallen = |(r, _): &(&Recording, &Contact)| {
         let ((v, _), h) = (share(r)?, r.drop_height.filter(|h| *h > 0.0)?);
         let fall = (2.0 * GRAVITY * h).sqrt();
@@ -301,7 +323,13 @@ fn speeds(all: &[(&Recording, &Contact)], mass: f64, a: &mut Agreement) {
     let ratios: Vec<f64> = falls.iter().map(|f| f.0).collect();
     let cure = "nothing falls faster than freely: check drop_height and impact_speed";
     let what = "the speed of impact over that of a free fall";
-    a.ratio(what, &ratios, [1.0, 1.0], ruled.hypot(known), GUIDES, &SPEED_OVER_FALL, cure);
+    a.ratio(
+        what,
+        &ratios,
+        Expected { right: [1.0, 1.0], tolerance: ruled.hypot(known), below: GUIDES },
+        &SPEED_OVER_FALL,
+        cure,
+    );
 }
 
 /// Slope of a straight line through samples, least squares.
@@ -332,7 +360,13 @@ fn begins(all: &[(&Recording, &Contact)], travel: f64, a: &mut Agreement) {
         Slip { factor: 25.4, words: "a factor of 25.4: penetration looks like mm called in" },
         Slip { factor: 1.0 / 25.4, words: "a factor of 25.4: penetration looks like in called mm" },
     ];
-    a.ratio("the way from the first sample to the stop over travel", &ratios, [1.0, 1.0], tolerance, 0.0, &slips, cure);
+    a.ratio(
+        "the way from the first sample to the stop over travel",
+        &ratios,
+        Expected { right: [1.0, 1.0], tolerance, below: 0.0 },
+        &slips,
+        cure,
+    );
     let wrong = all.iter().filter_map(begin).filter(|b| *b <= 0.0).count();
     if wrong > 0 {
         a.contradictions.push(format!(
@@ -441,8 +475,7 @@ fn several(r: &Recording, k: &Contact, travel: Option<f64>) -> bool {
     let level = (AGAIN * k.peak).max(IN_A_THOUSAND * noise);
     let hard = |w: &[f64]| w.iter().copied().fold(f64::INFINITY, f64::min);
     // a flight parts two impacts; a slam and what follows it in one contact are none
-    let flight =
-        |n: usize| later[..n].iter().rev().take_while(|v| v.abs() < SHARE * k.peak + IN_A_THOUSAND * noise).count();
+    let flight = |n: usize| longest_run(&later[..n], |v| v.abs() < SHARE * k.peak + IN_A_THOUSAND * noise);
     let length = k.last - k.first;
     let mut pulses = later.windows(3).enumerate().filter(|(_, w)| hard(w) > level);
     let Some((next, _)) = pulses.find(|(n, _)| flight(*n) + gap > 2 * length) else { return false };
