@@ -89,11 +89,12 @@ impl Drop for Scratch {
     }
 }
 
-/// Removes a temporary folder, the lock last: until then others see whose it is. What cannot be removed stays.
+/// Removes a temporary folder, the lock last: until then others see whose it is. What cannot be removed stays, with the lock.
 fn remove(home: &Folder, name: &OsStr, folder: &Folder) {
-    drop(folder.remove_all(CONTENT));
-    drop(folder.remove(LOCK));
-    drop(home.remove_empty(name));
+    if folder.remove_all(CONTENT).is_ok() {
+        drop(folder.remove(LOCK));
+        drop(home.remove_empty(name));
+    }
 }
 
 /// Clears away what ended processes of this user have left in `within`. What cannot be cleared away stays.

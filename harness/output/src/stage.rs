@@ -118,12 +118,13 @@ impl Drop for Stage {
 }
 
 impl Held {
-    /// Removes the stage, the lock last: until then others see whose it is.
+    /// Removes the stage, the lock last: until then others see whose it is. Where something cannot be removed the lock stays
+    /// with it, by which the next command knows what it is.
     fn remove(&self) {
-        for name in [NEW, READY, LOCK] {
-            drop(self.folder.remove_all(name));
+        if [NEW, READY].map(|name| self.folder.remove_all(name)).iter().all(Result::is_ok) {
+            drop(self.folder.remove_all(LOCK));
+            drop(self.home.remove_empty(&self.name));
         }
-        drop(self.home.remove_empty(&self.name));
     }
 
     fn forget(self: &Arc<Held>) {

@@ -498,3 +498,19 @@ fn many_answers_in_one_folder_at_once_keep_nothing_and_stay_whole() {
     }
     assert_eq!(std::fs::read_dir(t.path()).unwrap().count(), places.len(), "a stage was left");
 }
+
+#[test]
+#[cfg(unix)]
+fn a_stage_that_could_not_be_removed_whole_is_known_by_its_lock_and_goes_later() {
+    let t = tempfile::tempdir().unwrap();
+    let stage = Stage::within(t.path()).unwrap();
+    let path = stage.folder().path().to_path_buf();
+    // deeper than anything is removed
+    let deep = path.join("new").join("a/".repeat(300));
+    std::fs::create_dir_all(&deep).unwrap();
+    drop(stage);
+    assert!(path.join("lock").exists() && path.join("new").exists());
+    std::fs::remove_dir_all(path.join("new")).unwrap();
+    stage::sweep(t.path());
+    assert!(!path.exists());
+}
