@@ -1,6 +1,7 @@
 //! The impact in a recording: where it is, and whether it is one at all.
 
 use crate::statistics::{means, median, spread_of_course, thirds};
+use plant::noise::Stretch;
 use record::{Kind, Recording};
 use statrs::function::erf::erfc;
 
@@ -126,6 +127,9 @@ pub(crate) fn impact(kind: Kind, r: &Recording, mass: f64) -> Result<Impact, &'s
     };
     let noise = if before.len() <= QUIET {
         median(thirds(&push)) / 20f64.sqrt()
+    } else if kind == Kind::Indentation && pushes(r) {
+        // a press that begins at the surface has a ramp there from the first sample on, which is no noise
+        median(Stretch::less_polynomial(before, 2).left.iter().map(|v| v.abs()).collect())
     } else if pushes(r) {
         median(before.iter().map(|v| v.abs()).collect())
     } else {
@@ -149,6 +153,32 @@ pub fn touch(kind: Kind, r: &Recording, mass: f64) -> Option<(f64, f64)> {
 mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn a_press_that_begins_at_the_surface_stands_out_of_its_own_ramp() {
+        // a third of the recording lies below the share of its peak from which on it pushes
+        let y: Vec<f64> = (0..400).map(|i| (f64::from(i) / 30.0).exp() * 1e-6 + 1e-9 * f64::from(i % 7)).collect();
+        let time: Vec<f64> = (0..400).map(f64::from).collect();
+        let press = |y: Vec<f64>| Recording {
+            file: "r.csv".into(),
+            order: 1.0,
+            level: 0,
+            drop_height: None,
+            impact_speed: None,
+            start_speed: None,
+            spring_preload: None,
+            set: Vec::new(),
+            rows: record::Rows::alike(time.clone()),
+            time: time.clone(),
+            whole: None,
+            channels: [Some(y), None, Some(time.clone())],
+            columns: Vec::new(),
+        };
+        assert!(impact(Kind::Indentation, &press(y), 1.0).is_ok());
+        // a ramp to half of the level and a step beyond it: the median of what is before is no noise either
+        let ramp = (0..400).map(|i| if i < 200 { 0.2 * f64::from(i) } else { 100.0 + f64::from(i) }).collect();
+        assert!(impact(Kind::Indentation, &press(ramp), 1.0).is_ok());
+    }
 
     #[test]
     fn a_pulse_is_found_in_any_number_of_noisy_samples() {
