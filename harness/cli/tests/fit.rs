@@ -192,7 +192,10 @@ fn bad_input_names_file_line_and_cure_and_leaves_nothing() {
             },
             &["r02.csv:61", "remove the rows"],
         ),
-        (|d| std::fs::remove_file(d.join("campaign.toml")).unwrap(), &["campaign.toml", "files of instruments", "touchdown import"]),
+        (
+            |d| std::fs::remove_file(d.join("campaign.toml")).unwrap(),
+            &["campaign.toml", "files of instruments", "touchdown import"],
+        ),
         (
             |d| {
                 for f in (1..=10).map(|i| d.join(format!("r{i:02}.csv"))) {

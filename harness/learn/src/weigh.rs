@@ -298,7 +298,7 @@ mod tests {
             let touches = if x > 0.0 { 1.0 } else { 0.0 };
             touches * (3.0 + 8e3 * x + 0.4 * v.signum()) + 4e5 * (x - 9.5e-4).max(0.0)
         });
-        let l = learn(&[r.clone()], &[], &NUMBERS).unwrap();
+        let l = learn(std::slice::from_ref(&r), &[], &NUMBERS).unwrap();
         // one rate and no hold: friction, damping and relaxation share what is lost along the way
         assert_eq!(named(&l), ["preload", "stiffening"], "{:?}", &l.sets[..3]);
         assert!(!l.rates_differ);
