@@ -71,7 +71,10 @@ pub fn gather(c: &Campaign, search: &Search, d: &Decision, stage: &dyn Fn(&str))
     if d.detected {
         stage("finding intervals");
         f.intervals = intervals(&d.chosen, overdispersion);
-        f.bias = biases(&d.base, &d.chosen, overdispersion);
+        // of a law that was learned there is none of the simulation's own parameters
+        if !d.is_learned() {
+            f.bias = biases(&d.base, &d.chosen, overdispersion);
+        }
         f.unclipped = unclipped(&d.chosen);
         if d.base.data.machine().is_some() {
             stage("trying the other bonds");
@@ -84,11 +87,11 @@ pub fn gather(c: &Campaign, search: &Search, d: &Decision, stage: &dyn Fn(&str))
         }
     }
     f.remainder = match &d.learned {
-        Some(l) if l.leads => Remainder::of_a_law_learned(l.misfit, d.unexplained),
+        Some(l) if l.leads => Remainder::of_a_law_learned(l.misfit, l.peaks(), d.unexplained),
         _ => remainder(&d.chosen, d.unexplained),
     };
     // a stiffness that scatters between recordings is no force within one
-    if d.unexplained && d.excess_scatter.is_none() {
+    if d.unexplained && d.excess_scatter.is_none() && !d.is_learned() {
         stage("finding the force it takes");
         f.latent = named_part(d).and_then(|r| latent(&r));
     }

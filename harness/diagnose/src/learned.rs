@@ -18,8 +18,8 @@ use std::convert::Infallible;
 pub const OF_ITS_OWN: &str = "of a shape of its own";
 /// What to do about it.
 pub const CURE: &str =
-    "Its shape is none of the element's: HysteresisContact.fmu does not hold it. learned/law.csv holds the force over \
-                        depth, on the way in and back, for a table in your simulator.";
+    "HysteresisContact.fmu does not hold the shape that was learned: take the force over depth, on the way \
+                        in and back, from learned/law.csv into a table of your simulator.";
 
 /// A mechanism that is named for the class that was learned.
 #[derive(Clone)]
@@ -152,14 +152,16 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<Learned> {
     let posterior = refined(&d.posterior, &of, &given, d.table.level);
     let by_form: Vec<&'static str> = if leads { Vec::new() } else { d.chosen.names() };
     let likely: Vec<&'static str> = posterior.likely_names().into_iter().filter(|n| !by_form.contains(n)).collect();
-    let stands_for = |s: &learn::Set| {
-        let of = names(&s.classes, &given, of.rates_differ);
-        likely.iter().all(|n| of.contains(n))
-    };
-    let set = of.sets.iter().position(stands_for).unwrap_or(0);
+    // of the sets that stand for what is named the likeliest that stands for nothing else
+    let of_set = |s: &learn::Set| names(&s.classes, &given, of.rates_differ);
+    let exact = of.sets.iter().position(|s| of_set(s) == likely);
+    let holds_all = |s: &learn::Set| likely.iter().all(|n| of_set(s).contains(n));
+    let set = exact.or_else(|| of.sets.iter().position(holds_all)).unwrap_or(0);
     let law = &of.sets[set].law;
-    let course = |(r, rec): (&Recording, &estimate::problem::Record)| {
-        let f = law.predict(r).0;
+    let course = |((r, rec), surface): ((&Recording, &estimate::problem::Record), &f64)| {
+        let mut f = law.force(r, *surface);
+        let rest = r.rest(numbers.discrepancy * law.press.force);
+        f.all.iter_mut().for_each(|v| *v += rest);
         Course {
             file: rec.file.clone(),
             level: rec.level,
@@ -170,8 +172,8 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<Learned> {
             parts: f.parts,
         }
     };
-    let courses: Vec<Course> = all.iter().zip(&data.records).map(course).collect();
-    let misfit = of.sets[set].misfit;
+    let courses: Vec<Course> = all.iter().zip(&data.records).zip(&law.surfaces).map(course).collect();
+    let misfit = of_courses(&courses, law.press.force);
     let mut learned = Learned {
         leaves_more: misfit > numbers.discrepancy,
         of,
@@ -185,6 +187,13 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<Learned> {
     };
     learned.names = likely.into_iter().filter_map(|n| learned.named(n)).collect();
     Some(learned)
+}
+
+/// Misfit of a law over all samples, rms over the range of force.
+fn of_courses(courses: &[Course], range: f64) -> f64 {
+    let squares = courses.iter().flat_map(|c| c.read.iter().zip(&c.force).map(|(y, f)| ((y - f) / range).powi(2)));
+    let n = courses.iter().map(|c| c.read.len()).sum::<usize>().max(1);
+    (squares.sum::<f64>() / n as f64).sqrt()
 }
 
 /// The posterior with the unknown cause taken apart into what was learned beside the classes `given`.
@@ -248,6 +257,19 @@ impl Learned {
         let also_possible = if is_tied { learn::PARTED_BY_RATES.1.to_vec() } else { also.collect() };
         let (largest, shares) = self.action(&of);
         Some(Named { mechanism, probability: self.posterior.of(name), also_possible, largest, shares })
+    }
+
+    /// Mean relative difference of the largest force read and of the law.
+    pub fn peaks(&self) -> f64 {
+        let off = |c: &Course| {
+            let (read, law) = (record::largest(&c.read), record::largest(&c.force));
+            if read > 0.0 {
+                (law / read - 1.0).abs()
+            } else {
+                0.0
+            }
+        };
+        self.courses.iter().map(off).sum::<f64>() / self.courses.len().max(1) as f64
     }
 
     /// The law as a table: depth below the surface, m, and the force on the way in and back of the recording that goes deepest,

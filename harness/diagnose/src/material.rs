@@ -38,9 +38,10 @@ const MATERIAL: f64 = 1e-3;
 impl Remainder {
     /// What a law that was learned leaves: its misfit, rms over the range of force; `unknown`: whether that is more than laws are
     /// off by, or has no name.
-    pub fn of_a_law_learned(misfit: f64, unknown: bool) -> Remainder {
+    /// `peaks`: mean relative difference of the largest force read and of the law, 1.
+    pub fn of_a_law_learned(misfit: f64, peaks: f64, unknown: bool) -> Remainder {
         let of = if unknown { "beyond what is named" } else { "of no single cause" };
-        Remainder { share_of_range: misfit, peak_force: 0.0, text: format!("{:.2} % of range, {of}", 100.0 * misfit) }
+        Remainder { share_of_range: misfit, peak_force: peaks, text: format!("{:.2} % of range, {of}", 100.0 * misfit) }
     }
 
     /// Whether it is more than what the best instruments err by.

@@ -50,7 +50,7 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
     v.extend(unexplained(c, d, f));
     v.extend(more_recordings(c, d, f));
     let in_the_fmu = named.iter().any(|m| m.origin == Origin::Contact) && f.gates.is_empty();
-    if fmu && !in_the_fmu {
+    if fmu && !in_the_fmu && !d.is_learned() {
         v.push(recalibrated(d, &named, f).into());
     }
     v

@@ -50,12 +50,15 @@ pub(crate) fn label(channel: &Channel, column: usize) -> String {
     }
 }
 
-/// A unit that stands in a name: `Force_kN`, `time (ms)`.
+/// A unit that stands in a name: `Force_kN`, `time (ms)`; the last of them, and the word "in" before another is none.
 fn unit_in(name: &str, role: Role) -> Option<(String, f64)> {
     let parts = name.split(['_', ' ', '(', ')', '[', ']', '/', ',']).filter(|p| !p.is_empty());
     let slashed = name.split(['_', ' ', '(', ')', '[', ']']).filter(|p| p.contains('/'));
     let meant = |u: &str| units::measured(u).filter(|m| m.0 == role.name()).map(|m| (u.to_string(), m.1));
-    slashed.chain(parts.skip(1)).find_map(meant)
+    let mut parts: Vec<&str> = parts.skip(1).collect();
+    let last = parts.pop();
+    let others = parts.into_iter().rev().filter(|u| *u != "in");
+    slashed.chain(last).chain(others).find_map(meant)
 }
 
 /// Guesses one column.
@@ -243,6 +246,13 @@ pub(crate) mod tests {
         assert_eq!(roles(&[("t", "s"), ("Fx", "N"), ("Fz", "N")], "").len(), 3);
         assert_eq!(roles(&[("time_ms", ""), ("Force_kN", ""), ("Accel (m/s^2)", "")], "").len(), 3);
         assert_eq!(roles(&[("Channel 1", "N")], "")[0].1, "force");
+        // "in" is a word before a unit, and inches where it is the last
+        let factor = |name: &str| roles(&[(name, "")], "").first().map(|r| r.2);
+        assert_eq!((factor("Weg in mm"), factor("displacement in")), (Some(1e-3), Some(0.0254)));
+        assert_eq!(
+            (factor("Depth in nm"), factor("Force in kN"), factor("Weg in Schritten")),
+            (Some(1e-9), Some(1e3), None)
+        );
     }
 
     #[test]

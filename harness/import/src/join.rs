@@ -238,7 +238,8 @@ fn candidate(
     Ok(Some(Candidate { group: i, strands, left: found.left }))
 }
 
-/// The time of each channel of a group: the one named after it, else the nearest before it, else one each in their order.
+/// The time of each channel of a group: the one named after it, else the nearest before it, or behind it where the first channel
+/// has none before it, else one each in their order.
 fn assigned<'a>(times: &[&'a Taken], values: &[Taken]) -> Vec<&'a Taken> {
     let role = |t: &Taken| match timed(&t.name) {
         Says::Role(r) if r != Role::Time => Some(r),
@@ -250,6 +251,7 @@ fn assigned<'a>(times: &[&'a Taken], values: &[Taken]) -> Vec<&'a Taken> {
     };
     let all_before = values.iter().all(|v| times.iter().all(|t| t.column < v.column));
     let in_order = all_before && times.len() == values.len() && times.iter().all(|t| role(t).is_none());
+    let behind = values.iter().any(|v| times.iter().all(|t| t.column > v.column));
     let mut by_column: Vec<usize> = (0..values.len()).collect();
     by_column.sort_by_key(|i| values[*i].column);
     let one = |(i, v): (usize, &Taken)| {
@@ -265,6 +267,9 @@ fn assigned<'a>(times: &[&'a Taken], values: &[Taken]) -> Vec<&'a Taken> {
         }
         // a time that is named after another channel is not this one's
         let free = || times.iter().filter(|t| role(t).is_none_or(|r| r == v.role));
+        if behind {
+            return free().find(|t| t.column > v.column).or_else(|| free().next_back()).copied().unwrap_or(times[0]);
+        }
         free().rfind(|t| t.column < v.column).or_else(|| free().next()).copied().unwrap_or(times[0])
     };
     values.iter().enumerate().map(one).collect()

@@ -11,8 +11,9 @@ pub struct Law {
     /// Coefficients of the elastic law's shapes, then of each class's, share of the range of force.
     pub coefficients: Vec<Vec<f64>>,
     pub press: Press,
-    /// Which of [`Recording::surfaces`] is the surface.
+    /// Which of [`Recording::surfaces`] is the surface; and where it was in each recording that it was learned from, m.
     pub surface: usize,
+    pub surfaces: Vec<f64>,
 }
 
 /// The force of a law along a recording, N.

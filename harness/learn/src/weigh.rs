@@ -66,6 +66,7 @@ const BUILT_ON: usize = 6;
 /// stick cannot explain.
 struct Placed {
     rule: usize,
+    surfaces: Vec<f64>,
     press: Press,
     /// Shapes of the elastic law, then of each class.
     shapes: Vec<Vec<usize>>,
@@ -102,7 +103,7 @@ impl Placed {
             Normal { b: a.tr_mul(&y), yy: y.dot(&y), a: a.tr_mul(&a) }
         };
         let (sticks, slips) = (normal(&|_| true), normal(&|i| !pulls[i]));
-        Some(Placed { rule, press, shapes, sticks, slips, samples: n as f64 })
+        Some(Placed { rule, surfaces, press, shapes, sticks, slips, samples: n as f64 })
     }
 
     fn indices(&self, classes: &[usize]) -> Vec<usize> {
@@ -234,13 +235,13 @@ pub fn learn(recordings: &[Recording], given: &[usize], numbers: &Numbers) -> Op
         .iter()
         .map(|(s, (ln_evidence, at, fit))| {
             let p = &placed[*at];
-            let (press, surface) = (p.press.clone(), p.rule);
+            let (press, surface, surfaces) = (p.press.clone(), p.rule, p.surfaces.clone());
             Set {
                 classes: s.clone(),
                 ln_evidence: *ln_evidence,
                 probability: (score(s, *ln_evidence) - top).exp() / whole,
                 misfit: (fit.left / p.samples).sqrt(),
-                law: Law { classes: s.clone(), coefficients: p.parts(s, fit), press, surface },
+                law: Law { classes: s.clone(), coefficients: p.parts(s, fit), press, surface, surfaces },
             }
         })
         .collect();

@@ -131,11 +131,11 @@ def test_names_lead_into_no_other_folder_and_links_are_not_written_through(tmp_p
 
 def test_numbers_of_numpy_are_numbers_and_those_that_are_none_are_refused() -> None:
     course = pa.table({"time": np.arange(3.0), "force": np.zeros(3)})
-    made = td.Campaign.of(course, mass=np.float32(0.5), travel=np.int64(2), speed=np.array([1.0]))
+    made = td.Campaign.of(course, mass=np.float32(0.5), travel=np.int64(2), speed=np.array([1.0]))  # type: ignore[arg-type]
     assert "moving_mass = 0.5\ntravel = 2\n" in (made.folder / "campaign.toml").read_text()
     for wrong in [float("nan"), float("inf"), np.float32("nan")]:
         with pytest.raises(ValueError, match="moving_mass is (nan|inf); give a finite number"):
-            td.Campaign.of(course, mass=wrong)
+            td.Campaign.of(course, mass=wrong)  # type: ignore[arg-type]
 
 
 def test_what_is_to_be_known_is_a_warning(campaign: Path) -> None:

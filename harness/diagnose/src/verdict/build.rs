@@ -28,6 +28,7 @@ impl Verdict {
             chi2: Some(fitted.chi2()),
             converged: Some(fitted.fit.converged),
         };
+        let after = d.after.as_ref().map_or(d.before.nrmse, |a| a.nrmse);
         Verdict {
             format: FORMAT,
             campaign: c.folder.clone(),
@@ -39,7 +40,11 @@ impl Verdict {
             next: next::steps(c, d, f, packed.is_some()),
             fit: FitQuality {
                 before: quality(d.before.nrmse, &d.base),
-                after: quality(d.after.as_ref().map_or(d.before.nrmse, |a| a.nrmse), &d.chosen),
+                after: match d.is_learned() {
+                    // a law that was learned is no fit of the simulation's parameters
+                    true => Quality { heldout_nrmse: Some(after), chi2: None, converged: None },
+                    false => quality(after, &d.chosen),
+                },
                 base_bias: Some(bias(d, f)),
                 folds_agree: d.folds.as_ref().map(|f| f.agreement(&d.chosen.names())),
                 windows: d
@@ -138,12 +143,16 @@ fn mismatch(d: &Decision, f: &Findings, places: Vec<Place>) -> Mismatch {
     }
 }
 
+/// What to do about a name that is not to be relied on.
+const NOT_RELIED_ON: &str = "It is not to be relied on yet, and no FMU holds it.";
+
 /// Term `i` of what was chosen, as a name.
 fn missing(d: &Decision, f: &Findings, i: usize) -> Missing {
     let t = &d.chosen.structure.terms()[i];
     let intervals = f.intervals.get(i);
     let parameters = intervals.iter().flat_map(|v| &v.of);
     let profiled = intervals.is_some_and(|v| v.profiled);
+    let cure = if f.gates.is_empty() { t.mechanism.cure } else { NOT_RELIED_ON };
     Missing {
         mechanism: t.mechanism.name,
         form: t.form.label,
@@ -153,9 +162,9 @@ fn missing(d: &Decision, f: &Findings, i: usize) -> Missing {
             .collect(),
         intervals_by: if profiled { "profile likelihood" } else { "covariance" },
         also_possible: d.ties.get(i).cloned().unwrap_or_default(),
-        text: format!("{}. {}", t.mechanism.sentence, t.mechanism.cure),
+        text: format!("{}. {cure}", t.mechanism.sentence),
         sentence: t.mechanism.sentence,
-        cure: t.mechanism.cure,
+        cure,
         equation: t.mechanism.equation,
         source: t.mechanism.source,
         tie: f.ties.get(i).and_then(Option::as_ref).map(|tie| Tie {
@@ -177,7 +186,7 @@ fn by_shape(n: &Named) -> Missing {
         form: OF_ITS_OWN,
         probability: n.probability,
         parameters: BTreeMap::from([("largest_force".to_string(), largest)]),
-        intervals_by: "none",
+        intervals_by: "none: a shape that was learned has no interval",
         also_possible: n.also_possible.clone(),
         text: format!("{}. {CURE}", m.sentence),
         sentence: m.sentence,
@@ -282,9 +291,13 @@ fn element(d: &Decision, f: &Findings, packed: Option<&Packed>) -> Element {
     let mut parts: Vec<Origin> = Vec::new();
     if d.detected {
         parts.extend(d.chosen.structure.terms().iter().filter(|t| t.mechanism.named).map(|t| t.mechanism.origin));
+        parts.extend(d.names_by_shape().iter().map(|n| n.mechanism.origin));
     }
     let right = !parts.contains(&Origin::Contact) && !d.unexplained;
-    let text = if !f.gates.is_empty() {
+    let right = right && !d.is_learned();
+    let text = if d.is_learned() {
+        "the FMU holds the simulation as given, calibrated; the shape that was learned is not in it"
+    } else if !f.gates.is_empty() {
         "the FMU holds the simulation as given, calibrated; what is named is not in it, for it is not to be relied on"
     } else if d.unexplained {
         "the FMU holds what is known, calibrated; what stays unexplained is not in it"

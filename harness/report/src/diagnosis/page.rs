@@ -147,7 +147,7 @@ pub(super) fn mechanism(page: Page, m: &Missing) -> Page {
     page.section(&format!("{} ({})", capital(&plain(m.mechanism)), m.form))
         .paragraph(&format!("{}.", capital(m.sentence)))
         .paragraph(&format!("{} ({}).", capital(m.equation), m.source))
-        .table(&["parameter", "value", &format!("95 % interval by {}", m.intervals_by)], &rows)
+        .table(&["parameter", "value", &interval_by(m)], &rows)
 }
 
 fn clipping(page: Page, c: &Campaign, o: &Outcome) -> Page {
@@ -263,6 +263,14 @@ fn learned(mut page: Page, o: &Outcome) -> Page {
     };
     page.table(&["class", "mechanism", "depends on", "probability"], &classes.map(row).collect::<Vec<_>>())
         .paragraph("learned/ holds every recording's curves, and the law over depth.")
+}
+
+/// Head of the column of intervals.
+fn interval_by(m: &Missing) -> String {
+    match m.intervals_by.strip_prefix("none: ") {
+        Some(why) => format!("95 % interval ({why})"),
+        None => format!("95 % interval by {}", m.intervals_by),
+    }
 }
 
 fn latent(mut page: Page, o: &Outcome) -> Page {

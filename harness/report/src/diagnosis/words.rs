@@ -34,7 +34,7 @@ pub fn sentence(o: &Outcome) -> String {
         if m.also_possible.is_empty() {
             sure
         } else {
-            format!("{sure}, or {} instead", m.also_possible.join(" or "))
+            format!("{sure}, or {} in its place,", m.also_possible.join(" or "))
         }
     };
     let names: Vec<String> = v.missing.iter().map(name).collect();
