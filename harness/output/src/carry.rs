@@ -22,9 +22,13 @@ impl Kept {
     }
 }
 
-/// The name of `entry` of the folder `folder` of an answer, as manifests have it.
+/// The name of `entry` of the folder `folder` of an answer, as manifests have it. Of one that is no UTF-8, which no answer holds,
+/// a name that is in no manifest.
 pub fn name_within(folder: &str, entry: &OsStr) -> String {
-    let entry = entry.to_string_lossy();
+    let entry = match entry.to_str() {
+        Some(name) => name.into(),
+        None => entry.to_string_lossy() + "\0",
+    };
     if folder.is_empty() {
         entry.into_owned()
     } else {
@@ -46,7 +50,12 @@ fn is_written(name: &str, is: &Manifest) -> bool {
     name == Manifest::NAME || is.files.contains_key(name) || is.passes(name)
 }
 
-/// The name under which `name` is kept: `results.kept.csv`, `results.kept-2.csv`; the first that is free.
+/// Longest name of a file, bytes, and most names that are tried.
+const LONGEST: usize = 255;
+const TRIED: u64 = 10_000;
+
+/// The name under which `name` is kept: `results.kept.csv`, `results.kept-2.csv`; the first that is free. What is too long with that
+/// is cut. Where none of many is free it is the last of them, which can then not be given.
 pub fn kept_name(name: &str, is_free: impl Fn(&str) -> bool) -> String {
     let (folder, file) = name.rsplit_once('/').map_or(("", name), |(d, f)| (d, f));
     let (stem, end) = match file.rsplit_once('.') {
@@ -55,13 +64,15 @@ pub fn kept_name(name: &str, is_free: impl Fn(&str) -> bool) -> String {
     };
     let numbered = |n: u64| {
         let number = if n > 1 { format!("-{n}") } else { String::new() };
-        name_within(folder, OsStr::new(&format!("{stem}.kept{number}{end}")))
+        let end = format!(".kept{number}{end}");
+        let mut length = stem.len().min(LONGEST.saturating_sub(end.len()));
+        while !stem.is_char_boundary(length) {
+            length -= 1;
+        }
+        name_within(folder, OsStr::new(&format!("{}{end}", &stem[..length])))
     };
-    let mut n = 1;
-    while !is_free(&numbered(n)) {
-        n += 1;
-    }
-    numbered(n)
+    let free = (1..TRIED).find(|n| is_free(&numbered(*n)));
+    numbered(free.unwrap_or(TRIED))
 }
 
 /// Gives the file `name` in `folder`, which is about to be replaced, the name that it is kept under, beside its own where

@@ -41,9 +41,18 @@ pub fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 /// As [`write()`], to the plain name `name` below `folder`: no link is followed on the way from there.
 ///
 /// # Errors
-/// As the file system gives them; a name that leads out of the folder.
+/// As the file system gives them; a name that leads out of the folder; something of that name that is no file.
 pub fn write_below(folder: &Path, name: impl AsRef<Path>, bytes: &[u8]) -> std::io::Result<()> {
-    place(folder, name.as_ref(), bytes, |staged, home, name| staged.rename(NEW, home, name))
+    place(folder, name.as_ref(), bytes, |staged, home, name| {
+        // a link, a pipe or a device of that name is not what the user meant to replace
+        match home.found(name)? {
+            Some(found) if found.kind != folder::Kind::File => Err(std::io::Error::new(
+                std::io::ErrorKind::AlreadyExists,
+                format!("{} is no file; move it, or give another --out", home.path().join(name).display()),
+            )),
+            _ => staged.rename(NEW, home, name),
+        }
+    })
 }
 
 /// As [`write()`], where nothing has that name yet.

@@ -514,3 +514,41 @@ fn a_stage_that_could_not_be_removed_whole_is_known_by_its_lock_and_goes_later()
     stage::sweep(t.path());
     assert!(!path.exists());
 }
+
+#[test]
+fn a_name_that_is_too_long_to_be_kept_is_cut_and_one_that_is_never_free_ends() {
+    let long = format!("{}.csv", "r".repeat(250));
+    let kept = crate::carry::kept_name(&format!("predictions/{long}"), |_| true);
+    let file = kept.rsplit('/').next().unwrap();
+    assert!(kept.starts_with("predictions/r") && file.len() <= 255 && file.ends_with(".kept.csv"), "{kept}");
+    assert!(crate::carry::kept_name("a.csv", |_| false).starts_with("a.kept-"));
+    assert_eq!(crate::carry::kept_name("a.csv", |n| n != "a.kept.csv"), "a.kept-2.csv");
+}
+
+#[test]
+#[cfg(unix)]
+fn a_file_whose_name_is_no_utf8_is_the_users() {
+    use std::os::unix::ffi::OsStrExt;
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("out");
+    answer(&out, &[("x\u{fffd}.csv", "ours")]);
+    let mine = out.join(std::ffi::OsStr::from_bytes(b"x\xff.csv"));
+    std::fs::write(&mine, "precious").unwrap();
+    answer(&out, &[("y.csv", "new")]);
+    assert_eq!(std::fs::read_to_string(mine).unwrap(), "precious");
+}
+
+#[test]
+#[cfg(unix)]
+fn one_file_takes_the_place_of_files_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("precious"), "mine").unwrap();
+    let link = dir.path().join("link");
+    std::os::unix::fs::symlink("precious", &link).unwrap();
+    let e = crate::write(&link, b"new").unwrap_err();
+    assert!(e.to_string().contains("is no file"), "{e}");
+    assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
+    assert_eq!(std::fs::read_to_string(dir.path().join("precious")).unwrap(), "mine");
+    crate::write(&dir.path().join("precious"), b"new").unwrap();
+    assert_eq!(std::fs::read_to_string(dir.path().join("precious")).unwrap(), "new");
+}

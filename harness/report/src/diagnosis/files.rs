@@ -52,7 +52,7 @@ fn latent(o: &Outcome, answer: &Answer) -> std::io::Result<()> {
 /// Rows of the law learned.
 const ROWS: usize = 201;
 
-/// learned/<recording>.csv: time, depth, force as read, of the law learned, and of each class of it; learned/law.csv: the force
+/// learned/recordings/<recording>.csv: time, depth, force as read, of the law learned, and of each class of it; learned/law.csv: the force
 /// over depth.
 fn learned(o: &Outcome, answer: &Answer) -> std::io::Result<()> {
     let Some(l) = o.learned.as_ref().filter(|l| l.leads) else { return Ok(()) };
@@ -68,7 +68,7 @@ fn learned(o: &Outcome, answer: &Answer) -> std::io::Result<()> {
             }
             s.push('\n');
         }
-        answer.write(&format!("learned/{}", c.file), s.as_bytes())?;
+        answer.write(&format!("learned/recordings/{}", c.file), s.as_bytes())?;
     }
     let mut s = String::from("penetration [m],loading [N],unloading [N]\n");
     for [x, on, back] in l.table(ROWS).unwrap_or_default() {

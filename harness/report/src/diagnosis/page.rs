@@ -262,7 +262,7 @@ fn learned(mut page: Page, o: &Outcome) -> Page {
         vec![c.class.to_string(), name, c.depends_on.to_string(), probability(c.probability)]
     };
     page.table(&["class", "mechanism", "depends on", "probability"], &classes.map(row).collect::<Vec<_>>())
-        .paragraph("learned/ holds every recording's curves, and the law over depth.")
+        .paragraph("learned/recordings/ holds every recording's curves, learned/law.csv the force over depth.")
 }
 
 /// Head of the column of intervals.
