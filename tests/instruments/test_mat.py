@@ -93,7 +93,7 @@ def test_structs_with_their_own_time_are_groups(tmp_path, dump):
     force, acc, log, rest = dump(path)["groups"]
     assert force["name"] == "force" and force["channels"] == [{"name": "Time", "unit": "seconds"}, {"name": "force", "unit": "kN"}]
     assert acc["channels"] == [{"name": "Time", "unit": "seconds"}, {"name": "acc 1", "unit": "m/s²"}, {"name": "acc 2", "unit": "m/s²"}]
-    assert [c["name"] for c in log["channels"]] == ["log.time", "log.x"] and [c["name"] for c in rest["channels"]] == ["log.signal.values", "alone"]
+    assert [c["name"] for c in log["channels"]] == ["log.time", "log.signal.values", "log.x"] and [c["name"] for c in rest["channels"]] == ["alone"]
     np.testing.assert_array_equal(force["samples"], [t, np.sin(t)])
 
 

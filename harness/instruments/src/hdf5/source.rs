@@ -31,8 +31,8 @@ struct Part {
     origin: Option<i128>,
 }
 
-/// Largest integer up to which a double holds each.
-const HELD: u128 = 1 << 53;
+/// Nanoseconds since 1970 from 2001 to 2103: integers that a double does not hold.
+const STAMPS: std::ops::Range<i128> = 1_000_000_000_000_000_000..4_200_000_000_000_000_000;
 
 struct Hdf5 {
     path: PathBuf,
@@ -180,7 +180,7 @@ fn origin(dataset: &Dataset, layout: &Layout) -> Option<i128> {
     };
     let selections = dataset.shape().iter().enumerate().map(one).collect();
     let first = dataset.read_slice::<Whole>(&SliceInfo { selections }).ok()?.iter().next()?.0;
-    Some(first).filter(|f| f.unsigned_abs() > HELD)
+    Some(first).filter(|f| STAMPS.contains(f))
 }
 
 /// Datasets that others name as the scale of an axis (`DIMENSION_LIST`), by their address.

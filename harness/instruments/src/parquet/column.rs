@@ -10,8 +10,8 @@ use parquet::errors::{ParquetError, Result};
 use parquet::file::reader::FileReader;
 use parquet::schema::types::ColumnDescriptor;
 
-/// Largest integer up to which a double holds each.
-const HELD: u64 = 1 << 53;
+/// Nanoseconds since 1970 from 2001 to 2103: integers that a double does not hold.
+const STAMPS: std::ops::Range<i64> = 1_000_000_000_000_000_000..4_200_000_000_000_000_000;
 
 /// What a stored value means.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,8 +135,7 @@ impl Column {
     fn integer(&self, value: i64, first: &mut Option<i64>) -> f64 {
         if self.meaning == Meaning::Signed {
             let first = *first.get_or_insert(value);
-            // times since 1970 in ns are integers that a double does not hold
-            return if first.unsigned_abs() > HELD { since(value, first) } else { value as f64 };
+            return if STAMPS.contains(&first) { since(value, first) } else { value as f64 };
         }
         let mut since_first = || since(value, *first.get_or_insert(value));
         match self.meaning {
