@@ -113,7 +113,7 @@ def test_tables_that_cannot_be_taken_are_reported() -> None:
 
 def test_names_lead_into_no_other_folder_and_links_are_not_written_through(tmp_path: Path) -> None:
     course = pa.table({"time": [0.0, 1.0], "force": [0.0, 1.0]})
-    for name in ["../x", "/x", "a/b", "..", "a\\b"]:
+    for name in ["../x", "/x", "a/b", "a\\b"]:
         with pytest.raises(ValueError, match="is no name of a file"):
             td.Campaign.of({name: course}, folder=tmp_path / "c")
         made = td.Campaign.of(course, name=name)
