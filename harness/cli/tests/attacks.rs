@@ -2,6 +2,10 @@
 //! systems that give little. What is not touchdown's own stays as it is, and every command ends by a code that the book has.
 #![cfg(target_os = "linux")]
 
+#[path = "fixtures/faults.rs"]
+mod fixture;
+
+use fixture::library;
 use plant::recipe::{write_campaign, Recipe};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
@@ -109,21 +113,6 @@ fn hash() -> String {
         output::Entry::of(&t.path().join("x"), "").unwrap().sha256
     };
     HASHED.get_or_init(of).clone()
-}
-
-/// The library that makes calls fail.
-fn library() -> &'static Path {
-    static BUILT: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
-    let (_, library) = BUILT.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let library = folder.path().join("faults.so");
-        let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/faults.c");
-        let built =
-            Command::new("cc").args(["-shared", "-fPIC", "-O1", "-o"]).arg(&library).args([source, "-ldl"]).status();
-        assert!(built.unwrap().success());
-        (folder, library)
-    });
-    library
 }
 
 #[test]

@@ -3,31 +3,19 @@
 //! TOUCHDOWN_FAULTS=all every call of every command.
 #![cfg(target_os = "linux")]
 
+#[path = "fixtures/faults.rs"]
+mod fixture;
+
+use fixture::library;
 use plant::recipe::{write_campaign, Recipe};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::OnceLock;
 
 /// What a folder holds: files by name.
 type Tree = BTreeMap<String, Vec<u8>>;
 
 const KINDS: [&str; 3] = ["kill", "enospc", "eio"];
-
-/// The library that makes calls fail.
-fn library() -> &'static Path {
-    static BUILT: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
-    let (_, library) = BUILT.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let library = folder.path().join("faults.so");
-        let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/faults.c");
-        let built =
-            Command::new("cc").args(["-shared", "-fPIC", "-O1", "-o"]).arg(&library).args([source, "-ldl"]).status();
-        assert!(built.unwrap().success());
-        (folder, library)
-    });
-    library
-}
 
 /// Files below `folder`, but for stages, the rows of a run that was cut short, and the list of diagnoses.
 fn tree(folder: &Path) -> Tree {

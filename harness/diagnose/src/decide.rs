@@ -10,7 +10,7 @@ use super::posterior::{Cause, Posterior, POSSIBLE};
 use super::propose::Pool;
 use super::table::Table;
 use estimate::fitted::Fitted;
-use record::{Campaign, Kind};
+use record::Campaign;
 
 /// Structures at most whose predictions of levels not seen are worked out.
 const PREDICTED: usize = 6;
@@ -125,21 +125,23 @@ impl Decision {
         self.learned.as_ref().is_some_and(|l| l.leads)
     }
 
-    /// Takes the unknown cause apart into classes of forces that are learned as functions, where the motion is imposed and such a
-    /// cause is possible.
+    /// Whether what is missing may be learned as a function: the motion is imposed, and an unknown cause is possible.
+    pub fn may_learn(&self) -> bool {
+        let is_imposed = self.base.data.records.iter().all(|r| !r.setup.imposed.is_empty());
+        is_imposed && self.posterior.unknown() > POSSIBLE
+    }
+
+    /// Takes the unknown cause apart into classes of forces that are learned as functions.
     pub fn learn(&mut self, c: &Campaign) {
-        if c.kind != Kind::Indentation || self.posterior.unknown() <= POSSIBLE {
-            return;
-        }
-        let Some(l) = learned(c, self) else { return };
-        self.posterior = l.posterior.clone();
+        let Some((l, posterior)) = learned(c, self) else { return };
+        self.posterior = posterior;
         if l.leads {
             // what stood in for the unknown is known now
             self.chosen = self.base.clone();
             self.overdispersion.1 = self.overdispersion.0;
             self.ties = Vec::new();
             self.after = Some(l.heldout.clone());
-            self.unexplained = l.names.is_empty() || l.leaves_more;
+            self.unexplained = l.names.is_empty() || l.misfit > self.table.learned.discrepancy;
         }
         self.detected |= !l.names.is_empty();
         self.learned = Some(l);

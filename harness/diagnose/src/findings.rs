@@ -109,9 +109,10 @@ pub fn gather(c: &Campaign, search: &Search, d: &Decision, stage: &dyn Fn(&str))
 /// What a reader has to know of names whose shape was learned; None where there are none.
 fn learned_shape(d: &Decision) -> Option<String> {
     let l = d.learned.as_ref().filter(|l| l.leads && !l.names.is_empty())?;
-    let predicts = match d.before.nrmse >= l.heldout.nrmse {
-        true => "",
-        false => " What the fit did not see it would predict worse than the simulation as given, which predicts it.",
+    let predicts = if d.before.nrmse >= l.heldout.nrmse {
+        ""
+    } else {
+        " What the fit did not see it would predict worse than the simulation as given, which predicts it."
     };
     Some(format!(
         "No equation of the vocabulary has the shape of what is named: the shape is learned, and drawn below. \

@@ -6,9 +6,8 @@ use crate::heldout::{groups, HeldOut};
 use crate::phases::over_their_sum;
 use crate::posterior::{Posterior, UNKNOWN};
 use crate::predictions::Predictions;
-use crate::table::LearnedTable;
 use estimate::problem::Data;
-use learn::{Class, Law, Numbers, Recording, ALL};
+use learn::{highest, Class, Law, Recording, ALL};
 use mechanisms::mechanism::Mechanism;
 use rayon::prelude::*;
 use record::{Campaign, Channel};
@@ -53,8 +52,6 @@ pub struct Learned {
     pub of: learn::Learned,
     /// Index, among its sets, of the one whose law is given: the likeliest that stands for all that is named.
     pub set: usize,
-    /// The posterior of the forms, its unknown cause taken apart into what was learned.
-    pub posterior: Posterior,
     /// Names that are more likely than not and that no form stands for.
     pub names: Vec<Named>,
     /// Every recording predicted by a law learned without its level.
@@ -62,13 +59,8 @@ pub struct Learned {
     pub courses: Vec<Course>,
     /// Whether it takes the place of every form: the cause was likelier outside of them than in them.
     pub leads: bool,
-    /// Misfit of its law on what it has seen, rms over the range of force; and whether that is more than laws are off by.
+    /// Misfit of its law on what it has seen, rms over the range of force.
     pub misfit: f64,
-    pub leaves_more: bool,
-}
-
-fn numbers(t: &LearnedTable) -> Numbers {
-    Numbers { discrepancy: t.discrepancy, independent: t.independent, temperature: t.temperature, class: t.class }
 }
 
 /// The recordings of an imposed motion as classes see them. Samples that do not count are taken from their neighbours.
@@ -101,7 +93,7 @@ fn recordings(c: &Campaign, data: &Data) -> Option<Vec<Recording>> {
 
 /// A recording up to its deepest point.
 fn first_half(r: &Recording) -> Recording {
-    let n = 1 + (0..r.depth.len()).max_by(|a, b| r.depth[*a].total_cmp(&r.depth[*b])).unwrap_or(0);
+    let n = 1 + highest(&r.depth);
     let cut = |v: &[f64]| v[..n].to_vec();
     Recording { time: cut(&r.time), depth: cut(&r.depth), rate: cut(&r.rate), force: cut(&r.force), ..*r }
 }
@@ -125,37 +117,22 @@ fn names(classes: &[usize], given: &[usize], rates_differ: bool) -> Vec<&'static
     v
 }
 
-/// Learns what is missing in the recordings of a decision on `c`. None where the motion is not imposed, or nothing was read.
-pub fn learned(c: &Campaign, d: &Decision) -> Option<Learned> {
+/// Learns what is missing in the recordings of a decision on `c`, whose motion is imposed; with it the decision's posterior, its
+/// unknown cause taken apart into what was learned. None where no force or no depth was read.
+pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let data = &d.base.data;
-    let numbers = numbers(&d.table.learned);
+    let numbers = &d.table.learned;
     let given = given(&c.simulation.terms);
     let all = recordings(c, data)?;
-    let of = learn::learn(&all, &given, &numbers)?;
-    let laws: Vec<Option<Law>> = groups(data)
-        .into_par_iter()
-        .map(|out| {
-            let seen: Vec<Recording> = match &all[..] {
-                [one] => vec![first_half(one)],
-                _ => (0..all.len()).filter(|r| !out.contains(r)).map(|r| all[r].clone()).collect(),
-            };
-            (out, learn::learn(&seen, &given, &numbers).and_then(|l| Some(l.sets.into_iter().next()?.law)))
-        })
-        .collect::<Vec<_>>()
-        .into_iter()
-        .fold(vec![None; all.len()], |mut by, (out, law)| {
-            out.iter().for_each(|r| by[*r].clone_from(&law));
-            by
-        });
-    let heldout = predicted(d, &all, &laws)?;
+    let of = learn::learn(&all, &given, numbers)?;
+    let names_of = |s: &learn::Set| names(&s.law.classes, &given, of.rates_differ);
+    let posterior = d.posterior.refined(of.sets.iter().map(|s| (names_of(s), s.probability)), d.table.level);
     let leads = d.posterior.unknown() > 0.5;
-    let posterior = refined(&d.posterior, &of, &given, d.table.level);
     let by_form: Vec<&'static str> = if leads { Vec::new() } else { d.chosen.names() };
     let likely: Vec<&'static str> = posterior.likely_names().into_iter().filter(|n| !by_form.contains(n)).collect();
     // of the sets that stand for what is named the likeliest that stands for nothing else
-    let of_set = |s: &learn::Set| names(&s.classes, &given, of.rates_differ);
-    let exact = of.sets.iter().position(|s| of_set(s) == likely);
-    let holds_all = |s: &learn::Set| likely.iter().all(|n| of_set(s).contains(n));
+    let exact = of.sets.iter().position(|s| names_of(s) == likely);
+    let holds_all = |s: &learn::Set| likely.iter().all(|n| names_of(s).contains(n));
     let set = exact.or_else(|| of.sets.iter().position(holds_all)).unwrap_or(0);
     let law = &of.sets[set].law;
     let course = |((r, rec), surface): ((&Recording, &estimate::problem::Record), &f64)| {
@@ -174,19 +151,29 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<Learned> {
     };
     let courses: Vec<Course> = all.iter().zip(&data.records).zip(&law.surfaces).map(course).collect();
     let misfit = of_courses(&courses, law.press.force);
-    let mut learned = Learned {
-        leaves_more: misfit > numbers.discrepancy,
-        of,
-        set,
-        posterior,
-        names: Vec::new(),
-        heldout,
-        courses,
-        leads,
-        misfit,
+    let heldout = predicted(d, &all, &laws_without(&all, &groups(data), &given, numbers));
+    let mut learned = Learned { of, set, names: Vec::new(), heldout, courses, leads, misfit };
+    learned.names = likely.into_iter().filter_map(|n| learned.named(n, &posterior)).collect();
+    Some((learned, posterior))
+}
+
+/// The law that each recording is predicted by: learned without the group it is in; of a single recording, from its first half.
+fn laws_without(
+    all: &[Recording],
+    groups: &[Vec<usize>],
+    given: &[usize],
+    numbers: &learn::Numbers,
+) -> Vec<Option<Law>> {
+    let without = |out: &Vec<usize>| {
+        let seen: Vec<Recording> = match all {
+            [one] => vec![first_half(one)],
+            _ => (0..all.len()).filter(|r| !out.contains(r)).map(|r| all[r].clone()).collect(),
+        };
+        learn::learn(&seen, given, numbers).and_then(|l| Some(l.sets.into_iter().next()?.law))
     };
-    learned.names = likely.into_iter().filter_map(|n| learned.named(n)).collect();
-    Some(learned)
+    let laws: Vec<Option<Law>> = groups.par_iter().map(without).collect();
+    let of = |r: usize| laws[groups.iter().position(|out| out.contains(&r))?].clone();
+    (0..all.len()).map(of).collect()
 }
 
 /// Misfit of a law over all samples, rms over the range of force.
@@ -196,14 +183,8 @@ fn of_courses(courses: &[Course], range: f64) -> f64 {
     (squares.sum::<f64>() / n as f64).sqrt()
 }
 
-/// The posterior with the unknown cause taken apart into what was learned beside the classes `given`.
-fn refined(posterior: &Posterior, of: &learn::Learned, given: &[usize], level: f64) -> Posterior {
-    let sets = of.sets.iter().map(|s| (names(&s.classes, given, of.rates_differ), s.probability));
-    posterior.refined(sets, level)
-}
-
 /// Every recording as a law that has not seen it has it, its other channels as the simulation as given has them.
-fn predicted(d: &Decision, all: &[Recording], laws: &[Option<Law>]) -> Option<HeldOut> {
+fn predicted(d: &Decision, all: &[Recording], laws: &[Option<Law>]) -> HeldOut {
     let data = &*d.base.data;
     let force = Channel::Force.index();
     let found: Vec<_> = laws.iter().zip(all).map(|(law, r)| law.as_ref().map(|l| (l, l.predict(r)))).collect();
@@ -230,12 +211,7 @@ fn predicted(d: &Decision, all: &[Recording], laws: &[Option<Law>]) -> Option<He
         Ok::<_, Infallible>(y)
     };
     let predictions = Predictions::new(judged, data, of).unwrap_or_else(|e| match e {});
-    Some(HeldOut {
-        nrmse: predictions.misfit(data),
-        predictions,
-        points: d.before.points.clone(),
-        folds: d.before.folds.clone(),
-    })
+    HeldOut { nrmse: predictions.misfit(data), predictions, ..d.before.clone() }
 }
 
 impl Learned {
@@ -244,8 +220,9 @@ impl Learned {
         &self.of.sets[self.set].law
     }
 
-    /// A mechanism as it is named for the classes learned; None where none of them stands for it.
-    fn named(&self, name: &'static str) -> Option<Named> {
+    /// A mechanism as it is named for the classes learned, with its probability by `posterior`; None where none of them stands
+    /// for it.
+    fn named(&self, name: &'static str, posterior: &Posterior) -> Option<Named> {
         let mechanism = mechanisms::named(name)?;
         let is_tied = !self.of.rates_differ && learn::PARTED_BY_RATES.0 == Some(name);
         let is_it = |c: &Class| c.mechanism == Some(name) || is_tied && c.needs_rates;
@@ -256,7 +233,7 @@ impl Learned {
         let also = ALL.iter().filter(|c| c.mechanism == Some(name)).flat_map(|c| c.also).copied();
         let also_possible = if is_tied { learn::PARTED_BY_RATES.1.to_vec() } else { also.collect() };
         let (largest, shares) = self.action(&of);
-        Some(Named { mechanism, probability: self.posterior.of(name), also_possible, largest, shares })
+        Some(Named { mechanism, probability: posterior.of(name), also_possible, largest, shares })
     }
 
     /// Mean relative difference of the largest force read and of the law.
@@ -275,9 +252,9 @@ impl Learned {
     /// The law as a table: depth below the surface, m, and the force on the way in and back of the recording that goes deepest,
     /// N, at so many depths; None where nothing was recorded.
     pub fn table(&self, rows: usize) -> Option<Vec<[f64; 3]>> {
-        let deepest = |c: &&Course| c.depth.iter().copied().fold(f64::MIN, f64::max);
-        let c = self.courses.iter().max_by(|a, b| deepest(a).total_cmp(&deepest(b)))?;
-        let top = (0..c.depth.len()).max_by(|a, b| c.depth[*a].total_cmp(&c.depth[*b]))?;
+        let depth = |c: &Course| c.depth[highest(&c.depth)];
+        let c = self.courses.iter().max_by(|a, b| depth(a).total_cmp(&depth(b)))?;
+        let top = highest(&c.depth);
         let (low, high) = (c.depth.iter().copied().fold(f64::MAX, f64::min), c.depth[top]);
         let nearest = |of: std::ops::RangeInclusive<usize>, x: f64| {
             of.min_by(|a, b| (c.depth[*a] - x).abs().total_cmp(&(c.depth[*b] - x).abs()))
@@ -294,7 +271,7 @@ impl Learned {
     fn action(&self, parts: &[usize]) -> (f64, [f64; 4]) {
         let (mut largest, mut shares) = (0.0f64, [0.0; 4]);
         for c in &self.courses {
-            let top = (0..c.depth.len()).max_by(|a, b| c.depth[*a].total_cmp(&c.depth[*b])).unwrap_or(0);
+            let top = highest(&c.depth);
             for i in 0..c.time.len() {
                 let f: f64 = parts.iter().map(|p| c.parts[*p][i]).sum();
                 largest = largest.max(f.abs());

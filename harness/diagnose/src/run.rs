@@ -237,7 +237,7 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     let mut decision = Decision::new(pool);
     stage("choosing names without each level, and in shorter windows")?;
     decision.choose_again();
-    if c.kind == Kind::Indentation {
+    if decision.may_learn() {
         stage("learning what is missing as a function")?;
         decision.learn(c);
     }

@@ -278,7 +278,7 @@ pub fn against(c: &Campaign, others: &[Campaign]) -> Vec<Against> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use record::{Kind, Simulation};
+    use record::Kind;
 
     /// Steps simulated between two samples.
     const FINE: usize = 16;
@@ -297,38 +297,16 @@ mod tests {
                 pole(&mut y, 1.0 / tau, fine);
             }
             let y: Vec<f64> = y.chunks(FINE).map(|c| c[0].clamp(-limit, limit)).collect();
+            let time = (0..y.len()).map(|k| k as f64 * dt).collect();
             Recording {
-                file: format!("r{i}.csv"),
                 order: i as f64 + 1.0,
                 level: i,
-                drop_height: None,
                 impact_speed: Some((1.0, 0.01)),
-                start_speed: None,
-                spring_preload: None,
-                set: Vec::new(),
-                time: (0..y.len()).map(|k| k as f64 * dt).collect(),
-                whole: None,
-                channels: [None, Some(y), None],
-                columns: Vec::new(),
                 rows: record::Rows::alike(Vec::new()),
+                ..Recording::of(&format!("r{i}.csv"), time, [None, Some(y), None])
             }
         });
-        Campaign {
-            dir: folder.into(),
-            folder: folder.into(),
-            name: folder.into(),
-            kind: Kind::DropTest,
-            material: None,
-            columns: Default::default(),
-            moving_mass: Some(1.0),
-            travel: None,
-            return_spring_rate: None,
-            simulation: Simulation::default(),
-            system: None,
-            levels: (0..3).map(|i| (i as f64, i.to_string())).collect(),
-            recordings: recordings.collect(),
-            warnings: Vec::new(),
-        }
+        Campaign { moving_mass: Some(1.0), ..Campaign::of(folder, Kind::DropTest, recordings.collect()) }
     }
 
     const NONE: f64 = f64::INFINITY;

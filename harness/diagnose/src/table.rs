@@ -60,21 +60,7 @@ pub struct Table {
     /// Probability that a set has to add up to, to hold the cause with 95 %.
     pub level: f64,
     /// What laws that are learned as functions are weighed by.
-    pub learned: LearnedTable,
-}
-
-/// What laws that are learned as functions are weighed by.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-pub struct LearnedTable {
-    /// Share of the range of force by which laws of contact are off where nothing is missing.
-    pub discrepancy: f64,
-    /// Independent samples of a level.
-    pub independent: f64,
-    /// What differences of ln evidence are divided by.
-    pub temperature: f64,
-    /// ln prior of every class of forces.
-    pub class: f64,
+    pub learned: learn::Numbers,
 }
 
 impl Table {

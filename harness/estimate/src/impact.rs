@@ -159,21 +159,7 @@ mod tests {
         // a third of the recording lies below the share of its peak from which on it pushes
         let y: Vec<f64> = (0..400).map(|i| (f64::from(i) / 30.0).exp() * 1e-6 + 1e-9 * f64::from(i % 7)).collect();
         let time: Vec<f64> = (0..400).map(f64::from).collect();
-        let press = |y: Vec<f64>| Recording {
-            file: "r.csv".into(),
-            order: 1.0,
-            level: 0,
-            drop_height: None,
-            impact_speed: None,
-            start_speed: None,
-            spring_preload: None,
-            set: Vec::new(),
-            rows: record::Rows::alike(time.clone()),
-            time: time.clone(),
-            whole: None,
-            channels: [Some(y), None, Some(time.clone())],
-            columns: Vec::new(),
-        };
+        let press = |y: Vec<f64>| Recording::of("r.csv", time.clone(), [Some(y), None, Some(time.clone())]);
         assert!(impact(Kind::Indentation, &press(y), 1.0).is_ok());
         // a ramp to half of the level and a step beyond it: the median of what is before is no noise either
         let ramp = (0..400).map(|i| if i < 200 { 0.2 * f64::from(i) } else { 100.0 + f64::from(i) }).collect();
@@ -198,21 +184,7 @@ mod tests {
             // without the pulse its noise is taken to be nothing else
             y.truncate(n * 7 / 10);
             let time: Vec<f64> = (0..y.len()).map(|i| 1e-5 * i as f64).collect();
-            let noise = Recording {
-                file: "r.csv".into(),
-                order: 1.0,
-                level: 0,
-                drop_height: None,
-                impact_speed: None,
-                start_speed: None,
-                spring_preload: None,
-                set: Vec::new(),
-                rows: record::Rows::alike(time.clone()),
-                time,
-                whole: None,
-                channels: [Some(y), None, None],
-                columns: Vec::new(),
-            };
+            let noise = Recording::of("r.csv", time, [Some(y), None, None]);
             assert!(impact(Kind::DropTest, &noise, 1.0).is_err(), "{n}");
         }
     }

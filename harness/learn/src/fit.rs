@@ -72,8 +72,10 @@ impl Normal {
                 break;
             }
             taken[next] = true;
-            let Some(solved) = self.exchanged(&mut taken, x.clone()) else { break };
-            x = solved;
+            x = match self.exchanged(&mut taken, x) {
+                Some(solved) => solved,
+                None => break,
+            };
             let left = self.yy - 2.0 * self.b.dot(&x) + x.dot(&(&self.a * &x));
             let ln_evidence = scale.ln_evidence(left, taken.iter().filter(|t| **t).count());
             if ln_evidence > best.ln_evidence {

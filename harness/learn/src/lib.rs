@@ -14,5 +14,5 @@ pub mod weigh;
 
 pub use classes::{Class, ALL, PARTED_BY_RATES};
 pub use law::Law;
-pub use press::{Press, Recording};
+pub use press::{highest, Press, Recording};
 pub use weigh::{learn, Learned, Numbers, Set};

@@ -1,5 +1,7 @@
 //! Recordings of an imposed motion, as the classes see them: depth below a surface, rate, direction, and what came before.
 
+use record::largest;
+
 /// One recording of an imposed motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
@@ -35,13 +37,19 @@ impl Recording {
         }
     }
 
-    /// What the force reads where nothing touches, N: at the start where it is at rest there, within `small` N; else 0.
-    pub fn rest(&self, small: f64) -> f64 {
+    /// The force read at the start, N, sorted.
+    fn start(&self) -> Vec<f64> {
         let n = (self.force.len() / START).max(4).min(self.force.len());
         let mut start = self.force[..n].to_vec();
         start.sort_by(f64::total_cmp);
+        start
+    }
+
+    /// What the force reads where nothing touches, N: at the start where it is at rest there, within `small` N; else 0.
+    pub fn rest(&self, small: f64) -> f64 {
+        let start = self.start();
         match (start.first(), start.last()) {
-            (Some(a), Some(b)) if b - a < 2.0 * AT_REST * small => start[n / 2],
+            (Some(a), Some(b)) if b - a < 2.0 * AT_REST * small => start[start.len() / 2],
             _ => 0.0,
         }
     }
@@ -49,12 +57,9 @@ impl Recording {
     /// Where the surface may be, m, each by another rule: around where the force leaves what it is at rest, at the scale's
     /// zero, and at the first sample. The same rule in the same place for every recording.
     pub fn surfaces(&self) -> Vec<f64> {
-        let n = (self.force.len() / START).max(4).min(self.force.len());
-        let mut start = self.force[..n].to_vec();
-        start.sort_by(f64::total_cmp);
-        let away: Vec<f64> = self.force.iter().map(|f| f - start[n / 2]).collect();
-        let top = (0..away.len()).max_by(|a, b| away[*a].total_cmp(&away[*b])).unwrap_or(0);
-        let most = away.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let start = self.start();
+        let away: Vec<f64> = self.force.iter().map(|f| f - start[start.len() / 2]).collect();
+        let (top, most) = (highest(&away), largest(&away));
         // the last sample on the way in at which the force is still small
         let last_below = |share: f64| {
             let i = (0..=top).rev().find(|i| away[*i] < share * most);
@@ -91,10 +96,10 @@ impl Press {
     /// Of recordings with their `surfaces`, m; a force counts as a pull where it is below rest by more than `small` of the range.
     /// None where nothing is deeper than the surface, or no force was read.
     pub fn of(recordings: &[Recording], surfaces: &[f64], small: f64) -> Option<Press> {
-        let force = recordings.iter().map(|r| range(&r.force)).fold(0.0, f64::max);
+        let force = recordings.iter().map(|r| record::range(&r.force)).fold(0.0, f64::max);
         let deepest = |(r, s): (&Recording, &f64)| r.depth.iter().fold(f64::MIN, |m, x| m.max(x - s));
         let depth = recordings.iter().zip(surfaces).map(deepest).fold(f64::MIN, f64::max);
-        let rate = recordings.iter().flat_map(|r| &r.rate).fold(0.0f64, |m, v| m.max(v.abs()));
+        let rate = recordings.iter().map(|r| largest(&r.rate)).fold(0.0, f64::max);
         if !(depth > 0.0 && force > 0.0 && rate > 0.0) {
             return None;
         }
@@ -104,8 +109,7 @@ impl Press {
             let pulls: Vec<f64> =
                 (0..r.force.len()).filter(|i| r.force[*i] - rest < -small * force).map(|i| r.depth[i]).collect();
             let Some(low) = pulls.iter().copied().reduce(f64::min) else { continue };
-            let top = (0..r.force.len()).max_by(|a, b| r.force[*a].total_cmp(&r.force[*b])).unwrap_or(0);
-            let leaves = (top..r.force.len()).find(|i| r.force[*i] - rest < LEFT * force);
+            let leaves = (highest(&r.force)..r.force.len()).find(|i| r.force[*i] - rest < LEFT * force);
             let high = leaves.map_or(low, |i| r.depth[i]).max(low);
             let (a, b) = ((low - surface) / depth, (high - surface) / depth);
             pull = Some(pull.map_or((a, b), |p| (p.0.min(a), p.1.max(b))));
@@ -118,10 +122,9 @@ impl Press {
     }
 }
 
-/// Largest less smallest.
-pub(crate) fn range(y: &[f64]) -> f64 {
-    let (a, b) = y.iter().fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(*v), b.max(*v)));
-    (b - a).max(0.0)
+/// Index of the largest of these, the last of several; 0 where there are none.
+pub fn highest(y: &[f64]) -> usize {
+    (0..y.len()).max_by(|a, b| y[*a].total_cmp(&y[*b])).unwrap_or(0)
 }
 
 /// A recording's motion without units, sample by sample.
@@ -151,9 +154,9 @@ impl Path {
     /// Of a recording whose surface is at `surface`, m.
     pub fn of(r: &Recording, surface: f64, press: &Press) -> Path {
         let x: Vec<f64> = r.depth.iter().map(|x| (x - surface) / press.depth).collect();
-        let fastest = r.rate.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
-        let top = (0..x.len()).max_by(|a, b| x[*a].total_cmp(&x[*b])).unwrap_or(0);
-        let mut deepest = 0.0f64;
+        let fastest = largest(&r.rate).max(f64::MIN_POSITIVE);
+        let top = highest(&x);
+        let mut so_far = 0.0f64;
         let (first, last) = press.orders;
         Path {
             time: r.time.clone(),
@@ -162,8 +165,8 @@ impl Path {
             deepest: x
                 .iter()
                 .map(|x| {
-                    deepest = deepest.max(*x);
-                    deepest
+                    so_far = so_far.max(*x);
+                    so_far
                 })
                 .collect(),
             leaving: (0..x.len()).map(|i| i > top).collect(),

@@ -6,10 +6,12 @@ use crate::law::Law;
 use crate::press::{Path, Press, Recording};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use serde::Deserialize;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What the evidence is worked out with, and what turns it into probabilities: calibrated, not derived.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
 pub struct Numbers {
     /// Share of the range of force by which laws of contact are off where nothing is missing.
     pub discrepancy: f64,
@@ -24,13 +26,10 @@ pub struct Numbers {
 /// A set of classes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Set {
-    /// Indices into [`ALL`], increasing.
-    pub classes: Vec<usize>,
-    pub ln_evidence: f64,
     pub probability: f64,
     /// Misfit, rms over the range of force.
     pub misfit: f64,
-    /// What was learned with it.
+    /// The law that was learned with it, which holds its classes.
     pub law: Law,
 }
 
@@ -48,7 +47,7 @@ pub struct Learned {
 impl Learned {
     /// Probability that a class is among what is missing.
     pub fn of(&self, class: usize) -> f64 {
-        self.sets.iter().filter(|s| s.classes.contains(&class)).map(|s| s.probability).sum()
+        self.sets.iter().filter(|s| s.law.classes.contains(&class)).map(|s| s.probability).sum()
     }
 }
 
@@ -72,12 +71,14 @@ struct Placed {
     shapes: Vec<Vec<usize>>,
     sticks: Normal,
     slips: Normal,
-    samples: f64,
+    scale: Scale,
 }
 
 impl Placed {
-    fn new(recordings: &[Recording], rule: usize, small: f64) -> Option<Placed> {
-        let surfaces: Vec<f64> = recordings.iter().map(|r| r.surfaces()[rule]).collect();
+    /// With the surface of each recording where `rule` has it, of `surfaces` recording by recording.
+    fn new(recordings: &[Recording], surfaces: &[Vec<f64>], rule: usize, numbers: &Numbers) -> Option<Placed> {
+        let small = numbers.discrepancy;
+        let surfaces: Vec<f64> = surfaces.iter().map(|s| s[rule]).collect();
         let press = Press::of(recordings, &surfaces, small)?;
         let mut columns: Vec<Vec<f64>> = Vec::new();
         let mut shapes: Vec<Vec<usize>> = vec![Vec::new(); 1 + ALL.len()];
@@ -103,18 +104,25 @@ impl Placed {
             Normal { b: a.tr_mul(&y), yy: y.dot(&y), a: a.tr_mul(&a) }
         };
         let (sticks, slips) = (normal(&|_| true), normal(&|i| !pulls[i]));
-        Some(Placed { rule, surfaces, press, shapes, sticks, slips, samples: n as f64 })
+        let independent = numbers.independent * press.levels.len() as f64;
+        let scale = Scale { samples: n as f64, independent, discrepancy: small };
+        Some(Placed { rule, surfaces, press, shapes, sticks, slips, scale })
     }
 
     fn indices(&self, classes: &[usize]) -> Vec<usize> {
         std::iter::once(0).chain(classes.iter().map(|c| c + 1)).flat_map(|c| self.shapes[c].iter().copied()).collect()
     }
 
+    /// Misfit of a fit, rms over the range of force.
+    fn misfit(&self, fit: &Fit) -> f64 {
+        (fit.left / self.scale.samples).sqrt()
+    }
+
     /// The fit of a set; None where one of its classes takes no part in it.
-    fn fit(&self, classes: &[usize], given: &[usize], scale: &Scale) -> Option<Fit> {
+    fn fit(&self, classes: &[usize], given: &[usize]) -> Option<Fit> {
         let sticks = classes.iter().any(|c| ALL[*c].mechanism == Some("adhesion"));
         let normal = if sticks { &self.sticks } else { &self.slips };
-        let fit = normal.of(&self.indices(classes)).fit(scale);
+        let fit = normal.of(&self.indices(classes)).fit(&self.scale);
         let parts = self.parts(classes, &fit);
         let takes_part = |(c, p): (&usize, &Vec<f64>)| given.contains(c) || p.iter().any(|x| *x > 0.0);
         classes.iter().zip(&parts[1..]).all(takes_part).then_some(fit)
@@ -144,7 +152,7 @@ fn rates_differ(recordings: &[Recording], small: f64) -> bool {
     let mut held = 0.0f64;
     for r in recordings {
         let top = r.force.iter().copied().fold(f64::MIN, f64::max);
-        let rest = r.rest(small * crate::press::range(&r.force));
+        let rest = r.rest(small * record::range(&r.force));
         let mut sorted: Vec<f64> = r.rate.iter().map(|v| v.abs()).collect();
         sorted.sort_by(f64::total_cmp);
         let fast = sorted[(sorted.len() - 1) * 95 / 100];
@@ -174,21 +182,13 @@ pub fn learn(recordings: &[Recording], given: &[usize], numbers: &Numbers) -> Op
     if means.iter().any(|r| r.time.len() < 8) || means.is_empty() {
         return None;
     }
-    let mut levels: Vec<usize> = means.iter().map(|r| r.level).collect();
-    levels.sort_unstable();
-    levels.dedup();
-    let scale = |samples: f64| Scale {
-        samples,
-        independent: numbers.independent * levels.len() as f64,
-        discrepancy: numbers.discrepancy,
-    };
-    let rules = means[0].surfaces().len();
-    let mut placed: Vec<(f64, Placed)> = (0..rules)
+    let surfaces: Vec<Vec<f64>> = means.iter().map(Recording::surfaces).collect();
+    let every: Vec<usize> = (0..ALL.len()).collect();
+    let mut placed: Vec<(f64, Placed)> = (0..surfaces[0].len())
         .into_par_iter()
         .filter_map(|rule| {
-            let p = Placed::new(&means, rule, numbers.discrepancy)?;
-            let all: Vec<usize> = (0..ALL.len()).collect();
-            let most = p.sticks.of(&p.indices(&all)).fit(&scale(p.samples));
+            let p = Placed::new(&means, &surfaces, rule, numbers)?;
+            let most = p.sticks.of(&p.indices(&every)).fit(&p.scale);
             Some((most.left, p))
         })
         .collect();
@@ -196,55 +196,55 @@ pub fn learn(recordings: &[Recording], given: &[usize], numbers: &Numbers) -> Op
     placed.dedup_by(|a, b| a.1.press == b.1.press && a.1.sticks.b == b.1.sticks.b);
     placed.truncate(SURFACES);
     let placed: Vec<Placed> = placed.into_iter().map(|p| p.1).collect();
-    // ln evidence, the place that has it and the fit there, by set
-    type Weighed = BTreeMap<Vec<usize>, (f64, usize, Fit)>;
+    // of each set the place that has the most evidence, and the fit there
+    type Weighed = BTreeMap<Vec<usize>, (usize, Fit)>;
     let weigh = |set: &Vec<usize>| {
-        let each = placed.iter().enumerate().filter_map(|(i, p)| Some((i, p.fit(set, given, &scale(p.samples))?)));
+        let each = placed.iter().enumerate().filter_map(|(i, p)| Some((i, p.fit(set, given)?)));
         let best = each.max_by(|a, b| a.1.ln_evidence.total_cmp(&b.1.ln_evidence))?;
-        Some((set.clone(), (best.1.ln_evidence, best.0, best.1)))
+        Some((set.clone(), best))
     };
-    let score = |set: &[usize], ln_evidence: f64| {
-        numbers.class * (set.len() - given.len()) as f64 + ln_evidence / numbers.temperature
+    let score = |set: &[usize], fit: &Fit| {
+        numbers.class * (set.len() - given.len()) as f64 + fit.ln_evidence / numbers.temperature
     };
     let mut least = given.to_vec();
     least.sort_unstable();
     let mut all: Weighed = weigh(&least).into_iter().collect();
     let mut built_on = vec![least.clone()];
     for _ in 0..CLASSES {
-        let mut next: Vec<Vec<usize>> = Vec::new();
-        for set in &built_on {
-            for c in (0..ALL.len()).filter(|c| !set.contains(c)) {
+        let with_one_more = |set: &Vec<usize>| {
+            let others = (0..ALL.len()).filter(|c| !set.contains(c));
+            let with = |c: usize| {
                 let mut with = set.clone();
                 with.push(c);
                 with.sort_unstable();
-                next.push(with);
-            }
-        }
-        next.sort();
-        next.dedup();
+                with
+            };
+            others.map(with).collect::<Vec<_>>()
+        };
+        let next: BTreeSet<Vec<usize>> = built_on.iter().flat_map(with_one_more).collect();
+        let next: Vec<Vec<usize>> = next.into_iter().collect();
         let new: Vec<_> = next.par_iter().filter_map(weigh).collect();
-        let mut ranked: Vec<(f64, Vec<usize>)> = new.iter().map(|(s, w)| (score(s, w.0), s.clone())).collect();
+        let mut ranked: Vec<(f64, &Vec<usize>)> = new.iter().map(|(s, (_, fit))| (score(s, fit), s)).collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-        built_on = ranked.into_iter().take(BUILT_ON).map(|r| r.1).collect();
+        built_on = ranked.into_iter().take(BUILT_ON).map(|r| r.1.clone()).collect();
         all.extend(new);
     }
-    let elastic = all.get(&least).map(|w| (w.2.left / placed[w.1].samples).sqrt())?;
-    let top = all.iter().map(|(s, w)| score(s, w.0)).fold(f64::MIN, f64::max);
-    let whole: f64 = all.iter().map(|(s, w)| (score(s, w.0) - top).exp()).sum();
-    let mut sets: Vec<Set> = all
-        .iter()
-        .map(|(s, (ln_evidence, at, fit))| {
-            let p = &placed[*at];
-            let (press, surface, surfaces) = (p.press.clone(), p.rule, p.surfaces.clone());
-            Set {
-                classes: s.clone(),
-                ln_evidence: *ln_evidence,
-                probability: (score(s, *ln_evidence) - top).exp() / whole,
-                misfit: (fit.left / p.samples).sqrt(),
-                law: Law { classes: s.clone(), coefficients: p.parts(s, fit), press, surface, surfaces },
-            }
-        })
-        .collect();
+    let elastic = all.get(&least).map(|(at, fit)| placed[*at].misfit(fit))?;
+    let top = all.iter().map(|(s, (_, fit))| score(s, fit)).fold(f64::MIN, f64::max);
+    let weight = |s: &[usize], fit: &Fit| (score(s, fit) - top).exp();
+    let whole: f64 = all.iter().map(|(s, (_, fit))| weight(s, fit)).sum();
+    let set = |(classes, (at, fit)): (&Vec<usize>, &(usize, Fit))| {
+        let p = &placed[*at];
+        let law = Law {
+            classes: classes.clone(),
+            coefficients: p.parts(classes, fit),
+            press: p.press.clone(),
+            surface: p.rule,
+            surfaces: p.surfaces.clone(),
+        };
+        Set { probability: weight(classes, fit) / whole, misfit: p.misfit(fit), law }
+    };
+    let mut sets: Vec<Set> = all.iter().map(set).collect();
     sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     Some(Learned { sets, elastic, rates_differ: rates_differ(&means, numbers.discrepancy) })
 }

@@ -227,6 +227,25 @@ pub struct Recording {
 }
 
 impl Recording {
+    /// Of samples at `time`, s, strictly increasing, by channel, SI, of a file by itself: nothing else is known of it.
+    pub fn of(file: &str, time: Vec<f64>, channels: [Option<Vec<f64>>; 3]) -> Recording {
+        Recording {
+            file: file.into(),
+            order: 1.0,
+            level: 0,
+            drop_height: None,
+            impact_speed: None,
+            start_speed: None,
+            spring_preload: None,
+            set: Vec::new(),
+            rows: Rows::alike(time.clone()),
+            time,
+            whole: None,
+            channels,
+            columns: Vec::new(),
+        }
+    }
+
     /// Times of a course of the whole recording, s.
     pub fn all_times(&self) -> &[f64] {
         self.whole.as_ref().unwrap_or(&self.time)
@@ -294,6 +313,27 @@ pub struct Campaign {
 }
 
 impl Campaign {
+    /// Of recordings in a folder, whose levels are called by their index: nothing else is known of it.
+    pub fn of(folder: &str, kind: Kind, recordings: Vec<Recording>) -> Campaign {
+        let levels = recordings.iter().map(|r| r.level + 1).max().unwrap_or(0);
+        Campaign {
+            dir: folder.into(),
+            folder: folder.into(),
+            name: folder.into(),
+            kind,
+            material: None,
+            columns: Default::default(),
+            moving_mass: None,
+            travel: None,
+            return_spring_rate: None,
+            simulation: Simulation::default(),
+            system: None,
+            levels: (0..levels).map(|i| (i as f64, i.to_string())).collect(),
+            recordings,
+            warnings: Vec::new(),
+        }
+    }
+
     /// Keeps the recordings for which `keep` holds, and the levels that are left.
     pub fn retain(&mut self, mut keep: impl FnMut(&Recording) -> bool) {
         self.recordings.retain(|r| keep(r));

@@ -1,4 +1,4 @@
-//! What the channels, speeds, heights and files of a campaign say of each other, before anything is fitted.
+//! Channels, speeds, heights and files of a campaign, compared with each other before anything is fitted.
 
 mod ratio;
 
@@ -25,7 +25,7 @@ const HELD_UP: f64 = 1.5;
 const SUMS: f64 = 0.02;
 /// Standard deviations that leave one in a thousand outside.
 const IN_A_THOUSAND: f64 = 3.29;
-/// What a ruler leaves of a height or a travel: m, and as a share.
+/// Standard deviation of a height or a travel read off a ruler: m, and as a share.
 const RULER: f64 = 5e-4;
 const RULED: f64 = 0.01;
 /// Standard deviation of the logarithm by which guides slow a fall.
@@ -43,13 +43,13 @@ pub struct Compared {
     pub recordings: usize,
 }
 
-/// What came of all comparisons.
+/// The result of all comparisons.
 #[derive(Clone, Debug, Default)]
 pub struct Agreement {
     pub compared: Vec<Compared>,
-    /// What sensors alone do not explain, but a rig may.
+    /// Differences that sensors alone do not explain, but a rig may.
     pub doubts: Vec<String>,
-    /// What nothing but a mistake explains.
+    /// Differences that nothing but a mistake explains.
     pub contradictions: Vec<String>,
 }
 
@@ -73,7 +73,7 @@ fn sample_at(r: &Recording, t: f64) -> usize {
     r.time.partition_point(|u| *u < t).min(r.time.len() - 1)
 }
 
-/// What pushes on the body by one channel: force, or mass times acceleration, less what it reads before the contact.
+/// The push on the body by one channel, N: force, or mass times acceleration, less what it reads before the contact.
 fn push(r: &Recording, channel: usize, mass: f64, first: usize, length: usize) -> Option<Vec<f64>> {
     let y = r.channels[channel].as_ref()?;
     let zero = before(y, first, length);
@@ -384,7 +384,7 @@ fn named(all: &[&str]) -> String {
     }
 }
 
-/// What shows in single files: cut contacts, flat tops, a zero far off, several operations; and campaigns of one level.
+/// Doubts that single files raise: cut contacts, flat tops, a zero far off, several operations; and campaigns of one level.
 fn files(c: &Campaign, contacts: &[Option<Contact>], a: &mut Agreement) {
     let mut lists: [Vec<&str>; 4] = Default::default();
     for (r, k) in c.recordings.iter().zip(contacts) {
@@ -578,38 +578,15 @@ mod tests {
                 let acceleration = (0..n).map(|i| -peak * shape(time[i]) + noise(i, k + 50)).collect();
                 let way = (0..n).map(|i| v * (time[i].min(0.011) - 0.010) + 1e-6 * noise(i, k + 90)).collect();
                 Recording {
-                    file: format!("r{k:02}.csv"),
                     order: k as f64,
                     level: k,
                     drop_height: Some(v * v / (2.0 * GRAVITY)),
                     impact_speed: Some((1.0001 * v, 0.003 * v)),
-                    start_speed: None,
-                    spring_preload: None,
-                    set: Vec::new(),
-                    rows: record::Rows::alike(time.clone()),
-                    time: time.clone(),
-                    whole: None,
-                    channels: [Some(force), Some(acceleration), Some(way)],
-                    columns: Vec::new(),
+                    ..Recording::of(&format!("r{k:02}.csv"), time.clone(), [Some(force), Some(acceleration), Some(way)])
                 }
             })
             .collect();
-        Campaign {
-            dir: "c".into(),
-            folder: "c".into(),
-            name: "c".into(),
-            kind: Kind::DropTest,
-            material: None,
-            columns: Default::default(),
-            moving_mass: Some(1.0),
-            travel: None,
-            return_spring_rate: None,
-            simulation: Default::default(),
-            system: None,
-            levels: (0..6).map(|k| (f64::from(k), k.to_string())).collect(),
-            recordings,
-            warnings: Vec::new(),
-        }
+        Campaign { moving_mass: Some(1.0), ..Campaign::of("c", Kind::DropTest, recordings) }
     }
 
     fn said(c: &Campaign) -> (String, String) {

@@ -52,7 +52,7 @@ impl Ratio {
 /// A unit taken for another.
 #[derive(Clone, Copy, Debug)]
 pub struct Slip {
-    /// What it makes of the ratio.
+    /// Factor on the ratio where it was made.
     pub factor: f64,
     pub words: &'static str,
 }

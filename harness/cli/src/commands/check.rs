@@ -50,7 +50,7 @@ struct Understood {
     notes: Vec<String>,
     /// What channels, speeds and heights say of each other.
     compared: Vec<Compared>,
-    /// What sensors alone do not explain, but a rig may.
+    /// Differences that sensors alone do not explain, but a rig may.
     doubts: Vec<String>,
     noise: Vec<Noise>,
     /// What FMUs make of the recordings before anything is fitted; empty where none simulate it.

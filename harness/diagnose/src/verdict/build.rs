@@ -40,10 +40,11 @@ impl Verdict {
             next: next::steps(c, d, f, packed.is_some()),
             fit: FitQuality {
                 before: quality(d.before.nrmse, &d.base),
-                after: match d.is_learned() {
+                after: if d.is_learned() {
                     // a law that was learned is no fit of the simulation's parameters
-                    true => Quality { heldout_nrmse: Some(after), chi2: None, converged: None },
-                    false => quality(after, &d.chosen),
+                    Quality { heldout_nrmse: Some(after), chi2: None, converged: None }
+                } else {
+                    quality(after, &d.chosen)
                 },
                 base_bias: Some(bias(d, f)),
                 folds_agree: d.folds.as_ref().map(|f| f.agreement(&d.chosen.names())),
@@ -219,12 +220,12 @@ fn learned(l: &learned::Learned) -> LearnedLaw {
             .sets
             .iter()
             .filter(|s| s.probability > SHOWN)
-            .map(|s| LearnedSet { classes: words(&s.classes), probability: s.probability, misfit: s.misfit })
+            .map(|s| LearnedSet { classes: words(&s.law.classes), probability: s.probability, misfit: s.misfit })
             .collect(),
     }
 }
 
-/// Probability from which classes and sets of them are listed.
+/// Probability from which classes and sets of them are listed: one in a hundred. Nothing is decided by it.
 const SHOWN: f64 = 0.01;
 
 fn promised(p: &experiment::Proposal) -> Experiment {

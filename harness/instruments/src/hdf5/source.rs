@@ -8,6 +8,7 @@ use super::tree::{self, folders, Folder};
 use super::{lzf, matlab, Dialect};
 use crate::shared::block::{hand, most};
 use crate::shared::guard::guarded;
+use crate::shared::stamp;
 use crate::{Channel, Clock, Fault, Group, Sink, Source};
 use hdf5_reader::error::Error;
 use hdf5_reader::reference::read_object_references;
@@ -30,9 +31,6 @@ struct Part {
     /// The first integer, from which long ones count: a double does not hold their digits.
     origin: Option<i128>,
 }
-
-/// Nanoseconds since 1970 from 2001 to 2103: integers that a double does not hold.
-const STAMPS: std::ops::Range<i128> = 1_000_000_000_000_000_000..4_200_000_000_000_000_000;
 
 struct Hdf5 {
     path: PathBuf,
@@ -180,7 +178,7 @@ fn origin(dataset: &Dataset, layout: &Layout) -> Option<i128> {
     };
     let selections = dataset.shape().iter().enumerate().map(one).collect();
     let first = dataset.read_slice::<Whole>(&SliceInfo { selections }).ok()?.iter().next()?.0;
-    Some(first).filter(|f| STAMPS.contains(f))
+    Some(first).filter(|f| stamp::in_nanoseconds(*f))
 }
 
 /// Datasets that others name as the scale of an axis (`DIMENSION_LIST`), by their address.

@@ -3,15 +3,13 @@
 use super::arrow_schema::Field;
 use crate::shared::date::iso;
 use crate::shared::half::half;
+use crate::shared::stamp;
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::DataType;
 use parquet::errors::{ParquetError, Result};
 use parquet::file::reader::FileReader;
 use parquet::schema::types::ColumnDescriptor;
-
-/// Nanoseconds since 1970 from 2001 to 2103: integers that a double does not hold.
-const STAMPS: std::ops::Range<i64> = 1_000_000_000_000_000_000..4_200_000_000_000_000_000;
 
 /// What a stored value means.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,7 +133,7 @@ impl Column {
     fn integer(&self, value: i64, first: &mut Option<i64>) -> f64 {
         if self.meaning == Meaning::Signed {
             let first = *first.get_or_insert(value);
-            return if STAMPS.contains(&first) { since(value, first) } else { value as f64 };
+            return if stamp::in_nanoseconds(first.into()) { since(value, first) } else { value as f64 };
         }
         let mut since_first = || since(value, *first.get_or_insert(value));
         match self.meaning {

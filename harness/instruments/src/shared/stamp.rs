@@ -11,6 +11,11 @@ use super::date::days;
 const PICO: i64 = 1_000_000_000_000;
 const DAY: i64 = 86_400 * PICO;
 
+/// Whether an integer is a time in nanoseconds since 1970, of the years 2001 to 2103: a double does not hold its digits.
+pub(crate) fn in_nanoseconds(integer: i128) -> bool {
+    (1_000_000_000_000_000_000..4_200_000_000_000_000_000).contains(&integer)
+}
+
 /// A time, and the day where the cell names it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stamp {

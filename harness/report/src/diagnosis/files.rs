@@ -52,8 +52,8 @@ fn latent(o: &Outcome, answer: &Answer) -> std::io::Result<()> {
 /// Rows of the law learned.
 const ROWS: usize = 201;
 
-/// learned/recordings/<recording>.csv: time, depth, force as read, of the law learned, and of each class of it; learned/law.csv: the force
-/// over depth.
+/// learned/recordings/<recording>.csv: time, depth, force as read, of the law learned, and of each class of it;
+/// learned/law.csv: the force over depth.
 fn learned(o: &Outcome, answer: &Answer) -> std::io::Result<()> {
     let Some(l) = o.learned.as_ref().filter(|l| l.leads) else { return Ok(()) };
     let classes: Vec<&str> = l.law().classes().map(|c| c.name).collect();

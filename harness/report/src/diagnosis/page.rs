@@ -242,12 +242,7 @@ fn learned(mut page: Page, o: &Outcome) -> Page {
         100.0 * l.of.elastic,
         100.0 * l.misfit
     ));
-    let mut shown = Vec::new();
-    for c in &l.courses {
-        if shown.contains(&c.level) {
-            continue;
-        }
-        shown.push(c.level);
+    for c in first_of_levels(&l.courses, |c| c.level) {
         let mut chart = Chart::new(&c.file, "penetration [m]", "force [N]")
             .curve("read", &c.depth, &c.read, &c.time, Style::Measured)
             .curve("law learned", &c.depth, &c.force, &c.time, Style::Inferred);
@@ -265,6 +260,17 @@ fn learned(mut page: Page, o: &Outcome) -> Page {
         .paragraph("learned/recordings/ holds every recording's curves, learned/law.csv the force over depth.")
 }
 
+/// The first recording of each level.
+fn first_of_levels<T>(all: &[T], level: impl Fn(&T) -> usize) -> impl Iterator<Item = &T> {
+    let mut shown = Vec::new();
+    all.iter().filter(move |r| {
+        let level = level(r);
+        let is_first = !shown.contains(&level);
+        shown.push(level);
+        is_first
+    })
+}
+
 /// Head of the column of intervals.
 fn interval_by(m: &Missing) -> String {
     match m.intervals_by.strip_prefix("none: ") {
@@ -276,12 +282,7 @@ fn interval_by(m: &Missing) -> String {
 fn latent(mut page: Page, o: &Outcome) -> Page {
     let Some(l) = &o.findings.latent else { return page };
     page = page.section("Unexplained: the force it takes").paragraph(&l.text);
-    let mut shown = Vec::new();
-    for r in &l.records {
-        if shown.contains(&r.level) {
-            continue;
-        }
-        shown.push(r.level);
+    for r in first_of_levels(&l.records, |r| r.level) {
         let low: Vec<f64> = r.force.iter().zip(&r.band).map(|(f, b)| f - b).collect();
         let high: Vec<f64> = r.force.iter().zip(&r.band).map(|(f, b)| f + b).collect();
         let chart = Chart::new(&r.file, "time [s]", &format!("d [{}]", l.place.unit()))

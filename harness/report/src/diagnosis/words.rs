@@ -30,12 +30,11 @@ pub fn sentence(o: &Outcome) -> String {
         _ => String::new(),
     };
     let name = |m: &Missing| {
-        let sure = format!("{} (probability {})", m.mechanism, probability(m.probability));
-        if m.also_possible.is_empty() {
-            sure
-        } else {
-            format!("{sure}, or {} in its place,", m.also_possible.join(" or "))
-        }
+        let instead = match &m.also_possible[..] {
+            [] => String::new(),
+            others => format!(", or {} instead", others.join(" or ")),
+        };
+        format!("{} (probability {}{instead})", m.mechanism, probability(m.probability))
     };
     let names: Vec<String> = v.missing.iter().map(name).collect();
     let unexplained = v.unexplained.detected;
