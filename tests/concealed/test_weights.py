@@ -15,7 +15,7 @@ def verdict(rng, strength=30.0):
                                           parameters=2 * len(names),
                                           ln_evidence=[value] * 6, ln_evidence_drifting=[value - 200.0] * 6)
     v = {"fit": {"before": {"heldout_nrmse": 0.01}},
-         "evidence": {"sizes": [0.0, 0.001, 0.003, 0.01, 0.03, 0.1], "own_sizes": [0.01, 0.03, 0.1, 0.3], "levels": 4, "flat": False,
+         "evidence": {"sizes": [0.0, 0.001, 0.003, 0.01, 0.03, 0.1], "own_sizes": [0.01, 0.03, 0.1, 0.3], "levels": 4, "flat": 0.0,
                       "structures": [structure([], ln[""]), structure(["gravity"], ln["gravity"])],
                       "unknown": [{"beside": [], "place": "", "ln_evidence": [ln["unknown"]]}]}}
     return v, frozenset({cause} - {""})
@@ -117,7 +117,7 @@ def test_a_flat_top_speaks_for_clipping():
         p = w.posterior(w.features(v), table(flat=2.0))
         return p[frozenset({"clipping"})] / p[frozenset({"gravity"})]
 
-    assert abs(odds(False) - 1.0) < 1e-9 and abs(odds(True) - np.exp(2.0)) < 1e-6
+    assert abs(odds(0.0) - 1.0) < 1e-9 and abs(odds(np.expm1(1.0)) - np.exp(2.0)) < 1e-6
 
 
 def test_a_large_discrepancy_that_leaves_much_is_likelier_of_an_unknown_cause():

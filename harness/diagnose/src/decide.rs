@@ -6,6 +6,7 @@ use super::evidence::Evidences;
 use super::heldout::{folds, held_out, windows, Folds, HeldOut};
 use super::learned::{learned, Learned};
 use super::material::remainder;
+use super::motion::{learn, Force};
 use super::posterior::{Cause, Posterior, POSSIBLE};
 use super::propose::Pool;
 use super::table::Table;
@@ -48,8 +49,10 @@ pub struct Decision {
     pub folds: Option<Folds>,
     /// Names that recordings give which end so many contact times after the touch.
     pub windows: Vec<(f64, Vec<&'static str>)>,
-    /// What was learned as functions, whatever its shape; None where that was not done.
+    /// What was learned as functions where the motion is imposed, whatever its shape; None where that was not done.
     pub learned: Option<Learned>,
+    /// Forces learned where it is not, the likeliest first; empty where that was not done.
+    pub forces: Vec<Force>,
 }
 
 impl Decision {
@@ -98,6 +101,7 @@ impl Decision {
             folds: None,
             windows: Vec::new(),
             learned: None,
+            forces: Vec::new(),
             base,
             chosen,
             singles,
@@ -125,10 +129,37 @@ impl Decision {
         self.learned.as_ref().is_some_and(|l| l.leads)
     }
 
+    /// Whether the motion of every recording is imposed.
+    fn is_imposed(&self) -> bool {
+        self.base.data.records.iter().all(|r| !r.setup.imposed.is_empty())
+    }
+
     /// Whether what is missing may be learned as a function: the motion is imposed, and an unknown cause is possible.
     pub fn may_learn(&self) -> bool {
-        let is_imposed = self.base.data.records.iter().all(|r| !r.setup.imposed.is_empty());
-        is_imposed && self.posterior.unknown() > POSSIBLE
+        self.is_imposed() && self.posterior.unknown() > POSSIBLE
+    }
+
+    /// Whether a force may be learned through the simulation: the motion is not imposed, and the cause is unknown.
+    pub fn may_learn_in_motion(&self) -> bool {
+        !self.is_imposed() && self.posterior.likely_names().is_empty() && !self.posterior.is_nothing()
+    }
+
+    /// Puts the likeliest force that can be learned in the place of what stands in for the unknown cause, unless it predicts
+    /// levels not seen worse than the simulation as given.
+    pub fn learn_in_motion(&mut self) {
+        let stands_in = Some(&self.chosen).filter(|c| !c.is_named());
+        self.forces = learn(&self.base, stands_in, &self.posterior);
+        let predicts = |f: &&Force| f.heldout.as_ref().is_some_and(|h| h.nrmse <= self.before.nrmse);
+        let Some(best) = self.forces.iter().find(predicts).filter(|f| f.depends.is_some()) else { return };
+        self.chosen = best.fitted.clone();
+        self.overdispersion.1 = best.fitted.overdispersion();
+        self.after.clone_from(&best.heldout);
+    }
+
+    /// What was learned in motion, where it stands in for the unknown cause.
+    pub fn force(&self) -> Option<&Force> {
+        let term = self.chosen.structure.last()?;
+        self.forces.iter().find(|f| f.depends.is_some_and(|d| d.words() == term.form.label))
     }
 
     /// Takes the unknown cause apart into classes of forces that are learned as functions.

@@ -3,6 +3,7 @@
 use estimate::discrepancy::{Disturbance, Disturbed};
 use estimate::evidence::{Evidence, Reduced};
 use estimate::fitted::Fitted;
+use estimate::flat::flat_top;
 use estimate::problem::Data;
 use estimate::response::Place;
 use rayon::prelude::*;
@@ -84,14 +85,15 @@ pub struct Evidences {
     pub unknown: Vec<Unknown>,
     /// Levels of the campaign.
     pub levels: usize,
-    /// Whether recordings of different levels end in one and the same reading, several samples long.
-    pub flat: bool,
+    /// ln of how much likelier the repeated readings at the top of a channel are at the end of its range than by chance; 0
+    /// where no channel ends in a flat top.
+    pub flat: f64,
 }
 
 impl Evidences {
     /// Nothing weighed yet of the campaign that `base` is fitted to.
     pub fn of(base: &Fitted) -> Evidences {
-        let flat = base.structure.base().context.flat.is_some();
+        let flat = flat_top(&base.data, base.structure.base().context.top).map_or(0.0, |f| f.nats);
         Evidences { levels: base.data.levels().len(), flat, ..Evidences::default() }
     }
 

@@ -24,6 +24,7 @@ pub mod latent;
 pub mod learned;
 pub mod map;
 pub mod material;
+pub mod motion;
 pub mod next;
 pub mod phases;
 pub mod plausible;

@@ -95,7 +95,7 @@ fn ln_reliance(e: &Evidences, i: usize, table: &Table) -> f64 {
         + table.heldout * better.max(0.0)
         + table.worse * (-better).max(0.0)
         + of(e.levels < 2, table.one_level)
-        + of(e.flat && limits_reading(&structure.names), table.flat)
+        + of(limits_reading(&structure.names), table.flat * e.flat.ln_1p())
 }
 
 impl Posterior {
@@ -292,7 +292,7 @@ mod tests {
     #[test]
     fn with_a_long_tail_and_a_temperature_of_one_it_is_bayes_rule() {
         let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 3.0)];
-        let p = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &plain());
+        let p = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: 0.0 }, &plain());
         let want = 3f64.exp() / (1.0 + 3f64.exp());
         assert!((p.of("gravity") - want).abs() < 1e-6, "{p:?}");
         assert!((p.nothing() + p.of("gravity") - 1.0).abs() < 1e-12);
@@ -306,7 +306,7 @@ mod tests {
             let mut best = weighed(&["gravity"], true, 30.0);
             best.ln[0][1] += discrepancy;
             let structures = vec![weighed(&[], true, 0.0), best];
-            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &table).nothing()
+            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: 0.0 }, &table).nothing()
         };
         assert!(of(-1.0) < 0.1 * of(1.0), "{} {}", of(-1.0), of(1.0));
     }
@@ -362,7 +362,7 @@ mod tests {
             let name = Weighed { parameters, ..weighed(&["gravity"], true, 5.0) };
             let structures = vec![weighed(&[], true, 0.0), name];
             let table = Table { parameter: -2.0, ..plain() };
-            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &table).of("gravity")
+            Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: 0.0 }, &table).of("gravity")
         };
         assert!(of(3) < of(1), "{} {}", of(3), of(1));
     }
@@ -379,7 +379,7 @@ mod tests {
         };
         let of = |needed: f64| {
             let table = Table { tail: 0.0, needed, ..plain() };
-            Posterior::new(&Evidences { structures: structures(), unknown: Vec::new(), levels: 3, flat: false }, &table)
+            Posterior::new(&Evidences { structures: structures(), unknown: Vec::new(), levels: 3, flat: 0.0 }, &table)
         };
         let odds = |p: &Posterior| {
             let single = |n: &str| p.causes.iter().find(|c| c.names == [n]).unwrap().probability;
@@ -399,7 +399,7 @@ mod tests {
                 weighed(&["adhesion"], true, 10.0),
                 weighed(&["gravity", "viscous_damping"], true, 29.0),
             ];
-            let e = Evidences { structures, unknown: Vec::new(), levels: 3, flat: false };
+            let e = Evidences { structures, unknown: Vec::new(), levels: 3, flat: 0.0 };
             Posterior::new(&e, &Table { tail: 0.0, completed, ..plain() })
         };
         let odds = |p: &Posterior| {
@@ -416,7 +416,7 @@ mod tests {
             let mut large = Weighed { overdispersion, ..weighed(&["gravity"], true, 0.0) };
             large.ln[0] = SIZES.map(|size| if size < LARGE { f64::NEG_INFINITY } else { 30.0 }).to_vec();
             let structures = vec![weighed(&[], true, 0.0), large];
-            let e = Evidences { structures, unknown: Vec::new(), levels: 3, flat: false };
+            let e = Evidences { structures, unknown: Vec::new(), levels: 3, flat: 0.0 };
             let table = Table { large: 0.0, large_known: 0.0, large_left: 1.0, large_known_left: -0.5, ..plain() };
             let p = Posterior::new(&e, &table);
             p.unknown() / p.of("gravity")
@@ -428,7 +428,7 @@ mod tests {
     fn a_short_tail_lets_no_difference_settle_everything() {
         let structures = vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 3000.0)];
         let p = Posterior::new(
-            &Evidences { structures, unknown: Vec::new(), levels: 3, flat: false },
+            &Evidences { structures, unknown: Vec::new(), levels: 3, flat: 0.0 },
             &Table { tail: 0.0, ..plain() },
         );
         assert!((p.nothing() - 1.0 / 3002.0).abs() < 1e-6, "{p:?}");
@@ -441,7 +441,7 @@ mod tests {
             weighed(&["channel_skew"], true, 1.0),
             weighed(&["latent_force"], false, 1.0),
         ];
-        let p = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: false }, &plain());
+        let p = Posterior::new(&Evidences { structures, unknown: Vec::new(), levels: 3, flat: 0.0 }, &plain());
         assert_eq!(p.causes.len(), 2, "{p:?}");
         assert_eq!(p.best_named().unwrap().names, ["lowpass_lag"]);
         assert!(p.unknown() > 0.0 && p.causes.iter().any(Cause::is_unknown));
@@ -454,7 +454,7 @@ mod tests {
             let place = estimate::response::Place::Contact;
             let ln = [0.01, 0.03].map(|_| 30.0).to_vec();
             let unknown = vec![Unknown { beside: vec!["gravity"], place, ln }];
-            Posterior::new(&Evidences { structures, unknown, levels: 3, flat: false }, &Table { own_known, ..plain() })
+            Posterior::new(&Evidences { structures, unknown, levels: 3, flat: 0.0 }, &Table { own_known, ..plain() })
         };
         assert!(of(f64::NEG_INFINITY).of("gravity") < 1e-3);
         // of the two sizes the smaller one counts for it
@@ -463,7 +463,7 @@ mod tests {
 
     #[test]
     fn a_flat_top_speaks_for_a_limited_reading() {
-        let of = |flat: bool| {
+        let of = |flat: f64| {
             let structures =
                 vec![weighed(&[], true, 0.0), weighed(&["clipping"], true, 0.0), weighed(&["gravity"], true, 0.0)];
             Posterior::new(
@@ -472,7 +472,7 @@ mod tests {
             )
         };
         let odds = |p: &Posterior| p.of("clipping") / p.of("gravity");
-        assert!((odds(&of(false)) - 1.0).abs() < 1e-9 && (odds(&of(true)) - 2f64.exp()).abs() < 1e-9);
+        assert!((odds(&of(0.0)) - 1.0).abs() < 1e-9 && (odds(&of(1f64.exp_m1())) - 2f64.exp()).abs() < 1e-9);
     }
 
     #[test]

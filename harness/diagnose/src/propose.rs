@@ -192,7 +192,7 @@ impl Search {
         }
         let alone = pool.likeliest(1);
         let flat = pool.evidence.flat;
-        let limited = pool.singles.iter().find(|c| flat && c.structure.has(|h| h.limits_reading)).cloned();
+        let limited = pool.singles.iter().find(|c| flat > 0.0 && c.structure.has(|h| h.limits_reading)).cloned();
         let nothing = pool.posterior().causes.first().is_none_or(|c| c.names.is_empty());
         match (limited, alone.first()) {
             // what shows in the readings without any fit comes first

@@ -9,6 +9,7 @@ use super::element::{packed, Packed};
 use super::findings::{gather, Findings};
 use super::heldout::{held_out, HeldOut};
 use super::learned::Learned;
+use super::motion::Force;
 use super::propose::Pool;
 use super::search::Search;
 use super::sensors::against;
@@ -37,8 +38,10 @@ pub struct Outcome {
     /// The law to put into the FMU.
     pub law: law::Parameters,
     pub findings: Findings,
-    /// What was learned as functions, whatever its shape; None where that was not done.
+    /// What was learned as functions where the motion is imposed, whatever its shape; None where that was not done.
     pub learned: Option<Learned>,
+    /// The force learned where it is not, that stands in for an unknown cause; None where there is none.
+    pub force: Option<Force>,
     /// The element with that law; or why it could not be packed or run.
     pub element: Result<Packed, String>,
     /// The forces on the body that were found; None where none was.
@@ -241,6 +244,10 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
         stage("learning what is missing as a function")?;
         decision.learn(c);
     }
+    if decision.may_learn_in_motion() {
+        stage("learning what is missing as a function")?;
+        decision.learn_in_motion();
+    }
     stage("working out the answer")?;
     let mut findings = gather(c, &search, &decision, settings.stage);
     findings.sensors = against(c, settings.others);
@@ -327,9 +334,11 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     let system =
         system.and_then(|s| s.map_err(|e| findings.caveats.push(format!("system/ is not written: {e:#}."))).ok());
     let verdict = Verdict::new(c, &decision, &findings, element.as_ref().ok());
+    let force = decision.force().cloned();
     let Decision { before, after, learned, .. } = decision;
     Ok(Outcome {
         learned,
+        force,
         verdict,
         before,
         after,
@@ -376,6 +385,7 @@ fn unjudged(c: &Campaign, data: Arc<Data>, reason: String, before: Option<HeldOu
         after: None,
         courses: Courses::default(),
         learned: None,
+        force: None,
         law: Default::default(),
         findings: Findings { caveats: c.warnings.clone(), ..Findings::default() },
         element: Err("nothing was judged".into()),

@@ -2,8 +2,8 @@
 //! that bends a pulse too little to show beside an unknown law shows at once beside a second reading of that pulse.
 
 use super::candidate::DETECT;
+use estimate::flat::flat;
 use estimate::simplex::{minimise, Options};
-use estimate::structure::flat;
 use mechanisms::lowpass_lag;
 use mechanisms::signal::{between, pole};
 use record::{largest, range, Campaign, Channel, Recording};

@@ -9,6 +9,7 @@ pub mod descent;
 pub mod discrepancy;
 pub mod evidence;
 pub mod fitted;
+pub mod flat;
 pub mod impact;
 pub mod levels;
 pub mod paper;

@@ -4,6 +4,7 @@ mod coordinates;
 mod fmus;
 
 use crate::condition::Guess;
+use crate::flat::{flat_top, tops};
 use crate::problem::{Data, Model, Parameter, STIFFNESS_SCALE};
 use crate::ring;
 use fmus::model_of_fmus;
@@ -11,7 +12,7 @@ use mechanisms::mechanism::{Context, Form, Hints, Mechanism, Origin};
 use mechanisms::physics::{Physics, GRAVITY};
 use mechanisms::ALL;
 use plant::machine::Machine;
-use record::{largest, Campaign, Channel, Kind, Simulation};
+use record::{Campaign, Channel, Kind, Simulation};
 use std::sync::Arc;
 
 /// Relative standard deviation of a calibrated gain of force or acceleration.
@@ -24,8 +25,6 @@ const WIDEST: f64 = 6.0;
 /// Terms that the base holds by itself where the simulation lists them.
 const GRAVITY_TERM: &str = mechanisms::gravity::MECHANISM.name;
 const HYSTERESIS_TERM: &str = <law::parts::HysteresisDamping as law::part::Part>::MECHANISM.name;
-/// Samples in a row at one reading that make a flat top.
-const FLAT: usize = 4;
 
 /// A law that a fit starts from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,21 +88,14 @@ impl Base {
     /// Of a campaign and its data.
     pub fn new(campaign: &Campaign, data: &Data) -> Base {
         let terms = campaign.simulation.terms.clone();
-        let mut top = [0.0f64; 3];
-        for r in &data.records {
-            for (t, y) in top.iter_mut().zip(&r.y) {
-                if let Some(y) = y {
-                    *t = t.max(largest(y));
-                }
-            }
-        }
+        let top = tops(data);
         let mut context = Context {
             kind: data.kind,
             has: [data.has(Channel::Force), data.has(Channel::Acceleration), data.has(Channel::Penetration)],
             scales: data.scales,
             terms: Vec::new(),
             top,
-            flat: flat_top(data, top),
+            flat: flat_top(data, top).map(|f| f.channel),
             ring: if data.kind == Kind::Indentation { None } else { ring::line(data, Channel::Force) },
         };
         let given = ALL
@@ -148,18 +140,19 @@ impl Base {
         self.terms().into_iter().filter(extends).collect()
     }
 
+    /// A form of a mechanism at every bond that it may act at.
+    pub fn at_bonds(&self, mechanism: &'static Mechanism, form: &Form) -> Vec<Term> {
+        let bonds = self.bonds();
+        let bonds = bonds.iter().filter(|b| b.admits(mechanism.origin, form)).map(|b| b.bond);
+        bonds.map(|bond| Term { mechanism, form: form.clone(), bond }).collect()
+    }
+
     fn terms(&self) -> Vec<Term> {
         let have: Vec<&str> = self.given.iter().map(Term::name).collect();
-        let bonds = self.bonds();
-        let at = move |m: &'static Mechanism, form: Form| {
-            let bonds = bonds.iter().filter(|b| b.admits(m.origin, &form)).map(|b| b.bond);
-            let all = bonds.map(|bond| Term { mechanism: m, form: form.clone(), bond });
-            all.collect::<Vec<_>>()
-        };
         ALL.iter()
             .filter(|m| !have.contains(&m.name))
             .flat_map(|m| m.forms(&self.context).into_iter().map(move |form| (m, form)))
-            .flat_map(|(m, form)| at(m, form))
+            .flat_map(|(m, form)| self.at_bonds(m, &form))
             .collect()
     }
 
@@ -418,24 +411,6 @@ fn tolerance(name: &str, sd: f64, dynamic: bool) -> Parameter {
         prior: Some((0.0, sd)),
         dynamic,
     }
-}
-
-/// Whether readings stay at `top`, the largest of their campaign, several samples long.
-pub fn flat(y: &[f64], top: f64) -> bool {
-    y.windows(FLAT).any(|w| w.iter().all(|v| (v.abs() - top).abs() <= 1e-9 * top))
-}
-
-/// The channel whose recordings of different levels end in one and the same reading, `top`, several samples long: no
-/// impact does that, a range does.
-fn flat_top(data: &Data, top: [f64; 3]) -> Option<Channel> {
-    [Channel::Force, Channel::Acceleration].into_iter().find(|c| {
-        let i = c.index();
-        let ends = data.records.iter().filter(|r| r.y[i].as_ref().is_some_and(|y| flat(y, top[i])));
-        let mut levels: Vec<usize> = ends.map(|r| r.level).collect();
-        levels.sort_unstable();
-        levels.dedup();
-        levels.len() > 1
-    })
 }
 
 #[cfg(test)]

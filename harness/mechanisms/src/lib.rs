@@ -43,6 +43,7 @@ macro_rules! parts {
             jam => jam: jam::Jam;
             ripple => ripple: ripple::Ripple;
             latent_force => latent_force: latent_force::LatentForce;
+            learned_force => learned_force: learned_force::LearnedForce;
         }
     };
 }
@@ -63,6 +64,7 @@ pub mod gravity;
 pub mod guide_friction;
 pub mod jam;
 pub mod latent_force;
+pub mod learned_force;
 pub mod loose_part;
 pub mod lowpass_lag;
 pub mod residual_magnetism;

@@ -10,6 +10,7 @@ use crate::experiment;
 use crate::findings::Findings;
 use crate::learned::{self, Named, CURE, OF_ITS_OWN};
 use crate::map;
+use crate::motion::{misfit, Force};
 use crate::next;
 use crate::phases::{by_strongest, of_force, phases, shares, strongest, PHASES};
 use crate::rivals::Rival;
@@ -78,7 +79,7 @@ impl Verdict {
             material: Some(d.chosen.names().into_iter().zip(f.material.iter().copied()).collect()),
             remainder: Some(f.remainder.clone()),
             evidence: Some(evidence(&d.evidence)),
-            learned: d.learned.as_ref().map(learned),
+            learned: d.learned.as_ref().map(learned).or_else(|| learned_in_motion(d)),
         }
     }
 
@@ -225,6 +226,25 @@ fn learned(l: &learned::Learned) -> LearnedLaw {
     }
 }
 
+/// What was learned in motion; None where nothing was.
+fn learned_in_motion(d: &Decision) -> Option<LearnedLaw> {
+    let best = d.force().or(d.forces.first())?;
+    let class = |f: &Force| {
+        let of = f.depends?;
+        let class =
+            LearnedClass { class: of.name(), mechanism: None, depends_on: of.words(), probability: f.probability };
+        (f.probability > SHOWN).then_some(class)
+    };
+    Some(LearnedLaw {
+        leads: d.force().is_some(),
+        misfit_elastic: misfit(&d.base),
+        misfit: best.misfit,
+        heldout_nrmse: best.heldout.as_ref().map(|h| h.nrmse),
+        classes: d.forces.iter().filter_map(class).collect(),
+        sets: Vec::new(),
+    })
+}
+
 /// Probability from which classes and sets of them are listed: one in a hundred. Nothing is decided by it.
 const SHOWN: f64 = 0.01;
 
@@ -356,6 +376,7 @@ fn unexplained(d: &Decision, f: &Findings) -> String {
         return format!("{beside}{}; the law learned leaves {:.1} % of range", of.join(", and one"), 100.0 * l.misfit);
     }
     let what = match d.chosen.structure.terms().iter().find(|t| !t.mechanism.named) {
+        Some(_) if d.force().is_some() => learned_words(d),
         Some(t) => format!("{} (a stand-in, fitted as: {})", t.mechanism.sentence, t.form.label),
         None if d.names_something() => {
             format!("beside what is named, {:.0} % of force or more is likelier to be left than less", 100.0 * LARGE)
@@ -370,6 +391,19 @@ fn unexplained(d: &Decision, f: &Findings) -> String {
         Some(l) => format!("{what}. {}", l.text),
         None => what,
     }
+}
+
+/// What a force learned in motion depends on, how surely, and what it leaves.
+fn learned_words(d: &Decision) -> String {
+    let Some((f, of)) = d.force().and_then(|f| Some((f, f.depends?))) else { return String::new() };
+    format!(
+        "a force of a shape of its own, learned and drawn in the report: it acts {}, by what was tried (probability {:.2}); with it \
+         the simulation leaves {:.2} % of range, without it {:.2} %",
+        of.words(),
+        f.probability,
+        100.0 * f.misfit,
+        100.0 * misfit(&d.base)
+    )
 }
 
 fn bias(d: &Decision, f: &Findings) -> BaseBias {

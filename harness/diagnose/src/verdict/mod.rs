@@ -72,7 +72,8 @@ pub struct Verdict {
     /// The evidence of every structure weighed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub evidence: Option<Evidence>,
-    /// What was learned as functions, whatever its shape, where the motion is imposed.
+    /// What was learned as functions, whatever its shape: where the motion is imposed, of sets of classes; where it is not, of one
+    /// dependence each.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learned: Option<LearnedLaw>,
 }
@@ -82,7 +83,8 @@ pub struct Verdict {
 pub struct LearnedLaw {
     /// Whether it takes the place of every form: `fit.after` and `predictions/after` are its own.
     pub leads: bool,
-    /// Misfit of an elastic law alone and of the law learned, rms over the range of force, 1.
+    /// Misfit of an elastic law alone and of the law learned, rms over the range of force, 1; in motion, of the simulation as
+    /// given and of that with the force learned, mean of rms over range of recordings and channels.
     pub misfit_elastic: f64,
     pub misfit: f64,
     /// Misfit over range on what laws learned without it predict, 1.
@@ -133,8 +135,9 @@ pub struct Evidence {
     pub own_sizes: Vec<f64>,
     /// Levels of the campaign.
     pub levels: usize,
-    /// Whether recordings of different levels end in one and the same reading, several samples long.
-    pub flat: bool,
+    /// ln of how much likelier the repeated readings at the top of a channel are at the end of its range than by chance; 0
+    /// where no channel ends in a flat top.
+    pub flat: f64,
     pub structures: Vec<WeighedStructure>,
     /// A cause outside the vocabulary, beside a structure.
     pub unknown: Vec<WeighedUnknown>,

@@ -80,9 +80,10 @@ fn detail(o: &Outcome) -> Vec<String> {
     }
     if v.unexplained.detected {
         let beside = if v.missing.is_empty() { "" } else { "Beyond that a misfit stays unexplained: " };
-        let text = match &o.findings.latent {
-            Some(l) => format!("it takes {}", l.brief),
-            None => v.unexplained.text.clone(),
+        let text = match (&o.force, &o.findings.latent) {
+            (Some(f), _) => format!("it acts {} (probability {})", f.words(), probability(f.probability)),
+            (None, Some(l)) => format!("it takes {}", l.brief),
+            (None, None) => v.unexplained.text.clone(),
         };
         out.push(if beside.is_empty() { format!("{}.", capital(&text)) } else { format!("{beside}{text}.") });
     }

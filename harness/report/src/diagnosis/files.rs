@@ -53,8 +53,17 @@ fn latent(o: &Outcome, answer: &Answer) -> std::io::Result<()> {
 const ROWS: usize = 201;
 
 /// learned/recordings/<recording>.csv: time, depth, force as read, of the law learned, and of each class of it;
-/// learned/law.csv: the force over depth.
+/// learned/law.csv: the force over depth, or over what else a force depends on that was learned in motion.
 fn learned(o: &Outcome, answer: &Answer) -> std::io::Result<()> {
+    if let Some(f) = &o.force {
+        let (columns, rows) = f.table(ROWS);
+        let mut s = columns.join(",") + "\n";
+        for row in rows {
+            let row: Vec<String> = row.iter().map(|v| format!("{v:e}")).collect();
+            let _ = writeln!(s, "{}", row.join(","));
+        }
+        answer.write("learned/law.csv", s.as_bytes())?;
+    }
     let Some(l) = o.learned.as_ref().filter(|l| l.leads) else { return Ok(()) };
     let classes: Vec<&str> = l.law().classes().map(|c| c.name).collect();
     for c in &l.courses {

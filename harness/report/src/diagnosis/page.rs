@@ -28,6 +28,7 @@ pub fn html(c: &Campaign, o: &Outcome) -> String {
         page = other_sensors(page, o);
         page = experiments(page, o);
         page = learned(page, o);
+        page = learned_in_motion(page, o);
         page = latent(page, o);
         page = bias_table(page, c, o);
         page = element(page, o);
@@ -258,6 +259,40 @@ fn learned(mut page: Page, o: &Outcome) -> Page {
     };
     page.table(&["class", "mechanism", "depends on", "probability"], &classes.map(row).collect::<Vec<_>>())
         .paragraph("learned/recordings/ holds every recording's curves, learned/law.csv the force over depth.")
+}
+
+/// Points of a curve that was learned.
+const POINTS: usize = 201;
+
+/// The force that was learned in motion: its curves, what it depends on, and what else was tried.
+fn learned_in_motion(mut page: Page, o: &Outcome) -> Page {
+    let Some(f) = &o.force else { return page };
+    let law = o.verdict.learned.as_ref();
+    page = page.section("What was learned: a force of a shape of its own").paragraph(&format!(
+        "No mechanism known explains what was read. A force whose shape is free was fitted through the simulation, once for each \
+         thing that it may depend on; the likeliest acts {}. The simulation as given leaves {:.2} % of range, with it {:.2} %.",
+        f.words(),
+        100.0 * law.map_or(f64::NAN, |l| l.misfit_elastic),
+        100.0 * f.misfit
+    ));
+    let (columns, rows) = f.table(POINTS);
+    let column = |i: usize| rows.iter().map(|r| r[i]).collect::<Vec<f64>>();
+    if let Some((over, curves)) = columns.split_first() {
+        let x = column(0);
+        let unit = |c: &str| c.rfind('[').map_or("", |i| &c[i..]).to_string();
+        let mut chart = Chart::new("learned", over, &curves.first().map_or(String::new(), |c| unit(c)));
+        for (i, name) in curves.iter().enumerate() {
+            let name = name.rsplit_once(" [").map_or(*name, |n| n.0);
+            chart = chart.series(name, &x, &column(i + 1), if i == 0 { Style::Inferred } else { Style::Given });
+        }
+        page = page.chart(&chart, "");
+    }
+    let classes = law.iter().flat_map(|l| &l.classes);
+    let row = |c: &diagnose::verdict::LearnedClass| {
+        vec![c.class.to_string(), format!("it acts {}", c.depends_on), probability(c.probability)]
+    };
+    page.table(&["tried", "in words", "probability"], &classes.map(row).collect::<Vec<_>>())
+        .paragraph("learned/law.csv holds the curves; what was learned ends where the recordings end, and is held constant beyond.")
 }
 
 /// The first recording of each level.

@@ -38,10 +38,11 @@ pub fn sentence(o: &Outcome) -> String {
     };
     let names: Vec<String> = v.missing.iter().map(name).collect();
     let unexplained = v.unexplained.detected;
-    let takes = match &o.findings.latent {
-        Some(l) => format!(": it takes {}", l.brief),
-        None if unexplained => format!(": {}", v.unexplained.text),
-        None => String::new(),
+    let takes = match (&o.force, &o.findings.latent) {
+        (Some(f), _) => format!(": it acts {} (probability {})", f.words(), probability(f.probability)),
+        (None, Some(l)) => format!(": it takes {}", l.brief),
+        (None, None) if unexplained => format!(": {}", v.unexplained.text),
+        (None, None) => String::new(),
     };
     let of =
         |mechanisms: &[&str]| v.posterior.iter().find(|c| c.mechanisms == mechanisms).map_or(0.0, |c| c.probability);

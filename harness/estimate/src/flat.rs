@@ -1,0 +1,128 @@
+//! Flat tops: readings that end, again and again, in one and the same value, as a range makes them and no impact does.
+
+use crate::problem::Data;
+use record::{largest, Channel};
+
+/// Samples in a row at one reading that make a flat top.
+const FLAT: usize = 4;
+/// Share of the largest reading within which a reading is the same as it.
+const SAME: f64 = 1e-9;
+/// Shares of the largest reading between which repeated readings are counted: what else repeats them (a value that is held,
+/// a coarse scale) does so there too.
+const ON_THE_WAY: (f64, f64) = (0.3, 0.95);
+/// ln prior odds that a channel of a campaign reaches the end of its range: one in a hundred.
+const LN_PRIOR: f64 = -4.6;
+
+/// A channel that ends in a flat top.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlatTop {
+    pub channel: Channel,
+    /// ln of how much likelier the repeated readings are at the end of a range than by chance.
+    pub nats: f64,
+}
+
+/// Whether readings stay at `top`, the largest of their campaign, several samples long.
+pub fn flat(y: &[f64], top: f64) -> bool {
+    y.windows(FLAT).any(|w| w.iter().all(|v| is_at(*v, top)))
+}
+
+fn is_at(v: f64, top: f64) -> bool {
+    (v.abs() - top).abs() <= SAME * top
+}
+
+/// The channel that ends in a flat top, where that is more likely than not; `top`: largest magnitude of each channel.
+pub fn flat_top(data: &Data, top: [f64; 3]) -> Option<FlatTop> {
+    let of = |channel: Channel| {
+        let i = channel.index();
+        let all: Vec<&[f64]> = data.records.iter().filter_map(|r| r.y[i].as_deref()).collect();
+        Some(FlatTop { channel, nats: nats(&all, top[i], data.noise[i].marginal())? })
+    };
+    let all = [Channel::Force, Channel::Acceleration].into_iter().filter_map(of);
+    all.max_by(|a, b| a.nats.total_cmp(&b.nats)).filter(|f| f.nats + LN_PRIOR > 0.0)
+}
+
+/// ln of how much likelier it is that so many readings are `top` where a range ends there than by chance; None where there are
+/// none. By chance a reading repeats its neighbour as often as readings on the way do, and as often as the resolution and the
+/// spread of the readings near a smooth peak with that noise have it.
+fn nats(all: &[&[f64]], top: f64, noise: f64) -> Option<f64> {
+    if top <= 0.0 || all.is_empty() {
+        return None;
+    }
+    let resolution = resolution(all, top);
+    let (mut ties, mut spread, mut ends, mut repeated, mut on_the_way) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for y in all {
+        let run = y.iter().filter(|v| is_at(**v, top)).count() as f64;
+        if run > 0.0 {
+            ties += run - 1.0;
+            ends += 1.0;
+            // mean fall of a parabola as wide as the half of the peak, over as many samples
+            let width = y.iter().filter(|v| v.abs() > 0.5 * top).count() as f64;
+            spread += run * top * (run / width).powi(2) / 6.0;
+        }
+        let is_on_the_way = |v: f64| v.abs() > ON_THE_WAY.0 * top && v.abs() < ON_THE_WAY.1 * top;
+        for w in y.windows(2).filter(|w| is_on_the_way(w[1])) {
+            on_the_way += 1.0;
+            repeated += f64::from(u8::from(w[0] == w[1]));
+        }
+    }
+    // that a second recording ends where the first does is no chance either
+    let ties = ties + ends - 1.0;
+    let spread = spread / (ties + 1.0);
+    let by_scale = resolution / (resolution + noise + spread);
+    let by_repeats = (repeated + 1.0) / (on_the_way + 2.0);
+    Some(-ties * by_scale.max(by_repeats).min(1.0).ln())
+}
+
+/// The least step between readings.
+fn resolution(all: &[&[f64]], top: f64) -> f64 {
+    let mut sorted: Vec<f64> = all.iter().flat_map(|y| y.iter().copied()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let steps = sorted.windows(2).map(|w| w[1] - w[0]);
+    let least = steps.filter(|s| *s > 1e-12 * top).fold(f64::INFINITY, f64::min);
+    least.min(top)
+}
+
+/// Magnitude of the largest reading of each channel of a campaign, SI; 0 where there is none.
+pub fn tops(data: &Data) -> [f64; 3] {
+    let mut top = [0.0f64; 3];
+    for r in &data.records {
+        for (t, y) in top.iter_mut().zip(&r.y) {
+            *t = t.max(y.as_deref().map_or(0.0, largest));
+        }
+    }
+    top
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pulse(n: usize, peak: f64, limit: f64, step: f64) -> Vec<f64> {
+        let hum = |i: usize| 2e-3 * ((i * 7919 % 101) as f64 / 50.0 - 1.0);
+        let of = |i: usize| peak * (std::f64::consts::PI * i as f64 / (n - 1) as f64).sin() + hum(i);
+        (0..n).map(|i| ((of(i).min(limit)) / step).round() * step).collect()
+    }
+
+    fn nats_of(all: &[Vec<f64>]) -> f64 {
+        let top = all.iter().map(|y| largest(y)).fold(0.0, f64::max);
+        let all: Vec<&[f64]> = all.iter().map(|y| &y[..]).collect();
+        nats(&all, top, 1e-3).unwrap()
+    }
+
+    #[test]
+    fn a_top_that_is_cut_is_flat_and_one_that_a_coarse_scale_repeats_is_not() {
+        let cut = nats_of(&[pulse(200, 1.0, 0.9, 1e-6)]);
+        assert!(cut > 100.0, "{cut}");
+        // a level that only the highest recordings reach, a few samples each
+        let few = nats_of(&[pulse(30, 0.8, 0.97, 1e-6), pulse(30, 1.0, 0.97, 1e-6)]);
+        assert!(few > 5.0, "{few}");
+        assert!(nats_of(&[pulse(200, 1.0, 2.0, 1e-6)]) < 1.0);
+        for step in [0.005, 0.02] {
+            let coarse = nats_of(&[pulse(200, 1.0, 2.0, step)]);
+            assert!(coarse + LN_PRIOR < 0.0, "{step}: {coarse}");
+        }
+        // every value held for five samples
+        let held: Vec<f64> = pulse(60, 1.0, 2.0, 1e-6).iter().flat_map(|v| [*v; 5]).collect();
+        assert!(nats_of(&[held]) + LN_PRIOR < 0.0);
+    }
+}

@@ -1,0 +1,445 @@
+//! learned_force: a force whose shape is learned, of one of several dependences
+
+use crate::constants::SLIP_SPEED;
+use crate::load_history::LoadHistory;
+use crate::mechanism::*;
+use crate::part::{Motion, Part, Sampling, Wear};
+use record::Channel;
+use std::f64::consts::{PI, SQRT_2};
+
+/// A force learned as a function: series over depth, or over the way before the touch, of what it depends on. No search
+/// takes it: [`forms`] is empty, and what is learned is asked for by [`dependences`].
+pub const MECHANISM: Mechanism = of_origin(Origin::Contact);
+const ON_BODY: Mechanism = of_origin(Origin::Motion);
+const IN_READING: Mechanism = of_origin(Origin::Chain);
+
+const fn of_origin(origin: Origin) -> Mechanism {
+    Mechanism {
+        name: "learned_force",
+        origin,
+        named: false,
+        equation: "F = s w(u) sum_j c_j cos(j pi u), for each power of speed or direction that it depends on",
+        source: "Solin and Sarkka 2020 (a Gaussian process on a reduced basis)",
+        sentence: "a force of a shape of its own",
+        cure: "No mechanism known explains it; the report shows the force that was learned.",
+        forms: |_| Vec::new(),
+        acts: Acts::Reading,
+        hints: Hints { is_flexible: true, ..Hints::PLAIN },
+    }
+}
+
+/// Terms of a series.
+pub const TERMS: usize = 12;
+/// Series of one force at most.
+const SERIES: usize = 2;
+/// Standard deviation, before anything is seen, of the constant of a series and of what varies about it, share of the scale of
+/// force.
+const SPREAD: f64 = 1.0;
+/// Length over which what varies is alike, share of the range of the series (Matern, smoothness 3/2).
+const LENGTH: f64 = 0.25;
+/// Range of a series over the depth, share of the largest depth; beyond, its factor stays.
+const RANGE: f64 = 1.05;
+
+/// What a learned force depends on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Dependence {
+    /// Nothing is learned.
+    #[default]
+    Nothing,
+    /// Between the faces: d(x).
+    Depth,
+    /// d(x) + c(x) v.
+    DepthAndSpeed,
+    /// d(x) + h(x) sign(v).
+    DepthAndDirection,
+    /// d(x) + q(x) v |v|.
+    DepthAndSpeedSquared,
+    /// On the body, in flight too: b(x).
+    Place,
+    /// b(x) + c(x) v.
+    PlaceAndSpeed,
+    /// v c(|v|).
+    Speed,
+    /// The error of a reading, of the reading itself: of force, acceleration or penetration.
+    Reading(Channel),
+    /// The error of the penetration read, of the force.
+    Force,
+    /// Factors on stiffness and damping of the contact, by the order of the recordings.
+    Order,
+}
+
+impl Dependence {
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Dependence::Nothing => "nothing",
+            Dependence::Depth => "contact: depth",
+            Dependence::DepthAndSpeed => "contact: depth and speed",
+            Dependence::DepthAndDirection => "contact: depth and direction",
+            Dependence::DepthAndSpeedSquared => "contact: depth and speed squared",
+            Dependence::Place => "body: place",
+            Dependence::PlaceAndSpeed => "body: place and speed",
+            Dependence::Speed => "body: speed",
+            Dependence::Reading(Channel::Force) => "reading of force: itself",
+            Dependence::Reading(Channel::Acceleration) => "reading of acceleration: itself",
+            Dependence::Reading(Channel::Penetration) => "reading of penetration: itself",
+            Dependence::Force => "reading of penetration: force",
+            Dependence::Order => "contact: order",
+        }
+    }
+
+    /// Where the force acts and what it depends on, in words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Dependence::Nothing => "on nothing",
+            Dependence::Depth => "between the faces, on the depth alone",
+            Dependence::DepthAndSpeed => "between the faces, on the depth and the speed",
+            Dependence::DepthAndDirection => "between the faces, on the depth and the direction of the motion",
+            Dependence::DepthAndSpeedSquared => "between the faces, on the depth and the square of the speed",
+            Dependence::Place => "on the body, on its place alone",
+            Dependence::PlaceAndSpeed => "on the body, on its place and its speed",
+            Dependence::Speed => "on the body, on its speed alone",
+            Dependence::Reading(Channel::Force) => "in the reading of the force, on that reading",
+            Dependence::Reading(Channel::Acceleration) => "in the reading of the acceleration, on that reading",
+            Dependence::Reading(Channel::Penetration) => "in the reading of the penetration, on that reading",
+            Dependence::Force => "in the reading of the penetration, on the force",
+            Dependence::Order => "between the faces, on the order of the recordings",
+        }
+    }
+
+    /// Whether it acts between the faces, and not on the body in flight.
+    const fn is_contact(self) -> bool {
+        use Dependence::*;
+        matches!(self, Depth | DepthAndSpeed | DepthAndDirection | DepthAndSpeedSquared)
+    }
+
+    /// Coefficients of it.
+    const fn coefficients(self) -> usize {
+        match self {
+            Dependence::Nothing => 0,
+            Dependence::Depth | Dependence::Place | Dependence::Speed => TERMS,
+            Dependence::Reading(_) | Dependence::Force => TERMS,
+            _ => SERIES * TERMS,
+        }
+    }
+
+    /// Where it sits.
+    const fn mechanism(self) -> &'static Mechanism {
+        match self {
+            Dependence::Place | Dependence::PlaceAndSpeed | Dependence::Speed => &ON_BODY,
+            Dependence::Reading(_) | Dependence::Force => &IN_READING,
+            _ => &MECHANISM,
+        }
+    }
+}
+
+/// Depth within which a force between the faces rises from none at the touch, share of the range.
+const RISE: f64 = 0.03;
+/// Range of a series over the speed, in speeds that count as 1: of a middling impact.
+const SPEEDS: f64 = 2.0;
+
+/// The force that was learned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LearnedForce {
+    pub of: Dependence,
+    /// Coefficients of the series, N, of a reading in its unit, of factors 1: those of what depends on depth or place alone
+    /// first.
+    pub coefficients: [f64; SERIES * TERMS],
+    /// Range of the series: m of depth or way, of a reading or a force in its own unit, in recordings; speed that counts as 1,
+    /// m/s.
+    pub range: f64,
+    pub speed: f64,
+}
+
+impl Default for LearnedForce {
+    fn default() -> Self {
+        LearnedForce { of: Dependence::Nothing, coefficients: [0.0; SERIES * TERMS], range: 1.0, speed: 1.0 }
+    }
+}
+
+/// A series at `u`, 0 to 1: its cosines by Chebyshev's recurrence.
+#[inline]
+fn series(coefficients: &[f64], u: f64) -> f64 {
+    let c = (PI * u.clamp(0.0, 1.0)).cos();
+    let (mut before, mut now) = (1.0, c);
+    let mut sum = coefficients[0];
+    for a in &coefficients[1..] {
+        sum += a * SQRT_2 * now;
+        (before, now) = (now, 2.0 * c * now - before);
+    }
+    sum
+}
+
+impl LearnedForce {
+    /// What it does at `u` of its range and the speed `v`, N: in units of its own.
+    #[inline]
+    fn at(&self, u: f64, v: f64) -> f64 {
+        let (alone, with) = self.coefficients.split_at(TERMS);
+        let w = v / self.speed;
+        match self.of {
+            Dependence::Nothing => 0.0,
+            Dependence::Depth | Dependence::Place => series(alone, u),
+            Dependence::DepthAndSpeed | Dependence::PlaceAndSpeed => series(alone, u) + series(with, u) * w,
+            Dependence::DepthAndDirection => series(alone, u) + series(with, u) * (v / SLIP_SPEED).clamp(-1.0, 1.0),
+            Dependence::DepthAndSpeedSquared => series(alone, u) + series(with, u) * w * w.abs(),
+            Dependence::Speed => w * series(alone, w.abs() / SPEEDS),
+            Dependence::Reading(_) | Dependence::Force => u * series(alone, u),
+            Dependence::Order => series(alone, u),
+        }
+    }
+
+    #[inline]
+    fn is_something(&self) -> bool {
+        self.of != Dependence::Nothing && self.coefficients.iter().any(|c| *c != 0.0)
+    }
+
+    #[inline]
+    fn is_on_body(&self) -> bool {
+        self.of.mechanism().origin == Origin::Motion && self.is_something()
+    }
+
+    /// What was learned as a table of so many rows over its range: its columns with their units, and the rows. A force is given at
+    /// rest, and into and out of the stop at the speed that counts as 1.
+    pub fn table(&self, rows: usize) -> (Vec<&'static str>, Vec<Vec<f64>>) {
+        let columns = match self.of {
+            Dependence::Depth
+            | Dependence::DepthAndSpeed
+            | Dependence::DepthAndDirection
+            | Dependence::DepthAndSpeedSquared => {
+                vec!["penetration [m]", "at rest [N]", "loading [N]", "unloading [N]"]
+            }
+            Dependence::Place | Dependence::PlaceAndSpeed => {
+                vec!["position [m]", "at rest [N]", "to the stop [N]", "from the stop [N]"]
+            }
+            Dependence::Speed => vec!["speed [m/s]", "force [N]"],
+            Dependence::Reading(Channel::Force) => vec!["force [N]", "error of the force read [N]"],
+            Dependence::Reading(Channel::Acceleration) => {
+                vec!["acceleration [m/s^2]", "error of the acceleration read [m/s^2]"]
+            }
+            Dependence::Reading(Channel::Penetration) => vec!["penetration [m]", "error of the penetration read [m]"],
+            Dependence::Force => vec!["force [N]", "error of the penetration read [m]"],
+            Dependence::Order => vec!["recordings before [1]", "stiffness [1]", "damping [1]"],
+            Dependence::Nothing => Vec::new(),
+        };
+        let moved = |x: f64, v: f64| match self.of.is_contact() {
+            true => self.on_face(x, v, 0.0),
+            false => self.on_body(&Motion { time: 0.0, x, v, travel: 0.0 }, 0.0),
+        };
+        let row = |k: usize| {
+            let u = k as f64 / (rows.max(2) - 1) as f64;
+            let q = u * self.range;
+            match self.of {
+                Dependence::Nothing => Vec::new(),
+                Dependence::Speed => {
+                    let v = u * SPEEDS * self.speed;
+                    vec![v, moved(0.0, v)]
+                }
+                Dependence::Reading(_) | Dependence::Force => vec![q, self.at(u, 0.0)],
+                Dependence::Order => {
+                    let before = 2.0 * q;
+                    let wear = self.wear(&LoadHistory::alike(before));
+                    vec![before, wear.stiffness, wear.damping]
+                }
+                of => {
+                    let x = if of.is_contact() { q } else { -q };
+                    vec![x, moved(x, 0.0), moved(x, self.speed), moved(x, -self.speed)]
+                }
+            }
+        };
+        (columns, (0..rows).map(row).collect())
+    }
+}
+
+impl Part for LearnedForce {
+    #[inline]
+    fn acts_on_face(&self) -> bool {
+        self.of.is_contact() && self.is_something()
+    }
+
+    #[inline]
+    fn on_face(&self, x: f64, v: f64, f: f64) -> f64 {
+        if x <= 0.0 || !self.acts_on_face() {
+            return f;
+        }
+        let u = x / self.range;
+        f + (1.0 - (-u / RISE).exp()) * self.at(u, v)
+    }
+
+    #[inline]
+    fn on_body(&self, at: &Motion, f: f64) -> f64 {
+        if !self.is_on_body() {
+            return f;
+        }
+        f - self.at(-at.x / self.range, at.v)
+    }
+
+    #[inline]
+    fn needs_integration(&self) -> bool {
+        self.is_on_body()
+    }
+
+    fn wear(&self, history: &LoadHistory) -> Wear {
+        if self.of != Dependence::Order {
+            return Wear { stiffness: 1.0, damping: 1.0 };
+        }
+        let (stiffness, damping) = self.coefficients.split_at(TERMS);
+        let u = history.recordings / (history.recordings + self.range);
+        Wear { stiffness: series(stiffness, u).exp(), damping: series(damping, u).exp() }
+    }
+
+    fn measure(&self, y: &mut [Vec<f64>; 3], _: &Sampling) {
+        let wrong = |v: f64| v.signum() * self.at(v.abs() / self.range, 0.0);
+        match self.of {
+            Dependence::Reading(channel) => y[channel.index()].iter_mut().for_each(|v| *v += wrong(*v)),
+            Dependence::Force => {
+                let [force, _, penetration] = y;
+                penetration.iter_mut().zip(force).for_each(|(x, f)| *x += wrong(*f));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Standard deviation of the coefficient of the term `j` of a series, share of the scale of force: of the constant, and of a
+/// Matern process of smoothness 3/2 about it, by its spectral density.
+fn spread(j: usize) -> f64 {
+    let inverse = 3f64.sqrt() / LENGTH;
+    let density = |j: usize| inverse * inverse / (inverse * inverse + (PI * j as f64).powi(2));
+    if j == 0 {
+        return SPREAD;
+    }
+    let all: f64 = (1..200).map(|j| density(j).powi(2)).sum();
+    SPREAD * density(j) / all.sqrt()
+}
+
+/// What a coefficient of 1 stands for: N, the unit of a reading, or a factor e.
+fn unit(of: Dependence, c: &Context) -> f64 {
+    match of {
+        Dependence::Reading(channel) => c.top[channel.index()],
+        Dependence::Force => c.scales.depth,
+        Dependence::Order => 1.0,
+        _ => c.scales.force,
+    }
+}
+
+fn put(t: &[f64], c: &Context, p: &mut crate::physics::Physics, of: Dependence) {
+    let mut coefficients = [0.0; SERIES * TERMS];
+    let unit = unit(of, c);
+    for (a, t) in coefficients.iter_mut().zip(t) {
+        *a = t * unit;
+    }
+    let range = match of {
+        Dependence::Reading(channel) => RANGE * c.top[channel.index()],
+        Dependence::Force => RANGE * c.scales.peak,
+        Dependence::Order => 0.5 * c.scales.orders,
+        of if of.is_contact() => RANGE * c.scales.depth,
+        _ => 0.5 * c.scales.speed * c.scales.length,
+    };
+    p.learned_force = LearnedForce { of, coefficients, range, speed: c.scales.speed };
+}
+
+/// The forms of all that can be learned of a campaign whose motion is not imposed: what each depends on is its label. A fit
+/// starts from no force at all, which is the structure that it contains.
+pub fn dependences(c: &Context) -> Vec<(Dependence, &'static Mechanism, Form)> {
+    use Dependence::*;
+    if c.scales.depth <= 0.0 || c.scales.speed <= 0.0 || c.scales.length <= 0.0 {
+        return Vec::new();
+    }
+    let form = |of: Dependence, apply: Apply| {
+        let parameter = |i: usize| {
+            let sd = spread(i % TERMS);
+            let name = format!("coefficient {}", i + 1);
+            Parameter {
+                prior: Some((0.0, sd)),
+                dynamic: of.mechanism().origin != Origin::Chain,
+                ..parameter(&name, -50.0, 50.0, 1e-3)
+            }
+        };
+        let parameters: Vec<Parameter> = (0..of.coefficients()).map(parameter).collect();
+        let starts = vec![vec![0.0; parameters.len()]];
+        let form = Form {
+            label: of.words(),
+            parameters,
+            starts,
+            linear: false,
+            extends: None,
+            apply,
+            describe: |_, _| Vec::new(),
+        };
+        (of, of.mechanism(), form)
+    };
+    let mut all = vec![
+        form(Depth, |t, c, p| put(t, c, p, Depth)),
+        form(DepthAndSpeed, |t, c, p| put(t, c, p, DepthAndSpeed)),
+        form(DepthAndDirection, |t, c, p| put(t, c, p, DepthAndDirection)),
+        form(DepthAndSpeedSquared, |t, c, p| put(t, c, p, DepthAndSpeedSquared)),
+        form(Place, |t, c, p| put(t, c, p, Place)),
+        form(PlaceAndSpeed, |t, c, p| put(t, c, p, PlaceAndSpeed)),
+        form(Speed, |t, c, p| put(t, c, p, Speed)),
+    ];
+    let [force, acceleration, penetration] = c.has;
+    if force {
+        all.push(form(Reading(Channel::Force), |t, c, p| put(t, c, p, Reading(Channel::Force))));
+    }
+    if acceleration {
+        all.push(form(Reading(Channel::Acceleration), |t, c, p| put(t, c, p, Reading(Channel::Acceleration))));
+    }
+    if penetration {
+        all.push(form(Reading(Channel::Penetration), |t, c, p| put(t, c, p, Reading(Channel::Penetration))));
+        all.push(form(Force, |t, c, p| put(t, c, p, Force)));
+    }
+    if c.scales.orders >= 3.0 {
+        all.push(form(Order, |t, c, p| put(t, c, p, Order)));
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_series_is_its_sum_of_cosines() {
+        let mut coefficients = [0.0; TERMS];
+        (coefficients[0], coefficients[1], coefficients[7]) = (0.5, -0.25, 2.0);
+        for u in [0.0, 0.13, 0.5, 1.0] {
+            let want = 0.5 - 0.25 * SQRT_2 * (PI * u).cos() + 2.0 * SQRT_2 * (7.0 * PI * u).cos();
+            assert!((series(&coefficients, u) - want).abs() < 1e-12);
+        }
+        assert_eq!(series(&coefficients, 1.5), series(&coefficients, 1.0));
+    }
+
+    #[test]
+    fn what_varies_is_as_likely_beforehand_as_the_constant_and_shorter_waves_are_less_likely() {
+        let varies: f64 = (1..200).map(|j| spread(j).powi(2)).sum();
+        assert!((varies - SPREAD * SPREAD).abs() < 1e-9);
+        assert!((2..TERMS).all(|j| spread(j) < spread(j - 1)));
+    }
+
+    #[test]
+    fn a_force_between_the_faces_begins_at_the_touch_and_one_on_the_body_acts_in_flight() {
+        let mut force =
+            LearnedForce { of: Dependence::DepthAndSpeed, range: 2.0, speed: 4.0, ..LearnedForce::default() };
+        assert!(!force.acts_on_face());
+        (force.coefficients[0], force.coefficients[TERMS]) = (3.0, 5.0);
+        assert!(force.acts_on_face() && !force.needs_integration());
+        assert_eq!((force.on_face(-0.1, 1.0, 7.0), force.on_face(0.0, 1.0, 7.0)), (7.0, 7.0));
+        assert!(
+            (force.on_face(1.0, 2.0, 7.0) - (7.0 + (1.0 - (-0.5f64 / RISE).exp()) * (3.0 + 5.0 * 0.5))).abs() < 1e-12
+        );
+        let at = |x: f64, v: f64| Motion { time: 0.0, x, v, travel: 0.0 };
+        assert_eq!(force.on_body(&at(-1.0, 2.0), 7.0), 7.0);
+        force.of = Dependence::PlaceAndSpeed;
+        assert!((force.on_body(&at(-1.0, 2.0), 7.0) - (7.0 - 5.5)).abs() < 1e-12);
+        assert!(!force.acts_on_face() && force.needs_integration());
+    }
+
+    #[test]
+    fn an_error_of_a_reading_moves_that_reading_alone() {
+        let mut force = LearnedForce { of: Dependence::Force, range: 10.0, ..LearnedForce::default() };
+        force.coefficients[0] = 1e-3;
+        let mut y = [vec![5.0, -5.0], vec![1.0, 1.0], vec![0.0, 0.0]];
+        force.measure(&mut y, &Sampling { dt: 1.0, before: 0.0 });
+        assert_eq!(y, [vec![5.0, -5.0], vec![1.0, 1.0], vec![5e-4, -5e-4]]);
+    }
+}
