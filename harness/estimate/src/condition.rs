@@ -92,6 +92,22 @@ pub fn spikes_of_course(y: &[f64], sigma: f64) -> Vec<usize> {
     found
 }
 
+/// The largest of these.
+fn highest(y: &[f64]) -> f64 {
+    y.iter().copied().fold(f64::MIN, f64::max)
+}
+
+/// The power of `x` that `y` grows with, by a straight line of their logarithms; None where `x` hardly differs.
+fn power(x: &[f64], y: &[f64]) -> Option<f64> {
+    let ln = |v: &[f64]| v.iter().map(|v| v.max(1e-12).ln()).collect::<Vec<f64>>();
+    let (x, y) = (ln(x), ln(y));
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let (mx, my) = (mean(&x), mean(&y));
+    let sxx: f64 = x.iter().map(|v| (v - mx).powi(2)).sum();
+    let sxy: f64 = x.iter().zip(&y).map(|(a, b)| (a - mx) * (b - my)).sum();
+    (sxx > 1e-3).then(|| sxy / sxx)
+}
+
 /// A campaign's recordings with their scales and noise, and a first guess of the law.
 #[derive(Clone)]
 pub struct Conditioned {
@@ -217,32 +233,44 @@ pub fn condition_on(c: &Campaign, machine: Option<&Arc<dyn Machine>>) -> Result<
             }
         })
         .collect();
-    let forces: Vec<f64> =
-        peaks.iter().map(|p| if p.is_finite() && *p > 0.0 { *p } else { mass * speeds[0] / duration }).collect();
-    let peak = forces.iter().cloned().fold(0.0, f64::max);
-    // p from how the peak grows with speed (or depth); k from energy (or depth)
-    let (xs, kind_is_indentation): (Vec<f64>, bool) =
-        if c.kind == Kind::Indentation { (depths.clone(), true) } else { (speeds.clone(), false) };
-    let slope = {
-        let lx: Vec<f64> = xs.iter().map(|v| v.max(1e-12).ln()).collect();
-        let ly: Vec<f64> = forces.iter().map(|v| v.ln()).collect();
-        let (mx, my) = (lx.iter().sum::<f64>() / count, ly.iter().sum::<f64>() / count);
-        let sxx: f64 = lx.iter().map(|v| (v - mx).powi(2)).sum();
-        let sxy: f64 = lx.iter().zip(&ly).map(|(a, b)| (a - mx) * (b - my)).sum();
-        if sxx > 1e-3 {
-            sxy / sxx
-        } else if kind_is_indentation {
-            1.5
-        } else {
-            1.2
+    // of a body that is caught its way alone is read: the deepest reading takes the place of the largest force
+    let deepest: Option<Vec<f64>> = c
+        .recordings
+        .iter()
+        .map(|r| match &r.channels {
+            [None, None, Some(x)] if c.kind == Kind::DropTest => Some(highest(x)).filter(|x| *x > 0.0),
+            _ => None,
+        })
+        .collect();
+    let exponent_by_way = |x: &[f64]| power(&speeds, x).map_or(1.2, |slope| 2.0 / slope.clamp(0.4, 2.0) - 1.0);
+    let forces: Vec<f64> = match &deepest {
+        // m v^2 / 2 = F x / (p + 1)
+        Some(x) => {
+            let p = exponent_by_way(x).clamp(1.0, 3.5);
+            speeds.iter().zip(x).map(|(v, x)| 0.5 * mass * v * v * (p + 1.0) / x).collect()
+        }
+        None => {
+            let force = |p: &f64| if p.is_finite() && *p > 0.0 { *p } else { mass * speeds[0] / duration };
+            peaks.iter().map(force).collect()
         }
     };
-    let p = if kind_is_indentation { slope } else { slope / (2.0 - slope).max(0.2) }.clamp(1.0, 3.5);
+    let peak = forces.iter().cloned().fold(0.0, f64::max);
+    // p from how the peak grows with speed (or depth), or how depth grows with speed; k from energy (or depth)
+    let is_indentation = c.kind == Kind::Indentation;
+    let p = match &deepest {
+        Some(x) => exponent_by_way(x),
+        None if is_indentation => power(&depths, &forces).unwrap_or(1.5),
+        None => {
+            let slope = power(&speeds, &forces).unwrap_or(1.2);
+            slope / (2.0 - slope).max(0.2)
+        }
+    }
+    .clamp(1.0, 3.5);
     let mid = forces.len() / 2;
     let mut order: Vec<usize> = (0..forces.len()).collect();
     order.sort_by(|a, b| forces[*a].total_cmp(&forces[*b]));
     let m = order[mid];
-    let depth = if kind_is_indentation {
+    let depth = if is_indentation {
         depths[m]
     } else {
         // m v^2 / 2 = F x / (p + 1)
@@ -253,7 +281,7 @@ pub fn condition_on(c: &Campaign, machine: Option<&Arc<dyn Machine>>) -> Result<
     }
     let k = forces[m] / depth.powf(p);
     let orders: Vec<f64> = c.recordings.iter().map(|r| r.order).collect();
-    let histories = LoadHistory::before(&orders, if kind_is_indentation { &depths } else { &speeds });
+    let histories = LoadHistory::before(&orders, if is_indentation { &depths } else { &speeds });
     for (i, r) in records.iter_mut().enumerate() {
         r.setup.history = histories[i];
         r.setup.depth = depth * (forces[i] / forces[m]).max(0.2);

@@ -90,6 +90,8 @@ pub enum Nuisance {
     Tilt,
 }
 
+/// Standard deviation of the zero of a displacement sensor beside a stop, m.
+const ZERO_OF_WAY: f64 = 5e-6;
 /// Share of the range of an imposed penetration by which the point of touch is uncertain: who sets it by eye, or where the
 /// force rises out of its noise, sets it late, and a pull before the touch hides it.
 const TOUCH_SHARE: f64 = 0.1;
@@ -168,7 +170,7 @@ impl Data {
             Nuisance::Start => None,
             Nuisance::Speed => self.records[r].speed.filter(|_| !self.records[r].at_first),
             Nuisance::Stiffness => Some((0.0, self.repeat_scatter)),
-            Nuisance::Zero(Channel::Penetration) => Some((0.0, (5e-6_f64).min(0.05 * self.range[2]))),
+            Nuisance::Zero(Channel::Penetration) => Some((0.0, self.zero_of_way())),
             Nuisance::Zero(c) => Some((0.0, 0.0012 * self.range[c.index()])),
             Nuisance::Offset => Some((0.0, TOUCH_SHARE * self.range[2])),
             Nuisance::Tilt => Some((0.0, self.tilt_scale())),
@@ -186,6 +188,12 @@ impl Data {
                 _ => 0.0,
             })
             .collect()
+    }
+
+    /// Standard deviation of the zero of a penetration that is not imposed, m: it is set no better than a reading is.
+    fn zero_of_way(&self) -> f64 {
+        let noise = self.noise[Channel::Penetration.index()].marginal();
+        ZERO_OF_WAY.max(noise).min(0.05 * self.range[2])
     }
 
     /// Slope of the free line that is usual, N/m.
