@@ -11,6 +11,8 @@ use super::posterior::{Cause, Posterior, POSSIBLE};
 use super::propose::Pool;
 use super::table::Table;
 use estimate::fitted::Fitted;
+use estimate::structure::Term;
+use mechanisms::latent_force::MECHANISM as LATENT;
 use record::Campaign;
 
 /// Structures at most whose predictions of levels not seen are worked out.
@@ -147,7 +149,9 @@ impl Decision {
     /// Puts the likeliest force that can be learned in the place of what stands in for the unknown cause, unless it predicts
     /// levels not seen worse than the simulation as given.
     pub fn learn_in_motion(&mut self) {
-        let stands_in = Some(&self.chosen).filter(|c| !c.is_named());
+        // a force on knots is one of the shapes that are learned
+        let is_other = |t: &Term| !t.mechanism.named && t.name() != LATENT.name;
+        let stands_in = Some(&self.chosen).filter(|c| c.structure.terms().iter().any(is_other));
         self.forces = learn(&self.base, stands_in, &self.posterior);
         let predicts = |f: &&Force| f.heldout.as_ref().is_some_and(|h| h.nrmse <= self.before.nrmse);
         let Some(best) = self.forces.iter().find(predicts).filter(|f| f.depends.is_some()) else { return };

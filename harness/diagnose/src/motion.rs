@@ -100,3 +100,57 @@ pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, posterior: &Posterior) -
     all.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     all
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Evidences;
+    use crate::table::Table;
+    use estimate::prepare::Prepared;
+    use mechanisms::learned_force::LearnedForce;
+    use plant::recipe::{write_campaign, Recipe};
+
+    /// The simulation as given of a campaign that holds `force`, and what is learned beside it.
+    fn learned(force: LearnedForce) -> (Fitted, Vec<Force>) {
+        let dir = tempfile::tempdir().unwrap();
+        let mut recipe = Recipe::default();
+        recipe.physics.learned_force = force;
+        write_campaign(dir.path(), &recipe).unwrap();
+        let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        let prepared = Prepared::new(&campaign).unwrap();
+        let base = Fitted::base(&prepared.data, &prepared.structure, &prepared.guess);
+        let posterior = Posterior::new(&Evidences::of(&base), &Table::calibrated());
+        let forces = learn(&base, None, &posterior);
+        (base, forces)
+    }
+
+    #[test]
+    fn a_force_that_gives_way_at_some_depth_is_learned_as_one_of_depth_and_predicts_levels_not_seen() {
+        let mut force = LearnedForce { of: Dependence::Depth, range: 4e-4, ..LearnedForce::default() };
+        (force.coefficients[2], force.coefficients[5]) = (20.0, -15.0);
+        let (base, forces) = learned(force);
+        let first = &forces[0];
+        assert_eq!(
+            first.depends,
+            Some(Dependence::Depth),
+            "{:?}",
+            forces.iter().map(|f| (f.depends, f.probability)).collect::<Vec<_>>()
+        );
+        assert!(first.probability > 0.5, "{}", first.probability);
+        let (before, after) = (held_out(&base).nrmse, first.heldout.as_ref().unwrap().nrmse);
+        assert!(after < 0.7 * before, "{after} of {before}");
+        assert!(first.misfit < 0.7 * misfit(&base));
+        assert!(first.fitted.chi2() < base.chi2());
+        let (columns, rows) = first.table(21);
+        assert!(columns.len() == 4 && rows.len() == 21 && rows.iter().all(|r| r.len() == 4));
+    }
+
+    #[test]
+    fn a_force_in_flight_is_learned_as_one_on_the_body() {
+        let mut force = LearnedForce { of: Dependence::Speed, speed: 1.0, ..LearnedForce::default() };
+        (force.coefficients[0], force.coefficients[3]) = (8.0, 8.0);
+        let (_, forces) = learned(force);
+        let words = forces[0].words();
+        assert!(words.starts_with("on the body"), "{words}");
+    }
+}
