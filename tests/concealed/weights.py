@@ -5,7 +5,6 @@ is what makes the posterior of `of_verdict` say the cause with the least log los
 harness/diagnose/src/posterior.rs works the same posterior out.
 """
 import json
-import math
 from itertools import cycle
 from typing import NamedTuple
 
@@ -75,7 +74,7 @@ class Entry(NamedTuple):
     better: float = 0.0      # ln of how many times better it predicts levels not seen than the simulation as given does
     parameters: int = 0      # of the mechanisms added
     left: float = 0.0        # ln overdispersion of what the structure leaves
-    flat: float = 0.0        # they limit a reading: ln(1 + nats by which a flat top of the readings is no chance)
+    flat: bool = False       # they limit a reading, and readings end in a flat top
 
 
 def features(verdict):
@@ -91,7 +90,7 @@ def features(verdict):
         better = float(np.log(before / held)) if names and held and before else 0.0
         if not s["named"] and better < 0.0:     # a stand-in that follows what it has seen and predicts the rest worse stands for nothing
             continue
-        doubts = dict(bound=bool(names) and s["at_bound"], better=better, flat=math.log1p(flat) if "clipping" in names else 0.0)
+        doubts = dict(bound=bool(names) and s["at_bound"], better=better, flat=flat > 0 and "clipping" in names)
         has = dict(parameters=s["parameters"], left=float(np.log(max(s["overdispersion"], 1.0))))
         steady = [(False, i, ln) for i, ln in enumerate(s["ln_evidence"])]
         for drifts, i, ln in steady + [(True, i, ln) for i, ln in enumerate(s.get("ln_evidence_drifting", []))]:

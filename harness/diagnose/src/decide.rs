@@ -7,10 +7,11 @@ use super::heldout::{folds, held_out, windows, Folds, HeldOut};
 use super::learned::{learned, Learned};
 use super::material::remainder;
 use super::motion::{learn, Force};
-use super::posterior::{Cause, Posterior, POSSIBLE};
+use super::posterior::{limits_reading, Cause, Posterior, POSSIBLE};
 use super::propose::Pool;
 use super::table::Table;
 use estimate::fitted::Fitted;
+use estimate::problem::Options;
 use estimate::structure::Term;
 use mechanisms::latent_force::MECHANISM as LATENT;
 use record::Campaign;
@@ -77,28 +78,36 @@ impl Decision {
         }
         let at = likeliest(&posterior, &fits, &evidence);
         predicted[at].get_or_insert_with(|| held_out(&fits[at]));
-        let chosen = fits[at].clone();
+        let mut chosen = fits[at].clone();
+        if posterior.is_limited() && !limits_reading(&chosen.names()) {
+            if let Some(limited) = with_limit(&chosen) {
+                predicted[at] = Some(held_out(&limited));
+                chosen = limited;
+            }
+        }
         let base = fits[0].clone();
+        let adds = !chosen.structure.terms().is_empty();
         // what differs between recordings of one level is seen by no force within one
         let excess_scatter = chosen.excess_scatter_left(base.excess_scatter());
         let scatters = excess_scatter.is_some();
         let is_unknown = posterior.likely_names().is_empty() && !posterior.is_nothing();
         let left = chosen.overdispersion();
         let is_large = |c: &Cause| c.structure == Some(at) && c.large > 0.5;
-        let leaves_much = at > 0 && posterior.causes.iter().any(is_large) && remainder(&chosen, false).is_material();
+        let much = posterior.causes.iter().any(is_large) || posterior.unknown() > 0.5;
+        let leaves_much = adds && much && remainder(&chosen, false).is_material();
         let mut choices = Vec::new();
-        if at > 0 && chosen.is_named() {
+        if at > 0 && chosen.is_named() && chosen.names() == fits[at].names() {
             let near = posterior.causes.iter().filter(|c| !c.names.is_empty()).filter_map(|c| c.structure);
             let near = [0, at].into_iter().chain(near.filter(|i| *i != at));
             let of = near.filter_map(|i| Some((fits[i].clone(), predicted[i].clone()?)));
             choices = of.take(1 + CHOICES).collect();
         }
         Decision {
-            detected: at > 0 || is_unknown || scatters,
+            detected: adds || is_unknown || scatters,
             unexplained: is_unknown || scatters || leaves_much,
             ties: rivals(&posterior, &chosen),
             overdispersion: (base.overdispersion(), left),
-            before: predicted[0].take().unwrap_or_default(),
+            before: if at == 0 && adds { held_out(&base) } else { predicted[0].clone().unwrap_or_default() },
             after: predicted[at].take(),
             folds: None,
             windows: Vec::new(),
@@ -141,9 +150,12 @@ impl Decision {
         self.is_imposed() && self.posterior.unknown() > POSSIBLE
     }
 
-    /// Whether a force may be learned through the simulation: the motion is not imposed, and the cause is unknown.
+    /// Whether a force may be learned through the simulation: the motion is not imposed, and the cause is unknown, but for a limit
+    /// of a reading.
     pub fn may_learn_in_motion(&self) -> bool {
-        !self.is_imposed() && self.posterior.likely_names().is_empty() && !self.posterior.is_nothing()
+        let of_physics = self.posterior.likely_names().iter().any(|n| !limits_reading(&[n]));
+        let limited_alone = self.posterior.is_limited() && self.posterior.unknown() <= 0.5;
+        !self.is_imposed() && !of_physics && !limited_alone && !self.posterior.is_nothing()
     }
 
     /// Puts the likeliest force that can be learned in the place of what stands in for the unknown cause, unless it predicts
@@ -152,7 +164,9 @@ impl Decision {
         // a force on knots is one of the shapes that are learned
         let is_other = |t: &Term| !t.mechanism.named && t.name() != LATENT.name;
         let stands_in = Some(&self.chosen).filter(|c| c.structure.terms().iter().any(is_other));
-        self.forces = learn(&self.base, stands_in, &self.posterior);
+        let limited = limits_reading(&self.chosen.names()) && self.chosen.is_named();
+        let from = if limited { &self.chosen } else { &self.base };
+        self.forces = learn(from, stands_in, &self.posterior);
         let predicts = |f: &&Force| f.heldout.as_ref().is_some_and(|h| h.nrmse <= self.before.nrmse);
         let Some(best) = self.forces.iter().find(predicts).filter(|f| f.depends.is_some()) else { return };
         self.chosen = best.fitted.clone();
@@ -225,6 +239,15 @@ fn likeliest(posterior: &Posterior, fits: &[Fitted], evidence: &Evidences) -> us
         _ if posterior.is_nothing() => 0,
         _ => stand_in(fits, evidence),
     }
+}
+
+/// `f` with the limit of a reading beside it, that explains most; None where none can be fitted.
+fn with_limit(f: &Fitted) -> Option<Fitted> {
+    let context = &f.structure.base().context;
+    context.flat?;
+    let limits = f.structure.base().candidates().into_iter().filter(|t| t.mechanism.hints.limits_reading);
+    let fitted = limits.filter_map(|t| f.add(&t, 2, &Options::default()));
+    fitted.min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
 }
 
 /// What stands in for a cause that nobody has named: the fit of least cost among those with a stand-in that is not known to

@@ -93,7 +93,7 @@ pub struct Evidences {
 impl Evidences {
     /// Nothing weighed yet of the campaign that `base` is fitted to.
     pub fn of(base: &Fitted) -> Evidences {
-        let flat = flat_top(&base.data, base.structure.base().context.top).map_or(0.0, |f| f.nats);
+        let flat = flat_top(&base.data).map_or(0.0, |f| f.nats);
         Evidences { levels: base.data.levels().len(), flat, ..Evidences::default() }
     }
 

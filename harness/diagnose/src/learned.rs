@@ -4,8 +4,9 @@
 use crate::decide::Decision;
 use crate::heldout::{groups, HeldOut};
 use crate::phases::over_their_sum;
-use crate::posterior::{Posterior, UNKNOWN};
+use crate::posterior::{limits_reading, Posterior, UNKNOWN};
 use crate::predictions::Predictions;
+use estimate::flat::flat_top;
 use estimate::problem::Data;
 use learn::{highest, Class, Law, Recording, ALL};
 use mechanisms::mechanism::Mechanism;
@@ -42,6 +43,8 @@ pub struct Course {
     pub time: Vec<f64>,
     pub depth: Vec<f64>,
     pub read: Vec<f64>,
+    /// Whether each sample's force counts.
+    pub counts: Vec<bool>,
     pub force: Vec<f64>,
     pub parts: Vec<Vec<f64>>,
 }
@@ -66,6 +69,8 @@ pub struct Learned {
 /// The recordings of an imposed motion as classes see them. Samples that do not count are taken from their neighbours.
 fn recordings(c: &Campaign, data: &Data) -> Option<Vec<Recording>> {
     let force = Channel::Force.index();
+    let limit = limit(data);
+    let at_limit = |v: f64| limit.is_some_and(|l| (v - l).abs() <= 1e-9 * l.abs());
     let orders = c.recordings.iter().map(|r| r.order);
     let of = |(rec, order): (&estimate::problem::Record, f64)| {
         let mut read = rec.y[force].clone()?;
@@ -83,6 +88,7 @@ fn recordings(c: &Campaign, data: &Data) -> Option<Vec<Recording>> {
             time: rec.setup.time.clone(),
             depth: rec.setup.imposed.clone(),
             rate: rec.setup.imposed_rate.clone(),
+            counts: (0..read.len()).map(|i| counts(i) && !at_limit(read[i])).collect(),
             force: read,
             order,
             level: rec.level,
@@ -91,11 +97,33 @@ fn recordings(c: &Campaign, data: &Data) -> Option<Vec<Recording>> {
     data.records.iter().zip(orders).map(of).collect()
 }
 
+/// The force that its channel reads no more beyond, N; None where it has no flat top.
+fn limit(data: &Data) -> Option<f64> {
+    flat_top(data).filter(|f| f.channel == Channel::Force).map(|f| f.value)
+}
+
+/// Forces as a channel reads them that ends at `limit`.
+fn read(force: &[f64], limit: Option<f64>) -> Vec<f64> {
+    let of = |f: f64| match limit {
+        Some(l) if l >= 0.0 => f.min(l),
+        Some(l) => f.max(l),
+        None => f,
+    };
+    force.iter().map(|f| of(*f)).collect()
+}
+
 /// A recording up to its deepest point.
 fn first_half(r: &Recording) -> Recording {
     let n = 1 + highest(&r.depth);
     let cut = |v: &[f64]| v[..n].to_vec();
-    Recording { time: cut(&r.time), depth: cut(&r.depth), rate: cut(&r.rate), force: cut(&r.force), ..*r }
+    Recording {
+        time: cut(&r.time),
+        depth: cut(&r.depth),
+        rate: cut(&r.rate),
+        force: cut(&r.force),
+        counts: r.counts[..n].to_vec(),
+        ..*r
+    }
 }
 
 /// Classes that the simulation as given holds: their shapes are its own.
@@ -131,8 +159,9 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let by_form: Vec<&'static str> = if leads { Vec::new() } else { d.chosen.names() };
     let likely: Vec<&'static str> = posterior.likely_names().into_iter().filter(|n| !by_form.contains(n)).collect();
     // of the sets that stand for what is named the likeliest that stands for nothing else
-    let exact = of.sets.iter().position(|s| names_of(s) == likely);
-    let holds_all = |s: &learn::Set| likely.iter().all(|n| names_of(s).contains(n));
+    let of_force: Vec<&'static str> = likely.iter().copied().filter(|n| !limits_reading(&[n])).collect();
+    let exact = of.sets.iter().position(|s| names_of(s) == of_force);
+    let holds_all = |s: &learn::Set| of_force.iter().all(|n| names_of(s).contains(n));
     let set = exact.or_else(|| of.sets.iter().position(holds_all)).unwrap_or(0);
     let law = &of.sets[set].law;
     let course = |((r, rec), surface): ((&Recording, &estimate::problem::Record), &f64)| {
@@ -145,6 +174,7 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
             time: r.time.clone(),
             depth: r.depth.clone(),
             read: r.force.clone(),
+            counts: r.counts.clone(),
             force: f.all,
             parts: f.parts,
         }
@@ -178,20 +208,21 @@ fn laws_without(
 
 /// Misfit of a law over all samples, rms over the range of force.
 fn of_courses(courses: &[Course], range: f64) -> f64 {
-    let squares = courses.iter().flat_map(|c| c.read.iter().zip(&c.force).map(|(y, f)| ((y - f) / range).powi(2)));
-    let n = courses.iter().map(|c| c.read.len()).sum::<usize>().max(1);
-    (squares.sum::<f64>() / n as f64).sqrt()
+    let known = |c: &Course| (0..c.read.len()).filter(|i| c.counts[*i]).collect::<Vec<_>>();
+    let squares = courses.iter().flat_map(|c| known(c).into_iter().map(|i| ((c.read[i] - c.force[i]) / range).powi(2)));
+    let squares: Vec<f64> = squares.collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
 /// Every recording as a law that has not seen it has it, its other channels as the simulation as given has them.
 fn predicted(d: &Decision, all: &[Recording], laws: &[Option<Law>]) -> HeldOut {
     let data = &*d.base.data;
-    let force = Channel::Force.index();
+    let (force, limit) = (Channel::Force.index(), limit(data));
     let found: Vec<_> = laws.iter().zip(all).map(|(law, r)| law.as_ref().map(|l| (l, l.predict(r)))).collect();
     let mut judged = d.before.predictions.judged.clone();
     for (y, f) in judged.iter_mut().zip(&found) {
         if let Some((_, (f, _))) = f {
-            y[force].clone_from(&f.all);
+            y[force] = read(&f.all, limit);
         }
     }
     let whole = d.before.predictions.of_the_whole();
@@ -204,9 +235,10 @@ fn predicted(d: &Decision, all: &[Recording], laws: &[Option<Law>]) -> HeldOut {
                 depth: s.imposed.clone(),
                 rate: s.imposed_rate.clone(),
                 force: Vec::new(),
+                counts: Vec::new(),
                 ..all[r]
             };
-            y[force] = law.force(&longer, *surface).all;
+            y[force] = read(&law.force(&longer, *surface).all, limit);
         }
         Ok::<_, Infallible>(y)
     };
@@ -224,6 +256,16 @@ impl Learned {
     /// for it.
     fn named(&self, name: &'static str, posterior: &Posterior) -> Option<Named> {
         let mechanism = mechanisms::named(name)?;
+        if limits_reading(&[name]) {
+            let (largest, shares) = self.limited();
+            return Some(Named {
+                mechanism,
+                probability: posterior.of(name),
+                also_possible: Vec::new(),
+                largest,
+                shares,
+            });
+        }
         let is_tied = !self.of.rates_differ && learn::PARTED_BY_RATES.0 == Some(name);
         let is_it = |c: &Class| c.mechanism == Some(name) || is_tied && c.needs_rates;
         // it has to be of what was learned, not of a form alone
@@ -234,6 +276,20 @@ impl Learned {
         let also_possible = if is_tied { learn::PARTED_BY_RATES.1.to_vec() } else { also.collect() };
         let (largest, shares) = self.action(&of);
         Some(Named { mechanism, probability: posterior.of(name), also_possible, largest, shares })
+    }
+
+    /// What a limit takes of the force: the most, N, and the share of its squares by phase.
+    fn limited(&self) -> (f64, [f64; 4]) {
+        let (mut largest, mut shares) = (0.0f64, [0.0; 4]);
+        for c in &self.courses {
+            let top = highest(&c.depth);
+            for i in (0..c.time.len()).filter(|i| !c.counts[*i]) {
+                let taken = c.force[i] - c.read[i];
+                largest = largest.max(taken.abs());
+                shares[if i <= top { 1 } else { 2 }] += taken * taken;
+            }
+        }
+        (largest, over_their_sum(shares))
     }
 
     /// Mean relative difference of the largest force read and of the law.

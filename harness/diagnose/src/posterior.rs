@@ -8,6 +8,7 @@ pub use crate::causes::UNKNOWN;
 use crate::causes::{Causes, Gathered};
 use crate::evidence::{ln_sum, Evidences};
 use crate::table::Table;
+use estimate::flat::probability;
 use mechanisms::named;
 
 /// Probability below which a cause is not worked on: it stands outside of every credible set.
@@ -67,6 +68,8 @@ pub struct Posterior {
     pub causes: Vec<Cause>,
     /// How many of them, from the first on, hold the cause with 95 %.
     pub credible: usize,
+    /// Probability that a reading is limited, whatever else is missing, by the flat top that it ends in.
+    pub limited: f64,
     counted: Counted,
 }
 
@@ -80,8 +83,11 @@ fn ln_prior(names: &[&str], table: &Table) -> f64 {
     }
 }
 
+/// What limits a reading and leaves a flat top.
+const LIMITS: [&str; 1] = [mechanisms::clipping::MECHANISM.name];
+
 /// Whether one of these mechanisms limits a reading.
-fn limits_reading(names: &[&'static str]) -> bool {
+pub fn limits_reading(names: &[&'static str]) -> bool {
     names.iter().filter_map(|n| named(n)).any(|m| m.hints.limits_reading)
 }
 
@@ -95,7 +101,7 @@ fn ln_reliance(e: &Evidences, i: usize, table: &Table) -> f64 {
         + table.heldout * better.max(0.0)
         + table.worse * (-better).max(0.0)
         + of(e.levels < 2, table.one_level)
-        + of(limits_reading(&structure.names), table.flat * e.flat.ln_1p())
+        + of(e.flat > 0.0 && limits_reading(&structure.names), table.flat)
 }
 
 impl Posterior {
@@ -121,7 +127,7 @@ impl Posterior {
             Cause { names, probability: (score - whole).exp(), structure, large }
         };
         let causes: Vec<Cause> = causes.all.into_iter().zip(&mass).zip(&score).map(cause).collect();
-        Posterior::of_causes(causes, table.level, counted)
+        Posterior { limited: probability(e.flat), ..Posterior::of_causes(causes, table.level, counted) }
     }
 
     /// Of causes with their probabilities; `level`: what those have to add up to that hold the cause with 95 %.
@@ -133,7 +139,7 @@ impl Posterior {
             sum >= level
         };
         let credible = causes.iter().position(holds).map_or(causes.len(), |i| i + 1);
-        Posterior { causes, credible, counted }
+        Posterior { causes, credible, limited: 0.0, counted }
     }
 
     /// The same with the unknown cause taken apart into `sets` of names, sorted, with the probability of each given that no
@@ -153,7 +159,7 @@ impl Posterior {
                 None => causes.push(Cause { names, probability, structure: None, large: 0.0 }),
             }
         }
-        Posterior::of_causes(causes, level, self.counted)
+        Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
     }
 
     /// Probabilities of alternatives that are as likely beforehand, by their ln evidence, as differences of it count here; all
@@ -182,8 +188,17 @@ impl Posterior {
     }
 
     /// Probability that `name` is among what is missing.
-    pub fn of(&self, name: &str) -> f64 {
-        self.causes.iter().filter(|c| c.names.contains(&name)).map(|c| c.probability).sum()
+    pub fn of(&self, name: &'static str) -> f64 {
+        let of: f64 = self.causes.iter().filter(|c| c.names.contains(&name)).map(|c| c.probability).sum();
+        match limits_reading(&[name]) {
+            true => self.limited + (1.0 - self.limited) * of,
+            false => of,
+        }
+    }
+
+    /// Whether a flat top makes it more likely than not that a reading is limited.
+    pub fn is_limited(&self) -> bool {
+        self.limited > 0.5
     }
 
     /// The most probable set of names that is neither empty nor unknown.
@@ -196,6 +211,7 @@ impl Posterior {
     pub fn likely_names(&self) -> Vec<&'static str> {
         let mut names: Vec<&'static str> =
             self.causes.iter().filter(|c| !c.is_unknown()).flat_map(|c| c.names.iter().copied()).collect();
+        names.extend(LIMITS.iter().filter(|_| self.is_limited()));
         names.sort_unstable();
         names.dedup();
         names.retain(|n| self.of(n) > 0.5);
@@ -206,12 +222,18 @@ impl Posterior {
     pub fn with_names(&self, names: &[&str]) -> Option<&Cause> {
         let holds = |c: &&Cause| !c.is_unknown() && names.iter().all(|n| c.names.contains(n));
         let alone = self.causes.iter().filter(holds).find(|c| c.names.len() == names.len());
-        alone.or_else(|| self.causes.iter().find(holds))
+        let found = alone.or_else(|| self.causes.iter().find(holds));
+        // a limit that shows in the readings may stand beside what was weighed without it
+        let rest: Vec<&str> = names.iter().copied().filter(|n| !LIMITS.contains(n)).collect();
+        match found {
+            None if self.is_limited() && !rest.is_empty() && rest.len() < names.len() => self.with_names(&rest),
+            found => found,
+        }
     }
 
     /// Whether nothing is the most probable of all causes.
     pub fn is_nothing(&self) -> bool {
-        self.causes.first().is_none_or(|c| c.names.is_empty())
+        !self.is_limited() && self.causes.first().is_none_or(|c| c.names.is_empty())
     }
 
     /// The causes that hold the true one with 95 %.
@@ -462,6 +484,25 @@ mod tests {
     }
 
     #[test]
+    fn a_flat_top_names_a_limit_whatever_else_is_missing() {
+        let structures = || vec![weighed(&[], true, 0.0), weighed(&["gravity"], true, 9.0)];
+        let of =
+            |flat: f64| Posterior::new(&Evidences { structures: structures(), flat, ..Evidences::default() }, &plain());
+        assert_eq!(of(0.0).likely_names(), ["gravity"]);
+        let limited = of(100.0);
+        assert_eq!(limited.likely_names(), ["clipping", "gravity"]);
+        assert!(limited.of("clipping") > 0.999);
+        // what was weighed without the limit stands for both
+        assert_eq!(limited.with_names(&["clipping", "gravity"]).unwrap().names, ["gravity"]);
+        let nothing = || Evidences { structures: vec![weighed(&[], true, 0.0)], ..Evidences::default() };
+        assert!(Posterior::new(&nothing(), &plain()).is_nothing());
+        let flat = Posterior::new(&Evidences { flat: 100.0, ..nothing() }, &plain());
+        assert!(!flat.is_nothing() && flat.likely_names() == ["clipping"]);
+        // as few repeats as chance has are no limit
+        assert!(of(1.0).likely_names() == ["gravity"]);
+    }
+
+    #[test]
     fn a_flat_top_speaks_for_a_limited_reading() {
         let of = |flat: f64| {
             let structures =
@@ -471,8 +512,9 @@ mod tests {
                 &Table { flat: 2.0, ..plain() },
             )
         };
-        let odds = |p: &Posterior| p.of("clipping") / p.of("gravity");
-        assert!((odds(&of(0.0)) - 1.0).abs() < 1e-9 && (odds(&of(1f64.exp_m1())) - 2f64.exp()).abs() < 1e-9);
+        let of_cause = |p: &Posterior, name: &str| p.causes.iter().find(|c| c.names == [name]).unwrap().probability;
+        let odds = |p: &Posterior| of_cause(p, "clipping") / of_cause(p, "gravity");
+        assert!((odds(&of(0.0)) - 1.0).abs() < 1e-9 && (odds(&of(9.0)) - 2f64.exp()).abs() < 1e-9);
     }
 
     #[test]

@@ -49,8 +49,7 @@ pub struct Table {
     /// how many times worse.
     pub heldout: f64,
     pub worse: f64,
-    /// ln weight of names that limit a reading where readings end in a flat top, times ln(1 + nats by which that is likelier
-    /// than chance): no impact makes one.
+    /// ln weight of names that limit a reading where readings end in a flat top: no impact makes one.
     pub flat: f64,
     /// Weight of ln(1 + nats that the best structure with these names has over the best without them): what is needed by
     /// all that explain much is likely there, whatever else is.

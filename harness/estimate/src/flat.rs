@@ -1,6 +1,6 @@
 //! Flat tops: readings that end, again and again, in one and the same value, as a range makes them and no impact does.
 
-use crate::problem::Data;
+use crate::problem::{Data, Record};
 use record::{largest, Channel};
 
 /// Samples in a row at one reading that make a flat top.
@@ -17,34 +17,49 @@ const LN_PRIOR: f64 = -4.6;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlatTop {
     pub channel: Channel,
+    /// The reading that it ends in, in the channel's SI unit.
+    pub value: f64,
     /// ln of how much likelier the repeated readings are at the end of a range than by chance.
     pub nats: f64,
 }
 
 /// Whether readings stay at `top`, the largest of their campaign, several samples long.
 pub fn flat(y: &[f64], top: f64) -> bool {
-    y.windows(FLAT).any(|w| w.iter().all(|v| is_at(*v, top)))
+    y.windows(FLAT).any(|w| w.iter().all(|v| is_at(v.abs(), top)))
 }
 
 fn is_at(v: f64, top: f64) -> bool {
-    (v.abs() - top).abs() <= SAME * top
+    (v - top).abs() <= SAME * top
 }
 
-/// The channel that ends in a flat top, where that is more likely than not; `top`: largest magnitude of each channel.
-pub fn flat_top(data: &Data, top: [f64; 3]) -> Option<FlatTop> {
-    let of = |channel: Channel| {
+/// Probability that a channel whose repeated readings have so many nats is at the end of its range; 0 without any.
+pub fn probability(nats: f64) -> f64 {
+    if nats > 0.0 {
+        1.0 / (1.0 + (-nats - LN_PRIOR).exp())
+    } else {
+        0.0
+    }
+}
+
+/// The channel that ends in a flat top, where that is more likely than not: at its largest reading or at its least.
+pub fn flat_top(data: &Data) -> Option<FlatTop> {
+    let of = |(channel, sign): (Channel, f64)| {
         let i = channel.index();
-        let all: Vec<&[f64]> = data.records.iter().filter_map(|r| r.y[i].as_deref()).collect();
-        Some(FlatTop { channel, nats: nats(&all, top[i], data.noise[i].marginal())? })
+        let turned = |r: &Record| Some(r.y[i].as_ref()?.iter().map(|v| sign * v).collect::<Vec<f64>>());
+        let all: Vec<Vec<f64>> = data.records.iter().filter_map(turned).collect();
+        let top = all.iter().flatten().copied().fold(0.0, f64::max);
+        let nats = nats(&all, top, data.noise[i].marginal())?;
+        Some(FlatTop { channel, value: sign * top, nats })
     };
-    let all = [Channel::Force, Channel::Acceleration].into_iter().filter_map(of);
-    all.max_by(|a, b| a.nats.total_cmp(&b.nats)).filter(|f| f.nats + LN_PRIOR > 0.0)
+    let ends = [Channel::Force, Channel::Acceleration].into_iter().flat_map(|c| [(c, 1.0), (c, -1.0)]);
+    let all = ends.filter_map(of);
+    all.max_by(|a, b| a.nats.total_cmp(&b.nats)).filter(|f| probability(f.nats) > 0.5)
 }
 
 /// ln of how much likelier it is that so many readings are `top` where a range ends there than by chance; None where there are
 /// none. By chance a reading repeats its neighbour as often as readings on the way do, and as often as the resolution and the
 /// spread of the readings near a smooth peak with that noise have it.
-fn nats(all: &[&[f64]], top: f64, noise: f64) -> Option<f64> {
+fn nats(all: &[Vec<f64>], top: f64, noise: f64) -> Option<f64> {
     if top <= 0.0 || all.is_empty() {
         return None;
     }
@@ -56,10 +71,10 @@ fn nats(all: &[&[f64]], top: f64, noise: f64) -> Option<f64> {
             ties += run - 1.0;
             ends += 1.0;
             // mean fall of a parabola as wide as the half of the peak, over as many samples
-            let width = y.iter().filter(|v| v.abs() > 0.5 * top).count() as f64;
+            let width = y.iter().filter(|v| **v > 0.5 * top).count() as f64;
             spread += run * top * (run / width).powi(2) / 6.0;
         }
-        let is_on_the_way = |v: f64| v.abs() > ON_THE_WAY.0 * top && v.abs() < ON_THE_WAY.1 * top;
+        let is_on_the_way = |v: f64| v > ON_THE_WAY.0 * top && v < ON_THE_WAY.1 * top;
         for w in y.windows(2).filter(|w| is_on_the_way(w[1])) {
             on_the_way += 1.0;
             repeated += f64::from(u8::from(w[0] == w[1]));
@@ -74,7 +89,7 @@ fn nats(all: &[&[f64]], top: f64, noise: f64) -> Option<f64> {
 }
 
 /// The least step between readings.
-fn resolution(all: &[&[f64]], top: f64) -> f64 {
+fn resolution(all: &[Vec<f64>], top: f64) -> f64 {
     let mut sorted: Vec<f64> = all.iter().flat_map(|y| y.iter().copied()).collect();
     sorted.sort_by(f64::total_cmp);
     let steps = sorted.windows(2).map(|w| w[1] - w[0]);
@@ -105,8 +120,7 @@ mod tests {
 
     fn nats_of(all: &[Vec<f64>]) -> f64 {
         let top = all.iter().map(|y| largest(y)).fold(0.0, f64::max);
-        let all: Vec<&[f64]> = all.iter().map(|y| &y[..]).collect();
-        nats(&all, top, 1e-3).unwrap()
+        nats(all, top, 1e-3).unwrap()
     }
 
     #[test]

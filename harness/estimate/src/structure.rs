@@ -95,7 +95,8 @@ impl Base {
             scales: data.scales,
             terms: Vec::new(),
             top,
-            flat: flat_top(data, top).map(|f| f.channel),
+            // the limit of a chain is one of magnitude
+            flat: flat_top(data).filter(|f| f.value.abs() == top[f.channel.index()]).map(|f| f.channel),
             ring: if data.kind == Kind::Indentation { None } else { ring::line(data, Channel::Force) },
         };
         let given = ALL

@@ -58,7 +58,8 @@ impl Law {
 
     /// The force along a recording that it has not seen, and where its surface is, m: where that explains most of it.
     pub fn predict(&self, r: &Recording) -> (Force, f64) {
-        let left = |f: &Force| f.all.iter().zip(&r.force).map(|(f, y)| (y - f).powi(2)).sum::<f64>();
+        let left =
+            |f: &Force| (0..f.all.len()).filter(|i| r.counts(*i)).map(|i| (r.force[i] - f.all[i]).powi(2)).sum::<f64>();
         let of = |surface: f64| {
             let f = self.force(r, surface);
             (left(&f), f, surface)

@@ -12,6 +12,8 @@ pub struct Recording {
     pub rate: Vec<f64>,
     /// Force as read, N.
     pub force: Vec<f64>,
+    /// Whether each sample's force counts; empty: all do.
+    pub counts: Vec<bool>,
     /// Place in the order in which the recordings were taken.
     pub order: f64,
     /// Index of its level.
@@ -33,8 +35,14 @@ impl Recording {
             depth: of(&self.depth),
             rate: of(&self.rate),
             force: of(&self.force),
+            counts: self.counts.chunks_exact(m).map(|c| c.iter().all(|c| *c)).collect(),
             ..*self
         }
+    }
+
+    /// Whether the force of the sample `i` counts.
+    pub fn counts(&self, i: usize) -> bool {
+        self.counts.get(i).is_none_or(|c| *c)
     }
 
     /// The force read at the start, N, sorted.
@@ -195,7 +203,15 @@ mod tests {
         let time: Vec<f64> = (0..400).map(f64::from).collect();
         let depth: Vec<f64> = time.iter().map(|t| 1e-3 * (1.0 - (t - 200.0).abs() / 150.0)).collect();
         let rate = time.iter().map(|t| if *t < 200.0 { 1e-3 / 150.0 } else { -1e-3 / 150.0 }).collect();
-        Recording { force: depth.iter().map(|x| force(*x)).collect(), time, depth, rate, order: 1.0, level: 0 }
+        Recording {
+            force: depth.iter().map(|x| force(*x)).collect(),
+            time,
+            depth,
+            rate,
+            counts: Vec::new(),
+            order: 1.0,
+            level: 0,
+        }
     }
 
     #[test]

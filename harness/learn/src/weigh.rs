@@ -82,11 +82,12 @@ impl Placed {
         let press = Press::of(recordings, &surfaces, small)?;
         let mut columns: Vec<Vec<f64>> = Vec::new();
         let mut shapes: Vec<Vec<usize>> = vec![Vec::new(); 1 + ALL.len()];
-        let (mut y, mut pulls) = (Vec::new(), Vec::new());
+        let (mut y, mut pulls, mut known) = (Vec::new(), Vec::new(), Vec::new());
         let paths: Vec<Path> = recordings.iter().zip(&surfaces).map(|(r, s)| Path::of(r, *s, &press)).collect();
         for r in recordings {
             let rest = r.rest(small * press.force);
             y.extend(r.force.iter().map(|f| (f - rest) / press.force));
+            known.extend((0..r.force.len()).map(|i| r.counts(i)));
             pulls.extend(r.force.iter().map(|f| f - rest < -small * press.force));
         }
         for (at, of) in shapes.iter_mut().enumerate() {
@@ -98,12 +99,15 @@ impl Placed {
             }
         }
         let n = y.len();
-        let normal = |counts: &dyn Fn(usize) -> bool| {
+        let normal = |y: &[f64], counts: &dyn Fn(usize) -> bool| {
             let a = DMatrix::from_fn(n, columns.len(), |i, j| if counts(i) { columns[j][i] } else { 0.0 });
-            let y = DVector::from_column_slice(&y);
+            let y = DVector::from_column_slice(y);
             Normal { b: a.tr_mul(&y), yy: y.dot(&y), a: a.tr_mul(&a) }
         };
-        let (sticks, slips) = (normal(&|_| true), normal(&|i| !pulls[i]));
+        // what does not count leaves nothing
+        y.iter_mut().zip(&known).filter(|(_, known)| !**known).for_each(|(y, _)| *y = 0.0);
+        let (sticks, slips) = (normal(&y, &|i| known[i]), normal(&y, &|i| known[i] && !pulls[i]));
+        let n = known.iter().filter(|k| **k).count().max(1);
         let independent = numbers.independent * press.levels.len() as f64;
         let scale = Scale { samples: n as f64, independent, discrepancy: small };
         Some(Placed { rule, surfaces, press, shapes, sticks, slips, scale })
@@ -273,6 +277,7 @@ mod tests {
             time: (0..n).map(|i| i as f64).collect(),
             depth,
             rate,
+            counts: Vec::new(),
             order: 1.0,
             level: 0,
         }
@@ -341,6 +346,22 @@ mod tests {
         });
         let l = learn(&[r], &[], &NUMBERS).unwrap();
         assert_eq!(named(&l), ["adhesion"], "{:?}", &l.sets[..3]);
+    }
+
+    #[test]
+    fn what_a_channel_at_its_end_did_not_read_is_learned_from_the_rest() {
+        let whole = press(0, |x, _, _| hertz(x) + if x > 0.0 { 2.0 } else { 0.0 });
+        let top = 0.7 * record::largest(&whole.force);
+        let cut = Recording {
+            force: whole.force.iter().map(|f| f.min(top)).collect(),
+            counts: whole.force.iter().map(|f| *f < top).collect(),
+            ..whole.clone()
+        };
+        let l = learn(&[cut], &[], &NUMBERS).unwrap();
+        assert_eq!(named(&l), ["preload"], "{:?}", &l.sets[..3]);
+        let f = l.sets[0].law.force(&whole, l.sets[0].law.surfaces[0]).all;
+        let peak = record::largest(&f) / record::largest(&whole.force);
+        assert!((peak - 1.0).abs() < 0.05, "{peak}");
     }
 
     #[test]
