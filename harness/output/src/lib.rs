@@ -24,7 +24,7 @@ pub use folder::Folder;
 pub use manifest::{hexadecimal, Entry, Manifest};
 pub use part::Part;
 pub use scratch::Scratch;
-pub use stage::abandon;
+pub use stage::{abandon, finished};
 
 use stage::{parent, Stage, NEW};
 use std::path::Path;
@@ -87,7 +87,7 @@ fn place(
         let stage = Stage::within(home.path())?;
         stage::gated(|| stage.folder().write(NEW, bytes))?;
         root.hold()?;
-        if !root.is_in_place() {
+        if !root.is_in_place() || !home.is_in_place() {
             // another answer has taken its place since
             continue;
         }

@@ -2,7 +2,7 @@
 
 use crate::carry::{keep, Kept};
 use crate::exchange::is_refused;
-use crate::folder::{try_hold, Folder, Kind};
+use crate::folder::{try_hold, Folder, Hold, Kind};
 use crate::stage::{gated, is_named, parent};
 use std::ffi::OsStr;
 use std::fs::File;
@@ -95,8 +95,8 @@ impl Part {
     /// As the file system gives them.
     pub fn leave(self, is_ours: impl Fn(&[u8]) -> bool) -> Result<Option<Kept>> {
         let name = self.name.strip_suffix(END).unwrap_or(&self.name).to_string();
-        // an answer that takes the folder's place is waited for
-        Folder::open(&self.folder)?.hold()?;
+        // an answer that takes the folder's place is waited for, and waits
+        let _held = Folder::held(&self.folder, Hold::Alone)?;
         gated(|| {
             let folder = self.home()?;
             let kept = match folder.found(&name)? {
