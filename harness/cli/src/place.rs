@@ -87,9 +87,9 @@ fn fill(folder: &Path, answer: std::io::Result<Answer>, files: &[(&str, &[u8])])
     Ok(notes(folder, &written.with_context(|| unwritten(folder))?).collect())
 }
 
-/// What an answer in `folder` has found in its way.
+/// What an answer in `folder` has found in its way, and what was finished there of processes that were killed.
 pub fn notes<'a>(folder: &'a Path, answer: &'a Committed) -> impl Iterator<Item = String> + 'a {
-    answer.notes().map(|n| format!("{}: {n}", folder.display()))
+    output::finished().into_iter().chain(answer.notes().map(|n| format!("{}: {n}", folder.display())))
 }
 
 /// That nothing could be written to `path`.

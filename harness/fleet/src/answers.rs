@@ -135,7 +135,7 @@ impl Fleet {
                 }
             }
             names.sort();
-            for name in names.into_iter().filter(|n| !n.starts_with(".touchdown-")) {
+            for name in names {
                 let folder = out.join(&name);
                 if all.contains_key(&name) || !is_answer(&folder) {
                     continue;

@@ -55,6 +55,27 @@ pub fn write_below(folder: &Path, name: impl AsRef<Path>, bytes: &[u8]) -> std::
     })
 }
 
+/// As [`write_below`], where a file that does not begin as `is_ours` says is kept under another name, which is returned.
+///
+/// # Errors
+/// As [`write_below`].
+pub fn write_keeping(
+    folder: &Path,
+    name: impl AsRef<Path>,
+    bytes: &[u8],
+    is_ours: impl Fn(&[u8]) -> bool,
+) -> std::io::Result<Option<Kept>> {
+    place(folder, name.as_ref(), bytes, |staged, home, name| {
+        let name = name.to_str().ok_or(std::io::ErrorKind::InvalidInput)?;
+        let kept = match home.found(name)? {
+            Some(_) if !part::begins(home, name, &is_ours) => carry::keep(home, name, |_| false)?,
+            _ => None,
+        };
+        staged.rename(NEW, home, name)?;
+        Ok(kept)
+    })
+}
+
 /// As [`write()`], where nothing has that name yet.
 ///
 /// # Errors
@@ -69,12 +90,12 @@ pub fn write_new(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 
 /// Stages `bytes` where they are to be, and hands the stage, the folder that the file `name` below `folder` lies in, and the
 /// name in there to `put`. An answer that takes the place of `folder` at the same time is waited for.
-fn place(
+fn place<T>(
     folder: &Path,
     name: &Path,
     bytes: &[u8],
-    put: impl Fn(&Folder, &Folder, &std::ffi::OsStr) -> std::io::Result<()>,
-) -> std::io::Result<()> {
+    put: impl Fn(&Folder, &Folder, &std::ffi::OsStr) -> std::io::Result<T>,
+) -> std::io::Result<T> {
     let file = name.file_name().ok_or(std::io::ErrorKind::InvalidInput)?;
     loop {
         let root = Folder::made(folder)?;
@@ -91,8 +112,9 @@ fn place(
             // another answer has taken its place since
             continue;
         }
-        stage::gated(|| put(stage.folder(), home, file))?;
-        return home.sync();
+        let put = stage::gated(|| put(stage.folder(), home, file))?;
+        home.sync()?;
+        return Ok(put);
     }
 }
 

@@ -125,7 +125,7 @@ fn in_use(folder: &Folder, name: &str) -> Error {
 }
 
 /// Whether the file begins as ours do; an empty one does.
-fn begins(folder: &Folder, name: &str, is_ours: &impl Fn(&[u8]) -> bool) -> bool {
+pub fn begins(folder: &Folder, name: &str, is_ours: &impl Fn(&[u8]) -> bool) -> bool {
     let mut head = Vec::new();
     let read = folder.read(name).and_then(|f| f.take(64).read_to_end(&mut head));
     read.is_ok() && (head.is_empty() || is_ours(&head))

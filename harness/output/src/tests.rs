@@ -567,6 +567,16 @@ fn a_file_of_a_list_that_is_larger_than_anything_we_write_is_not_hashed() {
 }
 
 #[test]
+fn a_file_that_does_not_begin_as_ours_is_kept_beside() {
+    let t = tempfile::tempdir().unwrap();
+    let put = |text: &str| write_keeping(t.path(), "x.txt", text.as_bytes(), |h| h.starts_with(b"ours")).unwrap();
+    assert!(put("ours 1").is_none() && put("ours 2").is_none());
+    std::fs::write(t.path().join("x.txt"), "mine").unwrap();
+    assert_eq!(put("ours 3").map(|k| k.kept_as).as_deref(), Some("x.kept.txt"));
+    assert_eq!(files(t.path()), texts(&[("x.txt", "ours 3"), ("x.kept.txt", "mine")]));
+}
+
+#[test]
 #[cfg(unix)]
 fn a_users_folder_that_looks_like_a_stage_is_left_alone() {
     let (_t, place, _) = beside_a_precious_folder();

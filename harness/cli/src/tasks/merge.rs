@@ -73,9 +73,11 @@ pub fn merge(answers: &[PathBuf], out: &Path) -> Result<Merged> {
     // before anything is written
     report::fleet::check(out).with_context(|| page.display().to_string())?;
     let json = serde_json::to_string_pretty(&summary)? + "\n";
-    let files = [(TABLE, &table::parquet(&fleet)?[..]), ("fleet.json", json.as_bytes())];
+    let html = report::fleet::html(out, &fleet, &summary.growth);
+    let table_of = table::parquet(&fleet)?;
+    // all of them, or none
+    let files = [(TABLE, &table_of[..]), ("fleet.json", json.as_bytes()), (report::fleet::INDEX, html.as_bytes())];
     let mut notes = fleet.complaints.clone();
     notes.extend(place::write(out, "merge", &files)?);
-    report::fleet::write(out, &fleet, &summary.growth).with_context(|| page.display().to_string())?;
     Ok(Merged { sentence: report::fleet::sentence(&fleet), fleet, summary, page, table, notes })
 }

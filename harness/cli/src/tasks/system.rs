@@ -7,6 +7,10 @@ use crate::print;
 use anyhow::{Context, Result};
 use host::master::{are_rows, build, run as step, Sink, System};
 
+/// What FMUs have logged of a run that ended with an error, and its first line.
+const PARTIAL_LOG: &str = "log.partial.txt";
+const LOG: &str = "What the FMUs have logged until the run ended with an error:";
+
 /// Runs a system file or an SSP archive: results.csv (or .parquet), log.txt, summary.json. Rows are in
 /// results.partial.csv.part while it runs, and in results.partial.csv where it ends with an error; the answer before stays
 /// then.
@@ -70,8 +74,10 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
         let kept = part.leave(are_rows).with_context(|| place::unwritten(&rows))?;
         kept.iter().for_each(|k| follow.warning(&format!("{}: {}", out.display(), k.note())));
         if !log.is_empty() {
-            let path = out.join("log.partial.txt");
-            output::write(&path, log.as_bytes()).with_context(|| place::unwritten(&path))?;
+            let text = format!("{LOG}\n{log}");
+            let kept = output::write_keeping(out, PARTIAL_LOG, text.as_bytes(), |h| h.starts_with(LOG.as_bytes()))
+                .with_context(|| place::unwritten(&out.join(PARTIAL_LOG)))?;
+            kept.iter().for_each(|k| follow.warning(&format!("{}: {}", out.display(), k.note())));
         }
         None
     } else {
