@@ -114,12 +114,16 @@ impl Folder {
     /// # Errors
     /// As [`Folder::settled`] and [`Folder::hold`].
     pub fn held(path: &Path, how: Hold) -> Result<Folder> {
+        let until = Instant::now() + WAIT;
         loop {
             let folder = Folder::settled(path)?;
             folder.hold_as(how)?;
             // else another has taken its place since
-            if folder.is_in_place() {
+            if folder.is_in_place()? {
                 return Ok(folder);
+            }
+            if Instant::now() > until {
+                return Err(in_use(path));
             }
         }
     }
@@ -433,9 +437,14 @@ impl Folder {
     }
 
     /// Whether this is what its path still leads to.
-    pub fn is_in_place(&self) -> bool {
-        let there = sys::open(&self.path).and_then(|h| sys::identity(&h));
-        there.is_ok_and(|there| sys::identity(&self.handle).is_ok_and(|i| i == there))
+    ///
+    /// # Errors
+    /// As the file system gives them; none where nothing is there.
+    pub fn is_in_place(&self) -> Result<bool> {
+        match std::fs::metadata(&self.path) {
+            Err(e) if e.kind() == ErrorKind::NotFound => Ok(false),
+            there => Ok(sys::identity_of(&there?)? == sys::identity(&self.handle)?),
+        }
     }
 
     /// Whether this process' user owns it.
@@ -457,17 +466,19 @@ impl Folder {
         loop {
             match sys::try_hold(&self.handle, how) {
                 Err(e) if e.kind() == ErrorKind::WouldBlock && Instant::now() < until => std::thread::sleep(LOOK),
-                Err(e) if e.kind() == ErrorKind::WouldBlock => {
-                    let why = format!(
-                        "{} is in use by another process that writes there; wait for its end, or give another --out",
-                        self.path.display()
-                    );
-                    return Err(Error::new(ErrorKind::ResourceBusy, why));
-                }
+                Err(e) if e.kind() == ErrorKind::WouldBlock => return Err(in_use(&self.path)),
                 _ => return Ok(()),
             }
         }
     }
+}
+
+fn in_use(folder: &Path) -> Error {
+    let why = format!(
+        "{} is in use by another process that writes there; wait for its end, or give another --out",
+        folder.display()
+    );
+    Error::new(ErrorKind::ResourceBusy, why)
 }
 
 /// Who else may hold a folder.

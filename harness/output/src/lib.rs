@@ -108,7 +108,7 @@ fn place<T>(
         let stage = Stage::within(home.path())?;
         stage::gated(|| stage.folder().write(NEW, bytes))?;
         root.hold()?;
-        if !root.is_in_place() || !home.is_in_place() {
+        if !root.is_in_place()? || !home.is_in_place()? {
             // another answer has taken its place since
             continue;
         }

@@ -152,7 +152,9 @@ mod tests {
         std::os::unix::fs::symlink(elsewhere.path(), temporary.path().join("touchdown-fmu-0011223344556699")).unwrap();
         sweep(temporary.path());
         assert!(!left.exists());
-        assert!(live.path().join("x").exists() && own.iter().all(|o| o.exists()) && elsewhere.path().join(LOCK).exists());
+        assert!(
+            live.path().join("x").exists() && own.iter().all(|o| o.exists()) && elsewhere.path().join(LOCK).exists()
+        );
         let outside = live.path().parent().unwrap().to_path_buf();
         drop(live);
         assert!(!outside.exists());

@@ -60,9 +60,10 @@ impl Stage {
         for _ in 0..1000 {
             let name = OsString::from(format!("{PREFIX}{}", unique()));
             let folder = Folder::settled(home)?;
-            let made = gated(|| Stage::made(folder, &name))?;
-            if let Some(stage) = made.filter(|s| s.home().is_in_place()) {
-                return Ok(stage);
+            if let Some(stage) = gated(|| Stage::made(folder, &name))? {
+                if stage.home().is_in_place()? {
+                    return Ok(stage);
+                }
             }
         }
         Err(Error::new(ErrorKind::AlreadyExists, "no name is left for a temporary folder"))
@@ -238,7 +239,8 @@ fn clear(home: &Folder, name: &OsStr) -> Result<()> {
         if in_place::has_begun(&stage, &home)? {
             home.hold()?;
             let kept = in_place::finish(&stage, &home)?;
-            let mut all = vec!["an answer that a process had begun to put there, and was ended, is whole now".to_string()];
+            let mut all =
+                vec!["an answer that a process had begun to put there, and was ended, is whole now".to_string()];
             all.extend(kept.iter().map(Kept::note));
             let lines = all.into_iter().map(|l| format!("{}: {l}", home.path().display()));
             FINISHED.lock().unwrap_or_else(PoisonError::into_inner).extend(lines);

@@ -393,14 +393,14 @@ mod tests {
                 parameters: Vec::new(),
             })
             .collect();
-        let names: Vec<String> = missing.iter().map(|m| m.mechanism.clone()).collect();
         State::Judged(Judged {
             detected: cause.is_some(),
             false_alarm_probability: 0.01,
             false_discovery_rate: 0.02,
             missing,
             unexplained: false,
-            causes: vec![(names, 0.9)],
+            nothing: if cause.is_none() { 0.9 } else { 0.0 },
+            probabilities: cause.iter().map(|(m, _)| (m.to_string(), 0.9)).collect(),
             before: Some(misfit),
             after: None,
         })

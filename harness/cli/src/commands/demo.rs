@@ -141,9 +141,8 @@ const INDEX: &str = "index.html";
 /// Sees that nothing of somebody else's lies where the demo writes: no link, and no file that it has not written.
 fn check(out: &Path) -> Result<()> {
     let there = |name: &str| std::fs::symlink_metadata(out.join(name)).ok();
-    let in_the_way = |name: &str, what: &str| {
-        format!("{}: {what}; move it away, or give another --out", out.join(name).display())
-    };
+    let in_the_way =
+        |name: &str, what: &str| format!("{}: {what}; move it away, or give another --out", out.join(name).display());
     for name in FOLDERS {
         let is_folder = there(name).is_none_or(|m| m.is_dir());
         ensure!(is_folder, in_the_way(name, "is no folder, and the demo writes one"));

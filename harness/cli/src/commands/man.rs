@@ -42,8 +42,8 @@ const HEAD: &[u8] = b"\n.TH touchdown";
 fn write(command: &clap::Command, folder: &Path) -> Result<Vec<String>> {
     let (file, roff) = page(command)?;
     let is_page = |head: &[u8]| head.windows(HEAD.len()).any(|w| w == HEAD);
-    let kept = output::write_keeping(folder, &file, &roff, is_page)
-        .with_context(|| place::unwritten(&folder.join(&file)))?;
+    let kept =
+        output::write_keeping(folder, &file, &roff, is_page).with_context(|| place::unwritten(&folder.join(&file)))?;
     kept.iter().for_each(|k| print::warning(&format!("{}: {}", folder.display(), k.note())));
     let mut files = vec![file];
     for below in command.get_subcommands() {
