@@ -1,7 +1,7 @@
 //! `touchdown demo`: the main job on data of the repository, every step a command that can be run again by hand.
 
 use crate::place;
-use crate::print;
+use crate::print::{self, Shown};
 use crate::progress::{catch_interrupts, interrupted, interrupted_code};
 use anyhow::{ensure, Context, Result};
 use chart::{card, lead, linked, picture, Page};
@@ -125,7 +125,7 @@ fn fill(word: &str, out: &Path) -> String {
 /// The page at `report`, now with a link to the demo's index.
 fn below_index(out: &Path, report: &str) -> Result<String> {
     let path = out.join(report);
-    let html = input::text(&path, PAGE).with_context(|| format!("{}: cannot be read", path.display()))?;
+    let html = input::text(&path, PAGE).with_context(|| format!("{}: cannot be read", path.shown()))?;
     let up = "../".repeat(report.matches('/').count()) + "index.html";
     let html = linked(&html, &up, "The demo's steps");
     let (folder, name) = report.rsplit_once('/').unwrap_or(("", report));
@@ -142,7 +142,7 @@ const INDEX: &str = "index.html";
 fn check(out: &Path) -> Result<()> {
     let there = |name: &str| std::fs::symlink_metadata(out.join(name)).ok();
     let in_the_way =
-        |name: &str, what: &str| format!("{}: {what}; move it away, or give another --out", out.join(name).display());
+        |name: &str, what: &str| format!("{}: {what}; move it away, or give another --out", out.join(name).shown());
     for name in FOLDERS {
         let is_folder = there(name).is_none_or(|m| m.is_dir());
         ensure!(is_folder, in_the_way(name, "is no folder, and the demo writes one"));
@@ -163,7 +163,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     ensure!(
         !a.out.exists() || is_begun(&a.out) || std::fs::read_dir(&a.out)?.next().is_none(),
         "{}: holds files that are no demo of touchdown; give another --out",
-        a.out.display()
+        a.out.shown()
     );
     check(&a.out)?;
     catch_interrupts();
@@ -184,7 +184,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         if i == 0 {
             // listed, so that a later demo knows it
             let path = a.out.join(FMU);
-            let fmu = input::bytes(&path, input::LIBRARY).with_context(|| path.display().to_string())?;
+            let fmu = input::bytes(&path, input::LIBRARY).with_context(|| path.shown())?;
             print::warnings(&place::amend(&a.out, "demo", &[(FMU, &fmu)])?);
         }
         page = page.section(&format!("{}. {}", i + 1, step.title)).code(&format!("touchdown {}", words.join(" ")));
@@ -204,6 +204,6 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         )
         .then(page);
     print::warnings(&place::amend(&a.out, "demo", &[(INDEX, page.html().as_bytes())])?);
-    print::beside(&format!("\npictures: {}\n", a.out.join(INDEX).display()));
+    print::beside(&format!("\npictures: {}\n", a.out.join(INDEX).shown()));
     Ok(ExitCode::SUCCESS)
 }

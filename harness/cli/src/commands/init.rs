@@ -1,7 +1,7 @@
 //! `touchdown init`.
 
 use super::fmus::Fmus;
-use crate::print;
+use crate::print::{self, Shown};
 use anyhow::{bail, ensure, Context, Result};
 use host::{propose, Proposal};
 use record::{Channel, Kind};
@@ -34,7 +34,7 @@ const NAME: &str = "campaign.toml";
 /// The name of a file as campaign.toml has it.
 fn name(path: &Path) -> Result<String> {
     let name = path.file_name().unwrap_or_default();
-    let plain = || format!("{}: its name is no text in UTF-8, which campaign.toml is; rename it", path.display());
+    let plain = || format!("{}: its name is no text in UTF-8, which campaign.toml is; rename it", path.shown());
     Ok(name.to_str().with_context(plain)?.to_string())
 }
 
@@ -54,19 +54,15 @@ fn quoted(text: &str) -> String {
 
 /// The recordings' files in a folder, by name.
 fn recordings(folder: &Path) -> Result<Vec<String>> {
-    let list = std::fs::read_dir(folder).with_context(|| format!("{}: no folder to read", folder.display()))?;
+    let list = std::fs::read_dir(folder).with_context(|| format!("{}: no folder to read", folder.shown()))?;
     let mut files = Vec::new();
     for entry in list {
-        let path = entry.with_context(|| format!("{}: cannot be read", folder.display()))?.path();
+        let path = entry.with_context(|| format!("{}: cannot be read", folder.shown()))?.path();
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
             files.push(name(&path)?);
         }
     }
-    ensure!(
-        !files.is_empty(),
-        "{}: no CSV file is in it; put the recordings there first, a file each",
-        folder.display()
-    );
+    ensure!(!files.is_empty(), "{}: no CSV file is in it; put the recordings there first, a file each", folder.shown());
     files.sort();
     Ok(files)
 }
@@ -198,11 +194,11 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     ensure!(
         system == (kind == Kind::System),
         "{}: a campaign of kind system is written beside its system; name a system file, an .ssp or an .fmu, and no other kind",
-        a.folder.display()
+        a.folder.shown()
     );
     let files = recordings(given)?;
     let path = given.join(NAME);
-    ensure!(!path.exists(), "{}: is there already; move it away, or edit it", path.display());
+    ensure!(!path.exists(), "{}: is there already; move it away, or edit it", path.shown());
     let folder = given.canonicalize().unwrap_or_else(|_| given.to_path_buf());
     let title = folder.file_name().map_or("campaign".into(), |n| n.to_string_lossy());
     let text = if system {
@@ -210,12 +206,12 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     } else {
         template(kind, &title, &files)
     };
-    output::write_new(&path, text.as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))?;
+    output::write_new(&path, text.as_bytes()).with_context(|| format!("{}: cannot be written", path.shown()))?;
     print::beside(&format!(
         "{}: {} recordings listed; fill in what is left open, then run `touchdown check {}`\n",
-        path.display(),
+        path.shown(),
         files.len(),
-        given.display()
+        given.shown()
     ));
     Ok(ExitCode::SUCCESS)
 }

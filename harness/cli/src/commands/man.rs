@@ -1,7 +1,7 @@
 //! `touchdown man`.
 
 use crate::place;
-use crate::print;
+use crate::print::{self, Shown};
 use anyhow::{Context, Result};
 use clap_mangen::Man;
 use std::path::{Path, PathBuf};
@@ -44,7 +44,7 @@ fn write(command: &clap::Command, folder: &Path) -> Result<Vec<String>> {
     let is_page = |head: &[u8]| head.windows(HEAD.len()).any(|w| w == HEAD);
     let kept =
         output::write_keeping(folder, &file, &roff, is_page).with_context(|| place::unwritten(&folder.join(&file)))?;
-    kept.iter().for_each(|k| print::warning(&format!("{}: {}", folder.display(), k.note())));
+    kept.iter().for_each(|k| print::warning(&format!("{}: {}", folder.shown(), k.note())));
     let mut files = vec![file];
     for below in command.get_subcommands() {
         files.extend(write(below, folder)?);
@@ -57,7 +57,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     match &a.out {
         Some(folder) => {
             let files = write(&program, folder)?;
-            print::beside(&format!("{}: {}\n", folder.display(), files.join(", ")));
+            print::beside(&format!("{}: {}\n", folder.shown(), files.join(", ")));
         }
         None => print::answer(&String::from_utf8(page(&program)?.1)?)?,
     }
