@@ -173,13 +173,13 @@ fn words(u: &Understood) -> String {
         "{}: {} of {}{mass}; {} recordings at {} levels; simulation: {simulation}, terms: {terms}\n",
         u.folder.shown(),
         u.kind,
-        u.name,
+        print::spelled_out(&u.name),
         u.recordings.len(),
         u.levels
     );
     let head = COLUMNS.map(str::to_string);
     s += &aligned(&std::iter::once(head).chain(u.recordings.iter().map(cells)).collect::<Vec<_>>());
-    s.extend(u.notes.iter().map(|n| format!("  note: {n}\n")));
+    s.extend(u.notes.iter().map(|n| format!("  note: {}\n", print::spelled_out(n))));
     for c in &u.compared {
         let [low, high] = c.interval.map(|v| figure(v, ""));
         let [least, most] = c.expected.map(|v| figure(v, ""));

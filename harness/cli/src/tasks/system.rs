@@ -124,7 +124,7 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     place::notes(out, &committed).for_each(|n| follow.warning(&n));
     let mut words = format!(
         "{}: to {} s in {} macro-steps ({} taken back), {} calls of fmi2DoStep, order {}\n",
-        s.title(),
+        print::spelled_out(&s.title()),
         done.time,
         done.steps,
         done.rejected,
