@@ -473,7 +473,8 @@ impl Folder {
     }
 }
 
-fn in_use(folder: &Path) -> Error {
+/// That others write into the folder all the time, with the cure.
+pub fn in_use(folder: &Path) -> Error {
     let why = format!(
         "{} is in use by another process that writes there; wait for its end, or give another --out",
         folder.display()

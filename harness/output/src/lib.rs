@@ -97,7 +97,7 @@ fn place<T>(
     put: impl Fn(&Folder, &Folder, &std::ffi::OsStr) -> std::io::Result<T>,
 ) -> std::io::Result<T> {
     let file = name.file_name().ok_or(std::io::ErrorKind::InvalidInput)?;
-    loop {
+    for _ in 0..1000 {
         let root = Folder::made(folder)?;
         let below = match name.parent().filter(|p| !p.as_os_str().is_empty()) {
             Some(above) => Some(stage::gated(|| root.make_all(above))?),
@@ -116,6 +116,7 @@ fn place<T>(
         home.sync()?;
         return Ok(put);
     }
+    Err(folder::in_use(folder))
 }
 
 /// Removes the file of the plain name `name` below `folder`, and follows no link on the way.
