@@ -418,7 +418,7 @@ fn the_demo_writes_through_no_link_and_over_no_file_of_somebodys() {
 }
 
 #[test]
-fn pages_of_the_manual_and_logs_of_failed_runs_take_no_place_of_somebodys_files() {
+fn pages_of_the_manual_take_no_place_of_somebodys_files() {
     let b = Bench::new();
     std::fs::create_dir(b.at("man1")).unwrap();
     std::fs::write(b.at("man1/touchdown-run.1"), MINE).unwrap();
