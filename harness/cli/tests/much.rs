@@ -76,10 +76,11 @@ fn very_many_unknown_keys_are_told_up_to_a_thousand_and_counted() {
     );
 }
 
-/// What `check` says of a campaign with a recording of this head and then that many bytes of `x`, in little memory.
+/// What `check` says, in little memory, of a campaign whose recording has this head and then 2 GiB without a line break.
 fn long(head: &str) -> String {
     let t = tempfile::tempdir().unwrap();
-    let toml = "format = \"recordings/1\"\n[campaign]\nkind = \"drop-test\"\n[rig]\nmoving_mass = 0.5\n[simulation]\nterms = []\n\
+    let toml = "format = \"recordings/1\"\n[campaign]\n\
+                kind = \"drop-test\"\n[rig]\nmoving_mass = 0.5\n[simulation]\nterms = []\n\
                 [[recording]]\nfile = \"r.csv\"\norder = 1\ndrop_height = 0.01\n";
     std::fs::create_dir(t.path().join("c")).unwrap();
     std::fs::write(t.path().join("c/campaign.toml"), toml).unwrap();

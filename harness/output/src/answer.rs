@@ -147,8 +147,8 @@ impl Answer {
         }
     }
 
-    /// The folder that the answer's folder lies in, and its name there; None of one that is fixed. It is held: no answer takes
-    /// the place of the folder above while this one takes its own.
+    /// The folder that the answer's folder lies in, and its name there; None of one that is fixed. It is held: no
+    /// answer takes the place of the folder above while this one takes its own.
     fn place(&self) -> Result<Option<Place>> {
         let Some(name) = self.target.file_name().filter(|_| !self.is_fixed) else { return Ok(None) };
         let above = Folder::held(parent(&self.target), Hold::Together)?;

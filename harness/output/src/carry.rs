@@ -188,8 +188,8 @@ pub fn carry(
     Ok(Some(kept))
 }
 
-/// Moves what came into the folder after [`carry`] from `old` into `new`, which has taken its place: files, folders, and stages
-/// of others, who find them there. What cannot be moved stays.
+/// Moves what came into the folder after [`carry`] from `old` into `new`, which has taken its place: files, folders,
+/// and stages of others, who find them there. What cannot be moved stays.
 pub fn settle(old: &Folder, new: &Folder, is: &Manifest, without: &[&OsStr]) {
     let was = Manifest::of(old);
     let mut walk = Walk::of(old);

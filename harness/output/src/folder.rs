@@ -452,8 +452,8 @@ impl Folder {
         sys::is_own(&self.handle)
     }
 
-    /// Holds the folder against other processes and threads that hold it, or its place; waits for one that does, for half a
-    /// minute at most. Let go when it is dropped. Where there are no locks nobody is held off.
+    /// Holds the folder against other processes and threads that hold it, or its place; waits for one that does, for
+    /// half a minute at most. Let go when it is dropped. Where there are no locks nobody is held off.
     ///
     /// # Errors
     /// That another held it all the time, with the cure.

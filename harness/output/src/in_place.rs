@@ -42,8 +42,8 @@ pub fn replace(made: &Folder, new: &str, target: &Folder, is: &Manifest) -> Resu
     })
 }
 
-/// Whether a replacement in `target` that the stage of an ended process holds had begun: a file of its list has left the stage
-/// for its place. Else the answer before is whole, and nothing is to be finished.
+/// Whether a replacement in `target` that the stage of an ended process holds had begun: a file of its list has left
+/// the stage for its place. Else the answer before is whole, and nothing is to be finished.
 ///
 /// # Errors
 /// As [`Manifest::find`].

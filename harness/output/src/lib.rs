@@ -55,7 +55,8 @@ pub fn write_below(folder: &Path, name: impl AsRef<Path>, bytes: &[u8]) -> std::
     })
 }
 
-/// As [`write_below`], where a file that does not begin as `is_ours` says is kept under another name, which is returned.
+/// As [`write_below`], where a file that does not begin as `is_ours` says is kept under another name, which is
+/// returned.
 ///
 /// # Errors
 /// As [`write_below`].

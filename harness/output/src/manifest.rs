@@ -56,8 +56,8 @@ impl Manifest {
         }
     }
 
-    /// That of the answer in `folder`; None where there is none of ours: what is no regular file, a list with a name that
-    /// leads out of the folder, and one of files of more than 64 GiB, are none.
+    /// That of the answer in `folder`; None where there is none of ours: what is no regular file, a list with a name
+    /// that leads out of the folder, and one of files of more than 64 GiB, are none.
     pub fn read(folder: &Path) -> Option<Manifest> {
         Manifest::of(&Folder::open(folder).ok()?)
     }

@@ -212,8 +212,8 @@ pub fn is_named(file: &File, folder: &Folder, name: impl AsRef<Path>) -> bool {
     there.is_some_and(|f| f.kind == Kind::File && identity(file).is_ok_and(|i| i == f.identity))
 }
 
-/// Whether the open `lock` in `folder` is one of ours: it holds what ours hold, or nothing, where the process was killed before
-/// it had made anything else.
+/// Whether the open `lock` in `folder` is one of ours: it holds what ours hold, or nothing, where the process was
+/// killed before it had made anything else.
 pub fn is_mark(lock: &mut File, folder: &Folder) -> Result<bool> {
     let mut mark = Vec::new();
     lock.take(MARK.len() as u64 + 1).read_to_end(&mut mark)?;
