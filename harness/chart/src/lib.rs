@@ -15,4 +15,4 @@ pub use cells::{Cell, Cells, Shares};
 pub use chart::{Chart, Style};
 pub use heat::Heat;
 pub use number::dashed;
-pub use page::{card, is_ours, lead, linked, picture, Page};
+pub use page::{card, lead, linked, picture, Page};

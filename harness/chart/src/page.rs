@@ -289,11 +289,6 @@ pub fn linked(html: &str, to: &str, text: &str) -> String {
     }
 }
 
-/// Whether `html` is a page of ours.
-pub fn is_ours(html: &str) -> bool {
-    html.contains(PAGES)
-}
-
 /// What `html` has between `start` and `end`, first time, with `start`.
 fn between<'a>(html: &'a str, start: &str, end: &str) -> Option<&'a str> {
     let from = html.find(start)?;

@@ -1,5 +1,6 @@
 //! A campaign taken in, and what is wrong with it reported, for every command alike.
 
+use crate::print::Shown;
 use anyhow::{bail, Context, Result};
 use host::{Fmus, Isolation};
 use plant::machine::Machine;
@@ -17,7 +18,7 @@ use std::sync::Arc;
 pub fn load(dir: &Path) -> Result<Campaign> {
     of_folder(dir)?;
     let c = record::load(dir, &mechanisms::terms())?;
-    let c = estimate::usable::usable(c).with_context(|| dir.display().to_string())?;
+    let c = estimate::usable::usable(c).with_context(|| dir.shown())?;
     Ok(estimate::window::windowed(c))
 }
 
@@ -33,7 +34,7 @@ pub fn of_folder(dir: &Path) -> Result<()> {
     let (what, files) = if dir.is_file() {
         if dir.file_name().is_some_and(|n| n == "campaign.toml") {
             let folder = dir.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            bail!("{}: this is a file; give its folder, {}", dir.display(), folder.display());
+            bail!("{}: this is a file; give its folder, {}", dir.shown(), folder.shown());
         }
         ("this is a file, no campaign", quoted(dir))
     } else {
@@ -54,7 +55,7 @@ pub fn of_folder(dir: &Path) -> Result<()> {
     bail!(
         "{}: {what}; make a campaign of it: touchdown import {files} --height 200mm --mass 500g --out campaign (with your \
          height and mass; --list shows what it holds)",
-        dir.display()
+        dir.shown()
     )
 }
 
@@ -105,7 +106,7 @@ pub fn machine(c: &mut Campaign, isolation: &Isolation) -> Result<Option<Arc<dyn
 
 /// What is wrong with the campaign in `dir`: each line of `e` with the folder before it.
 pub fn of_campaign(dir: &Path, e: &dyn Display) -> String {
-    let lines: Vec<String> = e.to_string().lines().map(|l| format!("{}: {l}", dir.display())).collect();
+    let lines: Vec<String> = e.to_string().lines().map(|l| format!("{}: {l}", dir.shown())).collect();
     lines.join("\n")
 }
 

@@ -1,5 +1,6 @@
 //! Where a command is to write, checked before it computes anything; and answers of several files written there.
 
+use crate::print::Shown;
 use anyhow::{Context, Result};
 use output::{Answer, Committed};
 use std::io::ErrorKind;
@@ -39,7 +40,7 @@ impl Place<'_> {
         if path.as_os_str().is_empty() {
             return Err(Unwritable::Empty);
         }
-        let place = path.display().to_string();
+        let place = path.shown();
         let folder = match self {
             Place::File(_) if path.is_dir() => return Err(Unwritable::FolderInTheWay(place)),
             Place::Folder(_) if path.exists() && !path.is_dir() => return Err(Unwritable::FileInTheWay(place)),
@@ -47,7 +48,7 @@ impl Place<'_> {
             Place::Folder(_) => path,
         };
         if let Some(above) = folder.ancestors().find(|a| a.exists()).filter(|a| !a.is_dir()) {
-            return Err(Unwritable::NoFolder { place, above: above.display().to_string() });
+            return Err(Unwritable::NoFolder { place, above: above.shown() });
         }
         let refused = |why: String, cure: &str| Unwritable::Refused { place: place.clone(), why, cure: cure.into() };
         const ANOTHER: &str = "give --out a place that can";
@@ -87,14 +88,14 @@ fn fill(folder: &Path, answer: std::io::Result<Answer>, files: &[(&str, &[u8])])
     Ok(notes(folder, &written.with_context(|| unwritten(folder))?).collect())
 }
 
-/// What an answer in `folder` has found in its way.
+/// What an answer in `folder` has found in its way, and what was finished there of processes that were killed.
 pub fn notes<'a>(folder: &'a Path, answer: &'a Committed) -> impl Iterator<Item = String> + 'a {
-    answer.notes().map(|n| format!("{}: {n}", folder.display()))
+    output::finished().into_iter().chain(answer.notes().map(|n| format!("{}: {n}", folder.shown())))
 }
 
 /// That nothing could be written to `path`.
 pub fn unwritten(path: &Path) -> String {
-    format!("{}: cannot be written", path.display())
+    format!("{}: cannot be written", path.shown())
 }
 
 #[cfg(test)]
@@ -110,7 +111,7 @@ mod tests {
         for ok in [Place::Folder(t.path()), Place::Folder(&t.path().join("x/y")), Place::File(&file)] {
             assert_eq!(ok.check(), Ok(()), "{ok:?}");
         }
-        let name = |p: &Path| p.display().to_string();
+        let name = |p: &Path| p.shown();
         assert_eq!(Place::Folder(&file).check(), Err(Unwritable::FileInTheWay(name(&file))));
         assert_eq!(Place::File(t.path()).check(), Err(Unwritable::FolderInTheWay(name(t.path()))));
         let no_folder = Unwritable::NoFolder { place: name(&below), above: name(&file) };

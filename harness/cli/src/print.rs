@@ -5,6 +5,7 @@
 
 use clap::builder::styling::{AnsiColor, Style, Styles};
 use std::io::{ErrorKind, Write};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Of the words before what is wrong and what is to be known, as clap has them.
@@ -56,7 +57,7 @@ impl Unprinted {
 /// Where it cannot be printed: nothing is left to do then.
 pub fn answer(text: &str) -> Result<(), Unprinted> {
     let mut out = anstream::stdout().lock();
-    out.write_all(text.as_bytes())?;
+    out.write_all(lines(text).as_bytes())?;
     Ok(out.flush()?)
 }
 
@@ -107,6 +108,29 @@ pub fn spelled_out(line: &str) -> String {
     plain
 }
 
+/// A path in a message: on one line, and with what steers a terminal spelled out.
+pub trait Shown {
+    fn shown(&self) -> String;
+}
+
+impl Shown for Path {
+    fn shown(&self) -> String {
+        spelled_out(&self.to_string_lossy())
+    }
+}
+
+/// Lines as they are printed: what steers a terminal spelled out, but for what sets the first line off.
+fn lines(text: &str) -> String {
+    let (on, off) = (format!("{LEAD}"), format!("{LEAD:#}"));
+    let each = |line: &str| {
+        line.split(&on)
+            .map(|l| l.split(&off).map(spelled_out).collect::<Vec<_>>().join(&off))
+            .collect::<Vec<_>>()
+            .join(&on)
+    };
+    text.split('\n').map(each).collect::<Vec<_>>().join("\n")
+}
+
 /// A line as it is printed: what steers a terminal spelled out, and no longer than anybody reads.
 pub fn plain(line: &str) -> String {
     match line.char_indices().nth(LONGEST) {
@@ -140,6 +164,10 @@ mod tests {
     #[test]
     fn what_steers_a_terminal_is_spelled_out_and_no_line_is_endless() {
         assert_eq!(plain("a\tb \u{1b}[31mred\u{7}\u{9b}"), "a\tb \\u{1b}[31mred\\u{7}\\u{9b}");
+        let name = Path::new("a\nerror: b\u{1b}[2J");
+        assert_eq!(name.shown(), "a\\nerror: b\\u{1b}[2J");
+        let text = with_lead("said\u{1b}[2J\nmore\r\n");
+        assert_eq!(lines(&text), format!("{LEAD}said\\u{{1b}}[2J{LEAD:#}\nmore\\r\n"));
         let long = plain(&"ä".repeat(50_000));
         assert!(long.chars().count() < LONGEST + 40 && long.ends_with("... (100000 bytes in all)"));
     }

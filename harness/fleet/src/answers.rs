@@ -2,7 +2,7 @@
 
 use crate::register;
 use crate::statistics::discoveries;
-use anyhow::{Context, Result};
+use anyhow::{anyhow, Context};
 use output::Manifest;
 use record::Label;
 use serde::Deserialize;
@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 
 /// Bytes of a verdict at most.
 const MOST: u64 = 1 << 26;
+/// Columns of the fleet's table at most, beside those that every fleet has.
+const COLUMNS: usize = 1000;
 /// The file of an answer that is read.
 const VERDICT: &str = "verdict.json";
 /// Why a campaign is lost of which nobody knows anything.
@@ -39,17 +41,19 @@ pub struct Judged {
     pub false_discovery_rate: f64,
     pub missing: Vec<Named>,
     pub unexplained: bool,
-    /// Every cause weighed with its probability, the most probable first; no names: nothing is missing.
-    pub causes: Vec<(Vec<String>, f64)>,
+    /// Probability that a mechanism is missing, by its name: the sum over all causes that hold it.
+    pub probabilities: BTreeMap<String, f64>,
+    /// Probability that nothing is missing.
+    pub nothing: f64,
     /// Misfit over range on levels not seen, as given and with what is missing.
     pub before: Option<f64>,
     pub after: Option<f64>,
 }
 
 impl Judged {
-    /// Probability that `mechanism` is missing: the sum over all causes that hold it.
+    /// Probability that `mechanism` is missing.
     pub fn probability_of(&self, mechanism: &str) -> f64 {
-        self.causes.iter().filter(|c| c.0.iter().any(|m| m == mechanism)).map(|c| c.1).sum()
+        self.probabilities.get(mechanism).copied().unwrap_or(0.0)
     }
 
     /// The cause in words: names, or that nothing is missing, or that nothing known is more likely than not.
@@ -67,10 +71,9 @@ impl Judged {
 
     /// Probability of that: of the names, of nothing, or of all that is left.
     pub fn sure(&self) -> f64 {
-        let of = |names: &[String]| self.causes.iter().find(|c| c.0 == names).map_or(0.0, |c| c.1);
         match &self.missing[..] {
-            [] if !self.detected => of(&[]),
-            [] => 1.0 - of(&[]),
+            [] if !self.detected => self.nothing,
+            [] => 1.0 - self.nothing,
             all => all.iter().map(|m| m.probability).fold(1.0, f64::min),
         }
     }
@@ -124,8 +127,9 @@ impl Fleet {
     ///
     /// # Errors
     /// As the file system gives them.
-    pub fn read(outs: &[PathBuf]) -> Result<Fleet> {
+    pub fn read(outs: &[PathBuf]) -> anyhow::Result<Fleet> {
         let mut all: BTreeMap<String, Answer> = BTreeMap::new();
+        let mut table = Columns::default();
         for out in outs {
             let mut names: Vec<String> = Vec::new();
             for entry in std::fs::read_dir(out).with_context(|| out.display().to_string())? {
@@ -135,14 +139,17 @@ impl Fleet {
                 }
             }
             names.sort();
-            for name in names.into_iter().filter(|n| !n.starts_with(".touchdown-")) {
+            for name in names {
                 let folder = out.join(&name);
                 if all.contains_key(&name) || !is_answer(&folder) {
                     continue;
                 }
                 // one answer that was damaged loses no other
-                let (columns, state) =
-                    read(&folder).unwrap_or_else(|e| (BTreeMap::new(), State::Lost(format!("{e:#}"))));
+                let (columns, state) = read(&folder)
+                    .and_then(|(c, s)| {
+                        table.take(&c, &s).map(|()| (c, s)).map_err(|why| anyhow!("{}: {why}", folder.display()))
+                    })
+                    .unwrap_or_else(|e| (BTreeMap::new(), State::Lost(format!("{e:#}"))));
                 all.insert(name.clone(), Answer { campaign: name, folder, columns, state });
             }
         }
@@ -196,7 +203,7 @@ impl Fleet {
 
     /// Mechanisms that may be missing somewhere, by name.
     pub fn mechanisms(&self) -> Vec<String> {
-        let names = self.judged().flat_map(|(_, j)| j.causes.iter().flat_map(|c| c.0.iter().cloned()));
+        let names = self.judged().flat_map(|(_, j)| j.probabilities.keys().cloned());
         names.filter(|m| m != "unknown").collect::<BTreeSet<_>>().into_iter().collect()
     }
 
@@ -315,7 +322,45 @@ impl Effect {
     }
 }
 
-fn read(folder: &Path) -> Result<(BTreeMap<String, Label>, State)> {
+/// Probability of each mechanism, over all causes that hold it.
+fn probabilities(causes: &[Cause]) -> BTreeMap<String, f64> {
+    let mut all = BTreeMap::new();
+    for c in causes {
+        for m in c.mechanisms.iter().collect::<BTreeSet<_>>() {
+            *all.entry(m.clone()).or_insert(0.0) += c.probability;
+        }
+    }
+    all
+}
+
+/// Columns of the fleet's table beside those that every fleet has, by their names, as far as there is room for them.
+#[derive(Default)]
+struct Columns(BTreeSet<String>);
+
+impl Columns {
+    /// Takes in those that an answer brings; or none, and says why.
+    fn take(&mut self, columns: &BTreeMap<String, Label>, state: &State) -> Result<(), String> {
+        let mut all: BTreeSet<String> = columns.keys().map(|c| format!("column.{c}")).collect();
+        if let State::Judged(j) = state {
+            all.extend(j.probabilities.keys().map(|m| format!("probability.{m}")));
+            for m in &j.missing {
+                all.insert(format!("size.{}", m.mechanism));
+                all.extend(m.parameters.iter().map(|(name, ..)| format!("parameter.{}.{name}", m.mechanism)));
+            }
+            if j.missing.len() > COLUMNS {
+                return Err(format!("its verdict names more than {COLUMNS} mechanisms; diagnose this campaign again"));
+            }
+        }
+        if all.union(&self.0).take(COLUMNS + 1).count() > COLUMNS {
+            let cure = "diagnose this campaign again, or give it fewer [campaign.columns]";
+            return Err(format!("with it the table of the fleet has more than {COLUMNS} columns; {cure}"));
+        }
+        self.0.extend(all);
+        Ok(())
+    }
+}
+
+fn read(folder: &Path) -> anyhow::Result<(BTreeMap<String, Label>, State)> {
     let path = folder.join(VERDICT);
     let of = || format!("{}: cannot be read; diagnose this campaign again", path.display());
     let text = input::text(&path, MOST).with_context(of)?;
@@ -347,7 +392,8 @@ fn read(folder: &Path) -> Result<(BTreeMap<String, Label>, State)> {
         false_discovery_rate: 1.0,
         missing: v.missing.into_iter().map(named).collect(),
         unexplained: v.unexplained.detected,
-        causes: v.posterior.into_iter().map(|c| (c.mechanisms, c.probability)).collect(),
+        nothing: v.posterior.iter().find(|c| c.mechanisms.is_empty()).map_or(0.0, |c| c.probability),
+        probabilities: probabilities(&v.posterior),
         before: v.fit.before.heldout_nrmse,
         after: v.fit.after.heldout_nrmse,
     };
@@ -457,6 +503,32 @@ pub(crate) mod tests {
         let lost: Vec<_> = f.lost().collect();
         assert!(lost.len() == 1 && lost[0].1.contains("is not as it was written"), "{lost:?}");
         assert!(f.complaints.is_empty());
+    }
+
+    #[test]
+    fn a_verdict_of_very_many_causes_is_refused_and_loses_no_other() {
+        let t = tempfile::tempdir().unwrap();
+        let mut many = verdict(None, 0.5, 0.01, serde_json::json!({}));
+        let causes = (0..200_000).map(|i| serde_json::json!({"mechanisms": [format!("m{i}")], "probability": 5e-6}));
+        many["posterior"] = causes.collect();
+        write(t.path(), "many", &many);
+        // of one mechanism, again and again
+        let causes = (0..200_000).map(|_| serde_json::json!({"mechanisms": ["wear", "wear"], "probability": 2.5e-6}));
+        many["posterior"] = causes.collect();
+        write(t.path(), "one", &many);
+        let f = Fleet::read(&[t.path().to_path_buf()]).unwrap();
+        let lost: Vec<_> = f.lost().map(|(a, why)| (a.campaign.as_str(), why)).collect();
+        assert!(lost.len() == 1 && lost[0].0 == "many" && lost[0].1.contains("more than 1000 columns"), "{lost:?}");
+        assert!((f.answers[1].judged().unwrap().probability_of("wear") - 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_campaign_is_answered_in_a_folder_that_is_called_as_ours_are() {
+        let t = tempfile::tempdir().unwrap();
+        for name in [".touchdown-mine", ".touchdown-stage-mine"] {
+            write(t.path(), name, &verdict(None, 0.5, 0.01, serde_json::json!({})));
+        }
+        assert_eq!(Fleet::read(&[t.path().to_path_buf()]).unwrap().judged().count(), 2);
     }
 
     #[test]

@@ -66,9 +66,10 @@ pub struct File {
 }
 
 impl File {
-    /// Its name without the folder.
+    /// Its name without the folder; a question mark stands for what steers a terminal, or breaks a line.
     pub fn name(&self) -> String {
-        self.path.file_name().map_or_else(|| self.path.display().to_string(), |n| n.to_string_lossy().into_owned())
+        let name = self.path.file_name().unwrap_or(self.path.as_os_str());
+        name.to_string_lossy().replace(char::is_control, "?")
     }
 
     /// The group's name in front of what is said of it, where the file has several.

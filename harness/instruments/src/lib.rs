@@ -44,7 +44,8 @@ impl Fault {
 
     /// The fault of a file that the system does not give.
     pub(crate) fn unreadable(path: &Path, e: std::io::Error) -> Fault {
-        Fault::new(path, e, "give a file that can be read")
+        let cure = input::cure(&e).unwrap_or("give a file that can be read");
+        Fault::new(path, e, cure)
     }
 
     /// The same fault, at a place in the file.

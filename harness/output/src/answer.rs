@@ -2,7 +2,7 @@
 
 use crate::carry::{carry, name_within, settle, Kept};
 use crate::exchange::{is_fixed, is_refused};
-use crate::folder::{Folder, Kind};
+use crate::folder::{Folder, Hold, Kind};
 use crate::in_place;
 use crate::manifest::{Entry, Manifest};
 use crate::part::Part;
@@ -25,6 +25,12 @@ pub struct Answer {
     taken: Vec<(Part, String)>,
     /// Whether files of the earlier answer stay that this one does not write.
     amends: bool,
+}
+
+/// Where an answer's folder lies.
+struct Place {
+    above: Folder,
+    name: OsString,
 }
 
 /// An answer that is in its place.
@@ -116,7 +122,8 @@ impl Answer {
         self.enlist("")?;
         let own = self.manifest.clone();
         loop {
-            let there = self.held()?;
+            let place = self.place()?;
+            let there = self.held(place.as_ref())?;
             let was = there.as_ref().and_then(Manifest::of);
             self.manifest = own.clone();
             if let Some((was, there)) = was.as_ref().zip(there.as_ref()) {
@@ -129,8 +136,8 @@ impl Answer {
             })?;
             self.made.sync()?;
             let kept = match &there {
-                Some(there) => Some(self.put(there, was.as_ref())?),
-                None => self.put_first()?.then(Vec::new),
+                Some(there) => Some(self.put(place.as_ref(), there, was.as_ref())?),
+                None => self.put_first(place.as_ref())?.then(Vec::new),
             };
             if let Some(kept) = kept {
                 // with the names under which the rows were written
@@ -140,24 +147,29 @@ impl Answer {
         }
     }
 
-    /// The folder that the stage lies in, and the name that the answer's folder has there; None of one that is fixed.
-    fn place(&self) -> Option<(&Folder, &OsStr)> {
-        self.target.file_name().filter(|_| !self.is_fixed).map(|name| (self.stage.home(), name))
+    /// The folder that the answer's folder lies in, and its name there; None of one that is fixed. It is held: no
+    /// answer takes the place of the folder above while this one takes its own.
+    fn place(&self) -> Result<Option<Place>> {
+        let Some(name) = self.target.file_name().filter(|_| !self.is_fixed) else { return Ok(None) };
+        let above = Folder::held(parent(&self.target), Hold::Together)?;
+        if self.stage.is_in(&above) {
+            return Ok(Some(Place { above, name: name.into() }));
+        }
+        let why = format!("{} was taken away while it was written", self.stage.folder().path().display());
+        Err(Error::new(ErrorKind::NotFound, why))
     }
 
     /// The answer's folder, held against others that put an answer there; None where it is not there.
-    fn held(&self) -> Result<Option<Folder>> {
+    fn held(&self, place: Option<&Place>) -> Result<Option<Folder>> {
+        let Some(Place { above, name }) = place else { return Folder::held(&self.target, Hold::Alone).map(Some) };
         loop {
-            let there = match self.place() {
-                Some((above, name)) => match above.found(name)? {
-                    None => return Ok(None),
-                    Some(f) if f.kind == Kind::Folder => above.folder(name),
-                    Some(_) => {
-                        let why = format!("{} is in the way; move it, or give another --out", self.target.display());
-                        return Err(Error::new(ErrorKind::AlreadyExists, why));
-                    }
-                },
-                None => Folder::open(&self.target),
+            let there = match above.found(name)? {
+                None => return Ok(None),
+                Some(f) if f.kind == Kind::Folder => above.folder(name),
+                Some(_) => {
+                    let why = format!("{} is in the way; move it, or give another --out", self.target.display());
+                    return Err(Error::new(ErrorKind::AlreadyExists, why));
+                }
             };
             let there = match there {
                 // it has just changed places
@@ -165,7 +177,7 @@ impl Answer {
                 there => there?,
             };
             there.hold()?;
-            if self.place().is_none_or(|(above, name)| there.is_named(above, name)) {
+            if there.is_named(above, name) {
                 return Ok(Some(there));
             }
         }
@@ -176,7 +188,7 @@ impl Answer {
     fn stay(&mut self, was: &Manifest, there: &Folder) -> Result<()> {
         for (name, entry) in &was.files {
             let stays = self.amends || entry.command != self.manifest.command;
-            if stays && !self.manifest.files.contains_key(name) && was.holds(there, name) {
+            if stays && !self.manifest.files.contains_key(name) && was.find(there, name)? {
                 gated(|| linked_or_copied(there, &self.made, name))?;
                 self.manifest.files.insert(name.clone(), entry.clone());
             }
@@ -206,8 +218,8 @@ impl Answer {
     }
 
     /// Gives the finished answer its name, which no folder has yet; false where one has it since.
-    fn put_first(&self) -> Result<bool> {
-        let Some((above, name)) = self.place() else { return Err(ErrorKind::NotFound.into()) };
+    fn put_first(&self, place: Option<&Place>) -> Result<bool> {
+        let Some(Place { above, name }) = place else { return Err(ErrorKind::NotFound.into()) };
         match gated(|| self.stage.folder().rename(NEW, above, name)) {
             Err(e) if matches!(e.kind(), ErrorKind::AlreadyExists | ErrorKind::DirectoryNotEmpty) => Ok(false),
             renamed => {
@@ -219,9 +231,9 @@ impl Answer {
     }
 
     /// Puts the finished answer in the place of the folder that is there; the files that were in the way.
-    fn put(&self, there: &Folder, was: Option<&Manifest>) -> Result<Vec<Kept>> {
+    fn put(&self, place: Option<&Place>, there: &Folder, was: Option<&Manifest>) -> Result<Vec<Kept>> {
         let is = &self.manifest;
-        if let Some((above, name)) = self.place() {
+        if let Some(Place { above, name }) = place {
             let taken: Vec<OsString> = self.taken.iter().map(|(rows, _)| rows.name().into()).collect();
             let taken: Vec<&OsStr> = taken.iter().map(OsString::as_os_str).collect();
             if let Some(kept) = gated(|| carry(there, &self.made, was, is, &taken))? {

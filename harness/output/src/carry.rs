@@ -37,11 +37,14 @@ pub fn name_within(folder: &str, entry: &OsStr) -> String {
 }
 
 /// Whether the file `name` in `folder` is as the answer `was` wrote it.
-pub fn is_ours(folder: &Folder, name: &str, was: Option<&Manifest>) -> bool {
+///
+/// # Errors
+/// As [`Manifest::find`].
+pub fn is_ours(folder: &Folder, name: &str, was: Option<&Manifest>) -> Result<bool> {
     match was {
-        Some(_) if name == Manifest::NAME => true,
-        Some(was) => was.holds(folder, name),
-        None => false,
+        Some(_) if name == Manifest::NAME => Ok(true),
+        Some(was) => was.find(folder, name),
+        None => Ok(false),
     }
 }
 
@@ -165,7 +168,7 @@ pub fn carry(
                 walk.enter(&e);
                 continue;
             }
-            if is_ours(old, &e.name, was) {
+            if is_ours(old, &e.name, was)? {
                 continue;
             }
             let mut to = e.path.clone();
@@ -185,21 +188,30 @@ pub fn carry(
     Ok(Some(kept))
 }
 
-/// Moves what came into the folder after [`carry`] from `old` into `new`, which has taken its place. What cannot be moved
-/// stays.
+/// Moves what came into the folder after [`carry`] from `old` into `new`, which has taken its place: files, folders,
+/// and stages of others, who find them there. What cannot be moved stays.
 pub fn settle(old: &Folder, new: &Folder, is: &Manifest, without: &[&OsStr]) {
     let was = Manifest::of(old);
     let mut walk = Walk::of(old);
+    let enter = |walk: &mut Walk, e: &Entry| {
+        // who is putting a file there comes to an end first; who comes later sees that the place is another
+        drop(old.folder(&e.path).and_then(|folder| folder.hold()));
+        walk.enter(e);
+    };
     while let Some(entries) = walk.next() {
         for e in entries.into_iter().flatten() {
             let is_taken = e.is_top && without.contains(&e.file.as_os_str());
             let was_written = was.as_ref().is_some_and(|w| w.files.contains_key(&e.name) || w.passes(&e.name));
             let is_in_new = || matches!(new.found(&e.path), Ok(Some(f)) if f.kind == Kind::Folder);
             if e.is_folder && (was_written || is_in_new()) {
-                walk.enter(&e);
+                enter(&mut walk, &e);
             } else if !is_taken && !was_written && !is_written(&e.name, is) {
                 // two names of one file: nothing happens
-                drop(old.rename(&e.path, new, &e.path));
+                let moved = old.rename(&e.path, new, &e.path);
+                // somebody has made a folder of that name there meanwhile
+                if moved.is_err() && e.is_folder && is_in_new() {
+                    enter(&mut walk, &e);
+                }
             }
         }
     }

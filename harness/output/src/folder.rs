@@ -93,6 +93,41 @@ impl Folder {
         }
     }
 
+    /// As [`Folder::open`], of a folder that may lie in one whose answer is taking its place: that is waited for.
+    ///
+    /// # Errors
+    /// As the file system gives them.
+    pub fn settled(path: &Path) -> Result<Folder> {
+        match Folder::open(path) {
+            Err(e) if e.kind() == ErrorKind::NotFound => {
+                let whole = std::path::absolute(path)?;
+                let Some(above) = whole.ancestors().skip(1).find(|a| a.is_dir()) else { return Err(e) };
+                let _above = Folder::held(above, Hold::Together)?;
+                Folder::open(path)
+            }
+            opened => opened,
+        }
+    }
+
+    /// The folder that `path` leads to, held: it stays in its place until it is let go.
+    ///
+    /// # Errors
+    /// As [`Folder::settled`] and [`Folder::hold`].
+    pub fn held(path: &Path, how: Hold) -> Result<Folder> {
+        let until = Instant::now() + WAIT;
+        loop {
+            let folder = Folder::settled(path)?;
+            folder.hold_as(how)?;
+            // else another has taken its place since
+            if folder.is_in_place()? {
+                return Ok(folder);
+            }
+            if Instant::now() > until {
+                return Err(in_use(path));
+            }
+        }
+    }
+
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -402,9 +437,14 @@ impl Folder {
     }
 
     /// Whether this is what its path still leads to.
-    pub fn is_in_place(&self) -> bool {
-        let there = sys::open(&self.path).and_then(|h| sys::identity(&h));
-        there.is_ok_and(|there| sys::identity(&self.handle).is_ok_and(|i| i == there))
+    ///
+    /// # Errors
+    /// As the file system gives them; none where nothing is there.
+    pub fn is_in_place(&self) -> Result<bool> {
+        match std::fs::metadata(&self.path) {
+            Err(e) if e.kind() == ErrorKind::NotFound => Ok(false),
+            there => Ok(sys::identity_of(&there?)? == sys::identity(&self.handle)?),
+        }
     }
 
     /// Whether this process' user owns it.
@@ -412,27 +452,43 @@ impl Folder {
         sys::is_own(&self.handle)
     }
 
-    /// Holds the folder against other processes and threads that do the same; waits for one that does, for half a minute at
-    /// most. Let go when it is dropped. Where there are no locks nobody is held off.
+    /// Holds the folder against other processes and threads that hold it, or its place; waits for one that does, for
+    /// half a minute at most. Let go when it is dropped. Where there are no locks nobody is held off.
     ///
     /// # Errors
     /// That another held it all the time, with the cure.
     pub fn hold(&self) -> Result<()> {
+        self.hold_as(Hold::Alone)
+    }
+
+    fn hold_as(&self, how: Hold) -> Result<()> {
         let until = Instant::now() + WAIT;
         loop {
-            match sys::try_hold(&self.handle) {
+            match sys::try_hold(&self.handle, how) {
                 Err(e) if e.kind() == ErrorKind::WouldBlock && Instant::now() < until => std::thread::sleep(LOOK),
-                Err(e) if e.kind() == ErrorKind::WouldBlock => {
-                    let why = format!(
-                        "{} is in use by another process that writes there; wait for its end, or give another --out",
-                        self.path.display()
-                    );
-                    return Err(Error::new(ErrorKind::ResourceBusy, why));
-                }
+                Err(e) if e.kind() == ErrorKind::WouldBlock => return Err(in_use(&self.path)),
                 _ => return Ok(()),
             }
         }
     }
+}
+
+/// That others write into the folder all the time, with the cure.
+pub fn in_use(folder: &Path) -> Error {
+    let why = format!(
+        "{} is in use by another process that writes there; wait for its end, or give another --out",
+        folder.display()
+    );
+    Error::new(ErrorKind::ResourceBusy, why)
+}
+
+/// Who else may hold a folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hold {
+    /// Nobody: its files are about to change, or it is about to change places.
+    Alone,
+    /// Those who hold it so too: it only is to stay where it is.
+    Together,
 }
 
 /// Files that can be opened though no more are to be had: what was made can be removed with them, folder by folder.
@@ -486,7 +542,7 @@ pub fn is_unique(end: &str) -> bool {
 
 #[cfg(unix)]
 mod sys {
-    use super::{Found, Kind};
+    use super::{Found, Hold, Kind};
     use rustix::fs::{
         fchmod, fsync, linkat, mkdirat, openat, renameat, statat, unlinkat, AtFlags, Dir, FileType, FlockOperation,
         Mode, OFlags, CWD,
@@ -622,8 +678,12 @@ mod sys {
         rustix::fs::fstat(at).is_ok_and(|s| s.st_uid == user())
     }
 
-    pub fn try_hold(at: &Handle) -> Result<()> {
-        match rustix::fs::flock(at, FlockOperation::NonBlockingLockExclusive) {
+    pub fn try_hold(at: &Handle, how: Hold) -> Result<()> {
+        let operation = match how {
+            Hold::Alone => FlockOperation::NonBlockingLockExclusive,
+            Hold::Together => FlockOperation::NonBlockingLockShared,
+        };
+        match rustix::fs::flock(at, operation) {
             Err(Errno::INTR) => Err(std::io::ErrorKind::WouldBlock.into()),
             done => Ok(done?),
         }
@@ -633,7 +693,7 @@ mod sys {
 /// Where folders cannot be held open: paths, looked at before each step.
 #[cfg(not(unix))]
 mod sys {
-    use super::{Found, Kind};
+    use super::{Found, Hold, Kind};
     use std::ffi::{OsStr, OsString};
     use std::fs::{File, Metadata, OpenOptions};
     use std::io::{Error, ErrorKind, Result};
@@ -728,7 +788,7 @@ mod sys {
         true
     }
 
-    pub fn try_hold(_: &Handle) -> Result<()> {
+    pub fn try_hold(_: &Handle, _: Hold) -> Result<()> {
         Ok(())
     }
 }

@@ -42,6 +42,22 @@ pub fn replace(made: &Folder, new: &str, target: &Folder, is: &Manifest) -> Resu
     })
 }
 
+/// Whether a replacement in `target` that the stage of an ended process holds had begun: a file of its list has left
+/// the stage for its place. Else the answer before is whole, and nothing is to be finished.
+///
+/// # Errors
+/// As [`Manifest::find`].
+pub fn has_begun(stage: &Folder, target: &Folder) -> Result<bool> {
+    let Ok(ready) = stage.folder(READY) else { return Ok(false) };
+    let Some(is) = Manifest::of(&ready) else { return Ok(false) };
+    for name in is.files.keys().filter(|n| ready.is_free(n)) {
+        if is.find(target, name)? {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
 /// Finishes a replacement in `target` that the stage holds; the files that were in the way. Nothing where it holds none, or
 /// one that names files elsewhere.
 ///
@@ -55,13 +71,13 @@ pub fn finish(stage: &Folder, target: &Folder) -> Result<Vec<Kept>> {
     let was = Manifest::of(target);
     let is_taken = |n: &str| is.files.contains_key(n);
     for name in is.files.keys().map(String::as_str).filter(|n| is_file(&ready, n)) {
-        if target.found(name)?.is_some() && !is_ours(target, name, was.as_ref()) && !is.holds(target, name) {
+        if target.found(name)?.is_some() && !is_ours(target, name, was.as_ref())? && !is.find(target, name)? {
             kept.extend(keep(target, name, is_taken)?);
         }
         ready.rename(name, target, name)?;
     }
     for name in was.iter().flat_map(|w| w.files.keys()).filter(|n| !is.files.contains_key(*n)) {
-        if was.as_ref().is_some_and(|w| w.holds(target, name)) {
+        if is_ours(target, name, was.as_ref())? {
             target.remove(name)?;
             let folders = Path::new(name).ancestors().skip(1).filter(|a| !a.as_os_str().is_empty());
             // a folder that holds something of the user's stays

@@ -24,7 +24,7 @@ pub use folder::Folder;
 pub use manifest::{hexadecimal, Entry, Manifest};
 pub use part::Part;
 pub use scratch::Scratch;
-pub use stage::abandon;
+pub use stage::{abandon, finished};
 
 use stage::{parent, Stage, NEW};
 use std::path::Path;
@@ -55,6 +55,28 @@ pub fn write_below(folder: &Path, name: impl AsRef<Path>, bytes: &[u8]) -> std::
     })
 }
 
+/// As [`write_below`], where a file that does not begin as `is_ours` says is kept under another name, which is
+/// returned.
+///
+/// # Errors
+/// As [`write_below`].
+pub fn write_keeping(
+    folder: &Path,
+    name: impl AsRef<Path>,
+    bytes: &[u8],
+    is_ours: impl Fn(&[u8]) -> bool,
+) -> std::io::Result<Option<Kept>> {
+    place(folder, name.as_ref(), bytes, |staged, home, name| {
+        let name = name.to_str().ok_or(std::io::ErrorKind::InvalidInput)?;
+        let kept = match home.found(name)? {
+            Some(_) if !part::begins(home, name, &is_ours) => carry::keep(home, name, |_| false)?,
+            _ => None,
+        };
+        staged.rename(NEW, home, name)?;
+        Ok(kept)
+    })
+}
+
 /// As [`write()`], where nothing has that name yet.
 ///
 /// # Errors
@@ -69,14 +91,14 @@ pub fn write_new(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 
 /// Stages `bytes` where they are to be, and hands the stage, the folder that the file `name` below `folder` lies in, and the
 /// name in there to `put`. An answer that takes the place of `folder` at the same time is waited for.
-fn place(
+fn place<T>(
     folder: &Path,
     name: &Path,
     bytes: &[u8],
-    put: impl Fn(&Folder, &Folder, &std::ffi::OsStr) -> std::io::Result<()>,
-) -> std::io::Result<()> {
+    put: impl Fn(&Folder, &Folder, &std::ffi::OsStr) -> std::io::Result<T>,
+) -> std::io::Result<T> {
     let file = name.file_name().ok_or(std::io::ErrorKind::InvalidInput)?;
-    loop {
+    for _ in 0..1000 {
         let root = Folder::made(folder)?;
         let below = match name.parent().filter(|p| !p.as_os_str().is_empty()) {
             Some(above) => Some(stage::gated(|| root.make_all(above))?),
@@ -87,13 +109,15 @@ fn place(
         let stage = Stage::within(home.path())?;
         stage::gated(|| stage.folder().write(NEW, bytes))?;
         root.hold()?;
-        if !root.is_in_place() {
+        if !root.is_in_place()? || !home.is_in_place()? {
             // another answer has taken its place since
             continue;
         }
-        stage::gated(|| put(stage.folder(), home, file))?;
-        return home.sync();
+        let put = stage::gated(|| put(stage.folder(), home, file))?;
+        home.sync()?;
+        return Ok(put);
     }
+    Err(folder::in_use(folder))
 }
 
 /// Removes the file of the plain name `name` below `folder`, and follows no link on the way.

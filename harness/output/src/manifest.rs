@@ -1,16 +1,19 @@
 //! The list of an answer's files, by which a later command knows them again.
 
 use crate::folder::{is_plain, Folder, Kind};
+use crate::stage::is_ending;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::io::{Read, Result};
+use std::io::{Error, Read, Result};
 use std::path::Path;
 
 /// The format this version writes.
 const FORMAT: &str = "manifest/1";
 /// Bytes of a manifest at most.
 const MOST: u64 = 64 << 20;
+/// Bytes of all files of a list at most: more is not hashed.
+const WHOLE: u64 = 64 << 30;
 
 /// A file as it was written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,8 +56,8 @@ impl Manifest {
         }
     }
 
-    /// That of the answer in `folder`; None where there is none of ours: what is no regular file, and a list with a name that
-    /// leads out of the folder, are none.
+    /// That of the answer in `folder`; None where there is none of ours: what is no regular file, a list with a name
+    /// that leads out of the folder, and one of files of more than 64 GiB, are none.
     pub fn read(folder: &Path) -> Option<Manifest> {
         Manifest::of(&Folder::open(folder).ok()?)
     }
@@ -64,15 +67,29 @@ impl Manifest {
         let bytes = folder.bytes(Manifest::NAME, MOST).ok()?;
         let m: Manifest = serde_json::from_slice(&bytes).ok()?;
         let is_ours = m.format == FORMAT && m.files.keys().all(|n| is_plain(Path::new(n)) && n != Manifest::NAME);
-        is_ours.then_some(m)
+        let whole = m.files.values().fold(0, |sum: u64, e| sum.saturating_add(e.size));
+        (is_ours && whole <= WHOLE).then_some(m)
     }
 
     /// Whether the file `name` below `folder` is as it was written; a link is not.
     pub fn holds(&self, folder: &Folder, name: &str) -> bool {
-        let Some(entry) = self.files.get(name) else { return false };
-        let Ok(Some(found)) = folder.found(name) else { return false };
-        let is_alike = found.kind == Kind::File && found.length == entry.size;
-        is_alike && folder.read(name).and_then(|f| Entry::hashed(f, &entry.command)).is_ok_and(|e| e == *entry)
+        self.find(folder, name).unwrap_or(false)
+    }
+
+    /// As [`Manifest::holds`], for who is about to change files by it.
+    ///
+    /// # Errors
+    /// That the process is about to end: then nobody knows.
+    pub(crate) fn find(&self, folder: &Folder, name: &str) -> Result<bool> {
+        let Some(entry) = self.files.get(name) else { return Ok(false) };
+        let Ok(Some(found)) = folder.found(name) else { return Ok(false) };
+        if found.kind != Kind::File || found.length != entry.size {
+            return Ok(false);
+        }
+        match folder.read(name).and_then(|f| Entry::hashed(f.take(entry.size + 1), &entry.command)) {
+            Err(e) if is_ending() => Err(e),
+            hashed => Ok(hashed.is_ok_and(|e| e == *entry)),
+        }
     }
 
     /// Whether the file `name` below `folder` is as it was written.
@@ -110,11 +127,14 @@ impl Entry {
     /// The entry of an open file.
     ///
     /// # Errors
-    /// As the file system gives them.
+    /// As the file system gives them; that the process is about to end, which waits for no large file.
     pub(crate) fn hashed(mut file: impl Read, command: &str) -> Result<Entry> {
         let (mut hash, mut size) = (Sha256::new(), 0);
         let mut block = vec![0; 1 << 16];
         loop {
+            if is_ending() {
+                return Err(Error::other("the command was ended meanwhile"));
+            }
             let n = file.read(&mut block)?;
             if n == 0 {
                 let sha256 = hexadecimal(&hash.finalize());

@@ -2,7 +2,7 @@
 
 use crate::carry::{keep, Kept};
 use crate::exchange::is_refused;
-use crate::folder::{try_hold, Folder, Kind};
+use crate::folder::{try_hold, Folder, Hold, Kind};
 use crate::stage::{gated, is_named, parent};
 use std::ffi::OsStr;
 use std::fs::File;
@@ -95,8 +95,8 @@ impl Part {
     /// As the file system gives them.
     pub fn leave(self, is_ours: impl Fn(&[u8]) -> bool) -> Result<Option<Kept>> {
         let name = self.name.strip_suffix(END).unwrap_or(&self.name).to_string();
-        // an answer that takes the folder's place is waited for
-        Folder::open(&self.folder)?.hold()?;
+        // an answer that takes the folder's place is waited for, and waits
+        let _held = Folder::held(&self.folder, Hold::Alone)?;
         gated(|| {
             let folder = self.home()?;
             let kept = match folder.found(&name)? {
@@ -125,7 +125,7 @@ fn in_use(folder: &Folder, name: &str) -> Error {
 }
 
 /// Whether the file begins as ours do; an empty one does.
-fn begins(folder: &Folder, name: &str, is_ours: &impl Fn(&[u8]) -> bool) -> bool {
+pub fn begins(folder: &Folder, name: &str, is_ours: &impl Fn(&[u8]) -> bool) -> bool {
     let mut head = Vec::new();
     let read = folder.read(name).and_then(|f| f.take(64).read_to_end(&mut head));
     read.is_ok() && (head.is_empty() || is_ours(&head))

@@ -1,10 +1,10 @@
 //! Temporary folders that also go where their process was killed: the next command clears them away.
 
-use crate::folder::{self, try_hold, unique, Folder, Kind};
-use crate::stage::is_named;
+use crate::folder::{self, is_unique, try_hold, unique, Folder, Kind};
+use crate::stage::{is_mark, is_named, MARK};
 use std::ffi::OsStr;
 use std::fs::File;
-use std::io::{Error, ErrorKind, Result};
+use std::io::{Error, ErrorKind, Result, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
@@ -49,9 +49,10 @@ impl Scratch {
         let home = Folder::open(within)?;
         let name = format!("{PREFIX}{what}-{}", unique());
         let made = home.make_private(&name).and_then(|folder| {
-            let lock = folder.create(LOCK)?;
+            let mut lock = folder.create(LOCK)?;
             // a file system without locks has none to recognize a live folder by, and there none is cleared away
             try_hold(&lock);
+            lock.write_all(MARK)?;
             folder.make(CONTENT)?;
             folder::hold_spares()?;
             Ok(lock)
@@ -101,7 +102,8 @@ fn remove(home: &Folder, name: &OsStr, folder: &Folder) {
 fn sweep(within: &Path) {
     let Ok(home) = Folder::open(within) else { return };
     for name in home.names().into_iter().flatten() {
-        if name.to_string_lossy().starts_with(PREFIX) {
+        let text = name.to_string_lossy();
+        if text.starts_with(PREFIX) && text.rsplit('-').next().is_some_and(is_unique) {
             drop(clear(&home, &name));
         }
     }
@@ -117,8 +119,8 @@ fn clear(home: &Folder, name: &OsStr) -> Result<()> {
         && is(LOCK, Kind::File)
         && folder.names()?.iter().all(|n| n == LOCK || n == CONTENT);
     if is_one {
-        let lock = folder.read(LOCK)?;
-        if matches!(lock.try_lock(), Ok(())) {
+        let mut lock = folder.read(LOCK)?;
+        if is_mark(&mut lock, &folder)? && matches!(lock.try_lock(), Ok(())) {
             remove(home, name, &folder);
         }
     }
@@ -132,22 +134,27 @@ mod tests {
     #[test]
     fn what_a_killed_process_has_left_is_cleared_away_and_nothing_else() {
         let temporary = tempfile::tempdir().unwrap();
-        let left = temporary.path().join("touchdown-fmu-killed");
+        let left = temporary.path().join("touchdown-fmu-0011223344556677");
         std::fs::create_dir_all(left.join(CONTENT).join("binaries")).unwrap();
-        std::fs::write(left.join(LOCK), "").unwrap();
+        std::fs::write(left.join(LOCK), MARK).unwrap();
         let live = Scratch::within(temporary.path(), "fmu").unwrap();
         std::fs::write(live.path().join("x"), "").unwrap();
         // a user's folder of such a name, and one that a link leads to
-        let own = temporary.path().join("touchdown-notes");
-        std::fs::create_dir_all(own.join(CONTENT)).unwrap();
+        let own = ["touchdown-notes", "touchdown-fmu-0011223344556688"].map(|n| temporary.path().join(n));
+        for own in &own {
+            std::fs::create_dir_all(own.join(CONTENT)).unwrap();
+            std::fs::write(own.join(LOCK), "mine").unwrap();
+        }
         let elsewhere = tempfile::tempdir().unwrap();
         std::fs::create_dir(elsewhere.path().join(CONTENT)).unwrap();
-        std::fs::write(elsewhere.path().join(LOCK), "").unwrap();
+        std::fs::write(elsewhere.path().join(LOCK), MARK).unwrap();
         #[cfg(unix)]
-        std::os::unix::fs::symlink(elsewhere.path(), temporary.path().join("touchdown-link")).unwrap();
+        std::os::unix::fs::symlink(elsewhere.path(), temporary.path().join("touchdown-fmu-0011223344556699")).unwrap();
         sweep(temporary.path());
         assert!(!left.exists());
-        assert!(live.path().join("x").exists() && own.exists() && elsewhere.path().join(LOCK).exists());
+        assert!(
+            live.path().join("x").exists() && own.iter().all(|o| o.exists()) && elsewhere.path().join(LOCK).exists()
+        );
         let outside = live.path().parent().unwrap().to_path_buf();
         drop(live);
         assert!(!outside.exists());

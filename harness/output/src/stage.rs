@@ -1,10 +1,13 @@
 //! Hidden folders in which a writer makes what is to take its place at once.
 
+use crate::carry::Kept;
 use crate::folder::{self, identity, is_unique, unique, Folder, Kind};
+use crate::in_place;
 use std::ffi::{OsStr, OsString};
 use std::fs::File;
-use std::io::{Error, ErrorKind, Result};
+use std::io::{Error, ErrorKind, Read, Result, Write};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, RwLock, TryLockError};
 use std::time::{Duration, Instant};
 
@@ -16,6 +19,8 @@ const LOCK: &str = "lock";
 pub const NEW: &str = "new";
 /// Folder of a stage whose files are about to take their places in the folder that the stage lies in.
 pub const READY: &str = "ready";
+/// What the lock holds, by which a stage is known from a user's folder of such a name.
+pub const MARK: &[u8] = b"touchdown works here\n";
 /// Time that a process which is about to end waits for what is taking its place.
 const GRACE: Duration = Duration::from_secs(5);
 
@@ -30,6 +35,10 @@ struct Held {
 static LIVE: Mutex<Vec<Arc<Held>>> = Mutex::new(Vec::new());
 /// Held for reading by whoever changes files, for writing by [`abandon`].
 static GATE: RwLock<()> = RwLock::new(());
+/// Whether the process is about to end.
+static ENDING: AtomicBool = AtomicBool::new(false);
+/// What was finished for processes that were killed, and not reported yet.
+static FINISHED: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 /// A stage; it goes with all it holds once it is dropped.
 pub struct Stage {
@@ -47,11 +56,14 @@ impl Stage {
     pub fn within(home: &Path) -> Result<Stage> {
         // without them it may stay where no more files can be opened
         drop(folder::hold_spares());
-        // a sweeper may take one away that has no lock yet
+        // a sweeper may take one away that has no lock yet, and an answer the place of the folder
         for _ in 0..1000 {
             let name = OsString::from(format!("{PREFIX}{}", unique()));
-            if let Some(stage) = gated(|| Stage::made(Folder::open(home)?, &name))? {
-                return Ok(stage);
+            let folder = Folder::settled(home)?;
+            if let Some(stage) = gated(|| Stage::made(folder, &name))? {
+                if stage.home().is_in_place()? {
+                    return Ok(stage);
+                }
             }
         }
         Err(Error::new(ErrorKind::AlreadyExists, "no name is left for a temporary folder"))
@@ -69,10 +81,10 @@ impl Stage {
         };
         let held = Arc::new(Held { home, name: name.to_os_string(), folder });
         list().push(held.clone());
-        let locked = held.folder.create(LOCK).and_then(|lock| {
+        let locked = held.folder.create(LOCK).and_then(|mut lock| {
             // another may hold it that is clearing the stage away, or may have done so since
             match folder::try_hold(&lock) && is_named(&lock, &held.folder, LOCK) {
-                true => Ok(lock),
+                true => lock.write_all(MARK).map(|()| lock),
                 false => Err(ErrorKind::NotFound.into()),
             }
         });
@@ -96,6 +108,11 @@ impl Stage {
 
     pub fn folder(&self) -> &Folder {
         &self.held.folder
+    }
+
+    /// Whether it lies in `home`: it moves with what comes late into a folder that changes places.
+    pub fn is_in(&self, home: &Folder) -> bool {
+        self.held.folder.is_named(home, &self.held.name)
     }
 
     /// Leaves the stage on disk for the next command to finish, as a process that is killed does.
@@ -123,7 +140,12 @@ impl Held {
     fn remove(&self) {
         if [NEW, READY].map(|name| self.folder.remove_all(name)).iter().all(Result::is_ok) {
             drop(self.folder.remove_all(LOCK));
-            drop(self.home.remove_empty(&self.name));
+            if self.folder.is_named(&self.home, &self.name) {
+                drop(self.home.remove_empty(&self.name));
+            } else if let Ok(home) = Folder::open(self.home.path()) {
+                // it has moved with the place of the folder
+                drop(home.remove_empty(&self.name));
+            }
         }
     }
 
@@ -142,9 +164,20 @@ pub fn gated<T>(change: impl FnOnce() -> Result<T>) -> Result<T> {
     change()
 }
 
+/// Whether [`abandon`] was called.
+pub fn is_ending() -> bool {
+    ENDING.load(Ordering::SeqCst)
+}
+
+/// What was finished for processes that were killed since this was asked last, to be reported, a line each.
+pub fn finished() -> Vec<String> {
+    std::mem::take(&mut *FINISHED.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
 /// Removes the stages of this process and lets nothing be written any more: for who is about to end it. What is taking its
 /// place at the moment comes to its end first, where it does so within some seconds.
 pub fn abandon() {
+    ENDING.store(true, Ordering::SeqCst);
     let until = Instant::now() + GRACE;
     loop {
         match GATE.try_write() {
@@ -179,6 +212,14 @@ pub fn is_named(file: &File, folder: &Folder, name: impl AsRef<Path>) -> bool {
     there.is_some_and(|f| f.kind == Kind::File && identity(file).is_ok_and(|i| i == f.identity))
 }
 
+/// Whether the open `lock` in `folder` is one of ours: it holds what ours hold, or nothing, where the process was
+/// killed before it had made anything else.
+pub fn is_mark(lock: &mut File, folder: &Folder) -> Result<bool> {
+    let mut mark = Vec::new();
+    lock.take(MARK.len() as u64 + 1).read_to_end(&mut mark)?;
+    Ok(mark == MARK || mark.is_empty() && folder.names()?.iter().all(|n| n == LOCK))
+}
+
 /// Clears a stage away that is one: a folder of this user's that holds what stages hold and nothing else, and whose lock
 /// nobody holds.
 fn clear(home: &Folder, name: &OsStr) -> Result<()> {
@@ -191,11 +232,20 @@ fn clear(home: &Folder, name: &OsStr) -> Result<()> {
         // its process was killed before it made the lock, or after it removed it; else this fails
         return home.remove_empty(name);
     }
-    let lock = stage.read(LOCK)?;
+    let mut lock = stage.read(LOCK)?;
     // what was cleared away since is another's, who may have made a stage of that name
-    if folder::try_hold(&lock) && is_named(&lock, &stage, LOCK) {
-        crate::in_place::finish(&stage, home)?;
-        Held { home: Folder::open(home.path())?, name: name.into(), folder: stage }.remove();
+    if is_mark(&mut lock, &stage)? && folder::try_hold(&lock) && is_named(&lock, &stage, LOCK) {
+        let home = Folder::open(home.path())?;
+        if in_place::has_begun(&stage, &home)? {
+            home.hold()?;
+            let kept = in_place::finish(&stage, &home)?;
+            let mut all =
+                vec!["an answer that a process had begun to put there, and was ended, is whole now".to_string()];
+            all.extend(kept.iter().map(Kept::note));
+            let lines = all.into_iter().map(|l| format!("{}: {l}", home.path().display()));
+            FINISHED.lock().unwrap_or_else(PoisonError::into_inner).extend(lines);
+        }
+        Held { home, name: name.into(), folder: stage }.remove();
     }
     Ok(())
 }

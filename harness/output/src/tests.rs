@@ -363,11 +363,30 @@ fn a_replacement_names_no_file_outside_and_keeps_a_users_file() {
         write_all_ways(&place);
         is_whole(&precious);
     }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_replacement_that_had_not_begun_is_not_finished_and_one_that_had_is_reported() {
+    // as an archive from elsewhere may hold it
     let (_t, place, _) = beside_a_precious_folder();
     std::fs::write(place.join("x"), "mine").unwrap();
     ready(&place, "x", "not mine");
     probe(&place).unwrap();
-    assert_eq!(files(&place), texts(&[("x", "not mine"), ("x.kept", "mine")]));
+    assert_eq!(files(&place), texts(&[("x", "mine")]));
+    // one file of two is in its place already
+    std::fs::write(place.join("y"), "not mine").unwrap();
+    let entry = Entry::of(&place.join("y"), "test").unwrap();
+    ready(&place, "x", "not mine");
+    let stage = std::fs::read_dir(&place).unwrap().map(|e| e.unwrap().path()).find(|p| p.is_dir()).unwrap();
+    let mut is = Manifest::read(&stage.join("ready")).unwrap();
+    is.files.insert("y".into(), entry);
+    std::fs::write(stage.join("ready/manifest.json"), serde_json::to_string(&is).unwrap()).unwrap();
+    probe(&place).unwrap();
+    assert_eq!(files(&place), texts(&[("x", "not mine"), ("x.kept", "mine"), ("y", "not mine")]));
+    let said = finished();
+    let own: Vec<&String> = said.iter().filter(|l| l.starts_with(&place.display().to_string())).collect();
+    assert!(own.len() == 2 && own[1].ends_with("x was not as touchdown writes it, and is kept as x.kept"), "{said:?}");
 }
 
 #[test]
@@ -497,6 +516,77 @@ fn many_answers_in_one_folder_at_once_keep_nothing_and_stay_whole() {
         assert!(Manifest::read(place).unwrap().is_whole(place));
     }
     assert_eq!(std::fs::read_dir(t.path()).unwrap().count(), places.len(), "a stage was left");
+}
+
+/// An answer's folder changes places while another answer, or a file, is put below it for the first time.
+#[test]
+fn what_is_put_below_a_folder_that_changes_places_is_not_lost() {
+    const MINE: usize = 300;
+    for round in 0..60 {
+        let t = tempfile::tempdir().unwrap();
+        let out = t.path().join("out");
+        answer(&out, &[("x", "1"), ("below/y", "1")]);
+        (0..MINE).for_each(|i| std::fs::write(out.join(format!("mine{i}")), "mine").unwrap());
+        std::thread::scope(|s| {
+            s.spawn(|| answer(&out, &[("x", "2"), ("below/y", "2")]));
+            s.spawn(|| {
+                // so that they meet at every stage of the other
+                std::thread::sleep(std::time::Duration::from_micros(round * 100));
+                answer(&out.join("one"), &[("x", "3")]);
+                write(&out.join("below/two"), b"4").unwrap();
+                write_below(&out, "three/four", b"5").unwrap();
+            });
+        });
+        let all = files(&out);
+        let of = |name: &str| all.get(name).map(String::as_str);
+        assert_eq!([of("x"), of("below/y"), of("one/x")], [Some("2"), Some("2"), Some("3")], "{round}");
+        assert_eq!([of("below/two"), of("three/four")], [Some("4"), Some("5")], "{round}");
+        assert_eq!(all.len(), MINE + 5, "{round}");
+        assert!(Manifest::read(&out.join("one")).unwrap().is_whole(&out.join("one")), "{round}");
+        assert!(std::fs::read_dir(&out).unwrap().all(|e| !stage::is_stage(&e.unwrap().file_name())), "{round}");
+        assert_eq!(std::fs::read_dir(t.path()).unwrap().count(), 1, "{round}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_file_of_a_list_that_is_larger_than_anything_we_write_is_not_hashed() {
+    let t = tempfile::tempdir().unwrap();
+    let place = t.path().join("place");
+    answer(&place, &[("x", "1")]);
+    let mut m = Manifest::read(&place).unwrap();
+    // a file with a hole, as large as the list says
+    let size = 1 << 42;
+    std::fs::File::create(place.join("x")).unwrap().set_len(size).unwrap();
+    m.files.get_mut("x").unwrap().size = size;
+    std::fs::write(place.join(Manifest::NAME), serde_json::to_string(&m).unwrap()).unwrap();
+    assert!(Manifest::read(&place).is_none());
+    assert_eq!(answer(&place, &[("x", "2")]).kept.len(), 2);
+    assert_eq!(std::fs::read_to_string(place.join("x")).unwrap(), "2");
+    assert_eq!(std::fs::metadata(place.join("x.kept")).unwrap().len(), size);
+}
+
+#[test]
+fn a_file_that_does_not_begin_as_ours_is_kept_beside() {
+    let t = tempfile::tempdir().unwrap();
+    let put = |text: &str| write_keeping(t.path(), "x.txt", text.as_bytes(), |h| h.starts_with(b"ours")).unwrap();
+    assert!(put("ours 1").is_none() && put("ours 2").is_none());
+    std::fs::write(t.path().join("x.txt"), "mine").unwrap();
+    assert_eq!(put("ours 3").map(|k| k.kept_as).as_deref(), Some("x.kept.txt"));
+    assert_eq!(files(t.path()), texts(&[("x.txt", "ours 3"), ("x.kept.txt", "mine")]));
+}
+
+#[test]
+#[cfg(unix)]
+fn a_users_folder_that_looks_like_a_stage_is_left_alone() {
+    let (_t, place, _) = beside_a_precious_folder();
+    std::fs::create_dir_all(place.join(STAGE).join("new")).unwrap();
+    std::fs::write(place.join(STAGE).join("new/x"), "mine").unwrap();
+    for lock in ["", "mine"] {
+        std::fs::write(place.join(STAGE).join("lock"), lock).unwrap();
+        write_all_ways(&place);
+        assert_eq!(files(&place.join(STAGE)), texts(&[("lock", lock), ("new/x", "mine")]));
+    }
 }
 
 #[test]

@@ -22,7 +22,7 @@ const FALL_STD: f64 = 0.03;
 pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
     let path = dir.join("campaign.toml");
     let text = input::text(&path, input::TEXT).map_err(|e| {
-        let cure = "name a folder that holds a campaign.toml of format recordings/1";
+        let cure = input::cure(&e).unwrap_or("name a folder that holds a campaign.toml of format recordings/1");
         RecordErrors(vec![RecordError::new(Section::FormatKey, &path, 0, format!("cannot be read ({e})"), cure)])
     })?;
     let (document, errors) = keys::read(&path, &text).map_err(RecordErrors)?;

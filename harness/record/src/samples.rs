@@ -2,11 +2,19 @@
 
 use crate::error::Section;
 use crate::{units, words, Channel, Column, Kind, RecordError, RecordErrors, Rows};
+use std::cell::Cell;
 use std::collections::{HashMap, HashSet};
+use std::fs::File;
+use std::io::{Error, ErrorKind, Read};
 use std::path::Path;
+use std::rc::Rc;
 
 /// Most columns of a file: those of a spreadsheet.
 const COLUMNS: usize = 16_384;
+/// Longest row, bytes. One quote that is not closed makes the rest of a file one row.
+const ROW: u64 = 32 << 20;
+/// What to do about a file that ends amid what it holds.
+const COPY: &str = "copy the file again";
 /// Columns that are named of those left out, at most.
 const NAMED: usize = 20;
 /// Fewest samples a recording may have.
@@ -209,6 +217,40 @@ impl Use<'_> {
     }
 }
 
+/// A file that is read as far as its rows are no longer than [`ROW`].
+struct RowByRow {
+    file: File,
+    /// Bytes.
+    read: u64,
+    /// Where the last row that was taken ends, bytes from the beginning of the file.
+    ended: Rc<Cell<u64>>,
+}
+
+impl Read for RowByRow {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        if self.read.saturating_sub(self.ended.get()) > ROW {
+            return Err(Error::new(ErrorKind::InvalidData, format!("a row has more than {ROW} bytes")));
+        }
+        let n = self.file.read(buffer)?;
+        self.read += n as u64;
+        Ok(n)
+    }
+}
+
+/// What is said of a file that the system does not give from that line on, or of a row that is too long.
+fn unreadable(path: &Path, line: usize, e: &Error, cure: &str) -> RecordError {
+    let cure = input::cure(e).unwrap_or(cure);
+    RecordError::new(Section::Recording, path, line, format!("cannot be read ({e})"), cure)
+}
+
+/// What to do about a file that could not be read to its end.
+fn cure_of(e: &Error) -> &'static str {
+    match e.kind() {
+        ErrorKind::InvalidData => "close the quotes in it, and end the row of every sample by a line break",
+        _ => COPY,
+    }
+}
+
 /// A file as it stands: columns in SI, rows in the order of the file.
 struct Table {
     columns: Vec<Column>,
@@ -228,18 +270,24 @@ impl Table {
     fn read(path: &Path, purpose: Use) -> Result<Table, Vec<RecordError>> {
         let error =
             |section: Section, line: usize, what: String, cure: &str| RecordError::new(section, path, line, what, cure);
-        let file = input::open_at_most(path, input::RECORDING)
-            .map_err(|e| vec![error(Section::Recording, 0, format!("cannot be read ({e})"), purpose.cure())])?;
+        let file =
+            input::open_at_most(path, input::RECORDING).map_err(|e| vec![unreadable(path, 0, &e, purpose.cure())])?;
+        // where the last row ended, bytes
+        let ended = Rc::new(Cell::new(0));
+        let file = RowByRow { file, read: 0, ended: ended.clone() };
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(file);
         let head = match reader.headers() {
             Ok(h) => h.clone(),
             Err(e) => {
+                if let csv::ErrorKind::Io(e) = e.kind() {
+                    return Err(vec![unreadable(path, 1, e, cure_of(e))]);
+                }
                 return Err(vec![error(
                     Section::CsvHeader,
                     1,
                     e.to_string(),
                     "write a header of columns \"name [unit]\"",
-                )])
+                )]);
             }
         };
         if head.len() > COLUMNS {
@@ -269,6 +317,9 @@ impl Table {
         let mut rows = 0;
         for row in records {
             rows += 1;
+            if let Some((r, from)) = row.as_ref().ok().and_then(|r| Some((r, r.position()?.byte()))) {
+                ended.set(from + r.as_slice().len() as u64);
+            }
             let row = match row {
                 Ok(r) if r.len() != head.len() => {
                     let line = r.position().map_or(0, |p| p.line() as usize);
@@ -278,15 +329,18 @@ impl Table {
                 }
                 Ok(r) => r,
                 Err(e) => {
+                    if let csv::ErrorKind::Io(e) = e.kind() {
+                        // behind the last row that was read
+                        let line = lines.last().map_or(2, |l| l + 1);
+                        errors.push(unreadable(path, line, e, cure_of(e)));
+                        break;
+                    }
                     let line = e.position().map_or(0, |p| p.line() as usize);
                     let (what, cure) = match e.kind() {
                         csv::ErrorKind::Utf8 { .. } => ("this row is no UTF-8 text", "write it as plain numbers"),
-                        _ => ("this row cannot be read", "copy the file again"),
+                        _ => ("this row cannot be read", COPY),
                     };
                     faults.add(Section::CsvHeader, "", line, || what.to_string(), cure);
-                    if e.is_io_error() {
-                        break;
-                    }
                     continue;
                 }
             };

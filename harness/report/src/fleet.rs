@@ -2,7 +2,8 @@
 
 use ::fleet::growth::{points, text, Figure, Growth, Growths};
 use ::fleet::{Answer, Fleet, Judged, State};
-use chart::{is_ours, quantity, Cell, Cells, Chart, Page, Shares, Style};
+use chart::{quantity, Cell, Cells, Chart, Page, Shares, Style};
+use output::Manifest;
 use record::Label;
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -19,10 +20,8 @@ const NAMED: usize = 5;
 
 /// The page's name.
 pub const INDEX: &str = "index.html";
-/// Bytes of a page at most, of which it is asked whether it is ours.
-const MOST: u64 = 1 << 28;
 
-/// Sees that nobody else's page has the name of the index in `out`.
+/// Sees that nobody else's page has the name of the index in `out`: one that is not as the list of files there has it.
 ///
 /// # Errors
 /// Where one has it, and the cure.
@@ -33,18 +32,9 @@ pub fn check(out: &Path) -> std::io::Result<()> {
     };
     match std::fs::symlink_metadata(out.join(INDEX)) {
         Err(e) if matches!(e.kind(), std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory) => Ok(()),
-        Ok(m) if m.is_file() && input::text(&out.join(INDEX), MOST).is_ok_and(|h| is_ours(&h)) => Ok(()),
+        _ if Manifest::read(out).is_some_and(|m| m.has(out, INDEX)) => Ok(()),
         _ => refuse(),
     }
-}
-
-/// Writes `out`/index.html.
-///
-/// # Errors
-/// As the file system gives them; as [`check`].
-pub fn write(out: &Path, fleet: &Fleet, growths: &Growths) -> std::io::Result<()> {
-    check(out)?;
-    output::write_below(out, INDEX, html(out, fleet, growths).as_bytes())
 }
 
 /// The page, which lies in `out`.
@@ -403,14 +393,14 @@ mod tests {
                 parameters: Vec::new(),
             })
             .collect();
-        let names: Vec<String> = missing.iter().map(|m| m.mechanism.clone()).collect();
         State::Judged(Judged {
             detected: cause.is_some(),
             false_alarm_probability: 0.01,
             false_discovery_rate: 0.02,
             missing,
             unexplained: false,
-            causes: vec![(names, 0.9)],
+            nothing: if cause.is_none() { 0.9 } else { 0.0 },
+            probabilities: cause.iter().map(|(m, _)| (m.to_string(), 0.9)).collect(),
             before: Some(misfit),
             after: None,
         })

@@ -4,7 +4,7 @@ use crate::bench::calls::{against_direct, Ask};
 use crate::bench::fit::{base_fit, BaseFit, SHARE};
 use crate::bench::table::{figure, markdown, Aim, Row};
 use crate::bench::{self, diagnosis, pow, Inputs, Pair, Python, Spread, FMPY_SIDE};
-use crate::print;
+use crate::print::{self, Shown};
 use crate::progress::Progress;
 use anyhow::{Context, Result};
 use host::{Fmu, Isolation, Limits};
@@ -65,7 +65,7 @@ fn campaigns(given: Option<&Path>, samples: usize, folder: &Path) -> Result<Camp
     let (interval, noise) = (rubbing.interval / denser, rubbing.noise.map(|sd| sd * denser.sqrt()));
     let make = |name: &str, recipe: &Recipe| {
         let dir = folder.join(name);
-        write_campaign(&dir, recipe).with_context(|| format!("{}: cannot be written", dir.display())).map(|()| dir)
+        write_campaign(&dir, recipe).with_context(|| format!("{}: cannot be written", dir.shown())).map(|()| dir)
     };
     Ok(Campaigns {
         to_fit: make("base", &plain)?,

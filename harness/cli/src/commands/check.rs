@@ -5,7 +5,7 @@ use super::form::Form;
 use crate::agreement::{agreement, Compared};
 use crate::aligned::aligned;
 use crate::campaign::of_campaign;
-use crate::print;
+use crate::print::{self, Shown};
 use anyhow::Result;
 use diagnose::figure::figure;
 use estimate::condition::{condition_on, Guess, Invalid};
@@ -146,7 +146,7 @@ fn cells(r: &Row) -> [String; 10] {
         y.map_or("-".to_string(), |[low, high]| format!("{} to {}", figure(low, ""), figure(high, "")))
     };
     [
-        r.file.clone(),
+        print::spelled_out(&r.file),
         r.order.to_string(),
         r.level.clone(),
         r.samples.to_string(),
@@ -171,15 +171,15 @@ fn words(u: &Understood) -> String {
     let mass = u.moving_mass.map_or(String::new(), |m| format!(", moving mass {} kg", six(m)));
     let mut s = format!(
         "{}: {} of {}{mass}; {} recordings at {} levels; simulation: {simulation}, terms: {terms}\n",
-        u.folder.display(),
+        u.folder.shown(),
         u.kind,
-        u.name,
+        print::spelled_out(&u.name),
         u.recordings.len(),
         u.levels
     );
     let head = COLUMNS.map(str::to_string);
     s += &aligned(&std::iter::once(head).chain(u.recordings.iter().map(cells)).collect::<Vec<_>>());
-    s.extend(u.notes.iter().map(|n| format!("  note: {n}\n")));
+    s.extend(u.notes.iter().map(|n| format!("  note: {}\n", print::spelled_out(n))));
     for c in &u.compared {
         let [low, high] = c.interval.map(|v| figure(v, ""));
         let [least, most] = c.expected.map(|v| figure(v, ""));
@@ -199,7 +199,7 @@ fn words(u: &Understood) -> String {
         let off = figure(100.0 * m.off, "%");
         s += &format!(
             "  {}, {}: recorded {}, simulated {}, off by {off} of range\n",
-            m.file,
+            print::spelled_out(&m.file),
             m.channel,
             range(m.recorded),
             range(m.simulated)
@@ -224,7 +224,7 @@ fn words(u: &Understood) -> String {
 /// Where it cannot be read at all; what contradicts is among what is understood.
 fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
     let agreed = agreement(&record::load(dir, &mechanisms::terms())?);
-    let of_dir = |text: &String| format!("{}: {text}", dir.display());
+    let of_dir = |text: &String| format!("{}: {text}", dir.shown());
     let mut c = crate::campaign::load(dir).map_err(|e| match agreed.contradictions.first() {
         Some(first) => e.context(of_dir(first)),
         None => e,
@@ -266,7 +266,7 @@ fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
     if let Some(m) = machine {
         u.notes.extend(m.facts().notes.iter().cloned());
         u.simulated = simulated(&c, &data, &guess);
-        u.errors.extend(m.troubles().iter().map(|t| format!("{}: {t}", dir.display())));
+        u.errors.extend(m.troubles().iter().map(|t| format!("{}: {t}", dir.shown())));
     }
     Ok(u)
 }

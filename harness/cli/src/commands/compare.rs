@@ -6,7 +6,7 @@ use crate::compare::{
     compare, BounceFigures, BounceTable, ChannelComparison, Comparison, ImpactFigures, PulseFigures, Settings, Spectra,
     EACH_OCTAVE,
 };
-use crate::print;
+use crate::print::{self, Shown};
 use anyhow::{anyhow, Result};
 use diagnose::figure::figure;
 use std::path::PathBuf;
@@ -194,8 +194,8 @@ fn text(c: &Comparison) -> String {
     let filter = c.cfc.map_or("not filtered".into(), |class| format!("CFC {class}"));
     let mut parts = vec![format!(
         "{} and {}: {} s to {} s, {} samples at {}, {filter}; rated at {}\n",
-        c.recording.display(),
-        c.simulation.display(),
+        c.recording.shown(),
+        c.simulation.shown(),
         figure(c.from, ""),
         figure(c.to, ""),
         c.samples,

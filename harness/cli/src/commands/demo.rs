@@ -1,7 +1,7 @@
 //! `touchdown demo`: the main job on data of the repository, every step a command that can be run again by hand.
 
 use crate::place;
-use crate::print;
+use crate::print::{self, Shown};
 use crate::progress::{catch_interrupts, interrupted, interrupted_code};
 use anyhow::{ensure, Context, Result};
 use chart::{card, lead, linked, picture, Page};
@@ -114,6 +114,9 @@ gravity = true
 fmu = \"../diagnosis/bench_drop/HysteresisContact.fmu\"
 ";
 
+/// Bytes of a report at most.
+const PAGE: u64 = 1 << 28;
+
 /// The demo's folder in a word of a command.
 fn fill(word: &str, out: &Path) -> String {
     word.replace("{}", &out.display().to_string())
@@ -122,12 +125,33 @@ fn fill(word: &str, out: &Path) -> String {
 /// The page at `report`, now with a link to the demo's index.
 fn below_index(out: &Path, report: &str) -> Result<String> {
     let path = out.join(report);
-    let html = std::fs::read_to_string(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    let html = input::text(&path, PAGE).with_context(|| format!("{}: cannot be read", path.shown()))?;
     let up = "../".repeat(report.matches('/').count()) + "index.html";
     let html = linked(&html, &up, "The demo's steps");
     let (folder, name) = report.rsplit_once('/').unwrap_or(("", report));
     print::warnings(&place::amend(&out.join(folder), "demo", &[(name, html.as_bytes())])?);
     Ok(html)
+}
+
+/// What the demo writes: folders, each an answer, and files beside them.
+const FOLDERS: [&str; 7] = ["input", "drop_test", "contactor", "fit", "diagnosis", "same_drops", "fmus"];
+const FMU: &str = "HysteresisContact.fmu";
+const INDEX: &str = "index.html";
+
+/// Sees that nothing of somebody else's lies where the demo writes: no link, and no file that it has not written.
+fn check(out: &Path) -> Result<()> {
+    let there = |name: &str| std::fs::symlink_metadata(out.join(name)).ok();
+    let in_the_way =
+        |name: &str, what: &str| format!("{}: {what}; move it away, or give another --out", out.join(name).shown());
+    for name in FOLDERS {
+        let is_folder = there(name).is_none_or(|m| m.is_dir());
+        ensure!(is_folder, in_the_way(name, "is no folder, and the demo writes one"));
+    }
+    for name in [FMU, INDEX].into_iter().filter(|n| there(n).is_some()) {
+        let is_ours = output::Manifest::read(out).is_some_and(|m| m.has(out, name));
+        ensure!(is_ours, in_the_way(name, "is not as a demo wrote it"));
+    }
+    Ok(())
 }
 
 /// Whether the folder holds a demo, or the beginning of one.
@@ -139,8 +163,9 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     ensure!(
         !a.out.exists() || is_begun(&a.out) || std::fs::read_dir(&a.out)?.next().is_none(),
         "{}: holds files that are no demo of touchdown; give another --out",
-        a.out.display()
+        a.out.shown()
     );
+    check(&a.out)?;
     catch_interrupts();
     let input: Vec<_> = INPUT.iter().copied().chain([("same_drops.toml", DROPS.as_bytes())]).collect();
     print::warnings(&place::write(&a.out.join("input"), "demo", &input)?);
@@ -155,6 +180,12 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         }
         if code != ExitCode::SUCCESS {
             return Ok(code);
+        }
+        if i == 0 {
+            // listed, so that a later demo knows it
+            let path = a.out.join(FMU);
+            let fmu = input::bytes(&path, input::LIBRARY).with_context(|| path.shown())?;
+            print::warnings(&place::amend(&a.out, "demo", &[(FMU, &fmu)])?);
         }
         page = page.section(&format!("{}. {}", i + 1, step.title)).code(&format!("touchdown {}", words.join(" ")));
         if let Some(report) = step.report {
@@ -172,8 +203,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
             "This is what step 5 found. Every step below is one command; its input lies in input/ beside this page.",
         )
         .then(page);
-    let index = a.out.join("index.html");
-    output::write(&index, page.html().as_bytes()).with_context(|| place::unwritten(&index))?;
-    print::beside(&format!("\npictures: {}\n", index.display()));
+    print::warnings(&place::amend(&a.out, "demo", &[(INDEX, page.html().as_bytes())])?);
+    print::beside(&format!("\npictures: {}\n", a.out.join(INDEX).shown()));
     Ok(ExitCode::SUCCESS)
 }

@@ -3,7 +3,7 @@
 use super::fmus::Fmus;
 use super::form::Form;
 use super::terminal::Terminal;
-use crate::print;
+use crate::print::{self, Shown};
 use crate::progress::deadline;
 use crate::tasks::diagnose::{diagnose, Answer, Options};
 use crate::tasks::shard::{self, Share};
@@ -140,7 +140,7 @@ fn share(a: &Arguments, of: Shard) -> Result<ExitCode> {
             let memory = s.memory.map_or(String::new(), |m| format!(", {:.0} MB a process at most", m / 1e6));
             text += &format!("{an_hour:.0} campaigns an hour by {} at once{memory}\n", o.processes);
         }
-        text + &format!("answers: {}; touchdown merge puts them together\n", a.out.display())
+        text + &format!("answers: {}; touchdown merge puts them together\n", a.out.shown())
     };
     print::beside(&a.form.of(&done, words)?);
     Ok(done.batch.exit_code())
@@ -174,13 +174,13 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         print::error(&batch.unfinished(&a.out));
     }
     if let Some(Err(e)) = &done.page {
-        print::warning(&format!("{}: {e}", a.out.join("index.html").display()));
+        print::warning(&format!("{}: {e}", a.out.join("index.html").shown()));
     }
     let words = |_: &Vec<Answer>| {
         let place = match &done.page {
             None => String::new(),
-            Some(Ok(page)) => format!("answers: {}\n", page.display()),
-            Some(Err(_)) => format!("answers, each with a report.html: {}\n", a.out.display()),
+            Some(Ok(page)) => format!("answers: {}\n", page.shown()),
+            Some(Err(_)) => format!("answers, each with a report.html: {}\n", a.out.shown()),
         };
         batch.summary() + &place
     };

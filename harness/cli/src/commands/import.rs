@@ -2,7 +2,7 @@
 
 use super::form::Form;
 use super::terminal::Terminal;
-use crate::print;
+use crate::print::{self, Shown};
 use crate::tasks::import::{imported, words, Options};
 use anyhow::Result;
 use import::{amount, Facts, Missing};
@@ -173,7 +173,7 @@ fn asked(missing: &[Missing], o: &mut import::Options) -> Result<bool> {
             }
         }
         for file in &m.files {
-            let name = file.display();
+            let name = file.shown();
             let question = match m.key {
                 "impact_speed" => format!("{name}: impact speed (m/s), or drop height with its unit (200 mm)"),
                 key => format!("{name}: {} ({})", key.replace('_', " "), m.unit),

@@ -1,7 +1,7 @@
 //! `touchdown init`.
 
 use super::fmus::Fmus;
-use crate::print;
+use crate::print::{self, Shown};
 use anyhow::{bail, ensure, Context, Result};
 use host::{propose, Proposal};
 use record::{Channel, Kind};
@@ -31,22 +31,38 @@ pub struct Arguments {
 /// The name of the file that describes a campaign.
 const NAME: &str = "campaign.toml";
 
-/// The recordings' files in a folder, by name.
-fn recordings(folder: &Path) -> Result<Vec<String>> {
-    let list = std::fs::read_dir(folder).with_context(|| format!("{}: no folder to read", folder.display()))?;
-    let mut files = Vec::new();
-    for entry in list {
-        let name = entry.with_context(|| format!("{}: cannot be read", folder.display()))?.file_name();
-        let name = name.to_string_lossy();
-        if Path::new(&*name).extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
-            files.push(name.into_owned());
+/// The name of a file as campaign.toml has it.
+fn name(path: &Path) -> Result<String> {
+    let name = path.file_name().unwrap_or_default();
+    let plain = || format!("{}: its name is no text in UTF-8, which campaign.toml is; rename it", path.shown());
+    Ok(name.to_str().with_context(plain)?.to_string())
+}
+
+/// A text as TOML has it, on one line.
+fn quoted(text: &str) -> String {
+    let mut s = String::from('"');
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => s.extend(['\\', c]),
+            // writing to a String cannot fail
+            c if c.is_control() => drop(write!(s, "\\u{:04X}", u32::from(c))),
+            c => s.push(c),
         }
     }
-    ensure!(
-        !files.is_empty(),
-        "{}: no CSV file is in it; put the recordings there first, a file each",
-        folder.display()
-    );
+    s + "\""
+}
+
+/// The recordings' files in a folder, by name.
+fn recordings(folder: &Path) -> Result<Vec<String>> {
+    let list = std::fs::read_dir(folder).with_context(|| format!("{}: no folder to read", folder.shown()))?;
+    let mut files = Vec::new();
+    for entry in list {
+        let path = entry.with_context(|| format!("{}: cannot be read", folder.shown()))?.path();
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
+            files.push(name(&path)?);
+        }
+    }
+    ensure!(!files.is_empty(), "{}: no CSV file is in it; put the recordings there first, a file each", folder.shown());
     files.sort();
     Ok(files)
 }
@@ -79,7 +95,7 @@ fn template(kind: Kind, name: &str, files: &[String]) -> String {
          # Every key: docs/src/formats/recordings.md.\n\
          format = \"recordings/1\"\n\n\
          [campaign]\n\
-         name = {name:?}\n\
+         name = {}\n\
          kind = \"{}\"\n\
          # material = \"\"            # free text\n\n\
          [rig]\n{rig}\n\n\
@@ -88,6 +104,7 @@ fn template(kind: Kind, name: &str, files: &[String]) -> String {
          # k =                      # N/m^p: F = k x^p + mu_d x^p v\n\
          # p =\n\
          # mu_d =                   # N s/m^(p+1)\n",
+        quoted(name),
         kind.name(),
         kind.usual_terms()
     );
@@ -95,7 +112,7 @@ fn template(kind: Kind, name: &str, files: &[String]) -> String {
         let order = i + 1;
         let more = if i == 0 { "              # in the order in which they were taken" } else { "" };
         // writing to a String cannot fail
-        let _ = write!(s, "\n[[recording]]\nfile = {file:?}\norder = {order}{more}\n{recording}\n");
+        let _ = write!(s, "\n[[recording]]\nfile = {}\norder = {order}{more}\n{recording}\n", quoted(file));
     }
     s
 }
@@ -115,41 +132,43 @@ fn of_system(p: &Proposal, file: &str, name: &str, files: &[String]) -> String {
     let mut s = format!(
         "# A campaign of recordings that FMUs simulate. What stands here is proposed from their descriptions: correct it, then run\n\
          # `touchdown check`. Every key: docs/src/formats/recordings.md.\n\
-         format = \"recordings/1\"\n\n[campaign]\nname = {name:?}\nkind = \"system\"\n\n[simulation]\nsystem = {file:?}\n\
-         terms = []                 # what the system holds already; names from `touchdown mechanisms`\n"
+         format = \"recordings/1\"\n\n[campaign]\nname = {}\nkind = \"system\"\n\n[simulation]\nsystem = {}\n\
+         terms = []                 # what the system holds already; names from `touchdown mechanisms`\n",
+        quoted(name),
+        quoted(file)
     );
     for (variable, tolerance) in &p.free {
-        s += &format!("\n[[simulation.free]]         # calibration may move it\nvariable = {variable:?}\n");
+        s += &format!("\n[[simulation.free]]         # calibration may move it\nvariable = {}\n", quoted(variable));
         s += &tolerance
             .map_or(String::new(), |t| format!("tolerance = {t}          # relative, one standard deviation\n"));
     }
     for b in &p.bonds {
         s += &format!(
-            "\n[[simulation.bond]]         # physics may be missing here\nname = {:?}\nkind = \"contact\"           # or \"body\"\n",
-            b.name
+            "\n[[simulation.bond]]         # physics may be missing here\nname = {}\nkind = \"contact\"           # or \"body\"\n",
+            quoted(&b.name)
         );
         s += &match &b.force {
-            Some(f) => format!("force = {f:?}\n"),
+            Some(f) => format!("force = {}\n", quoted(f)),
             None => {
                 "# force =                  # the FMUs have no input in N: only their outputs can be judged\n".into()
             }
         };
-        s += &format!("penetration = {:?}\nvelocity = {:?}\n", b.penetration, b.velocity);
+        s += &format!("penetration = {}\nvelocity = {}\n", quoted(&b.penetration), quoted(&b.velocity));
     }
     s += "\n[simulation.channels]       # which output each recorded channel is\n";
     for (c, output) in Channel::ALL.into_iter().zip(&p.channels) {
         s += &match output {
-            Some(o) => format!("{} = {o:?}\n", c.name()),
+            Some(o) => format!("{} = {}\n", c.name(), quoted(o)),
             None => format!("# {} =\n", c.name()),
         };
     }
     for (i, file) in files.iter().enumerate() {
-        s += &format!("\n[[recording]]\nfile = {file:?}\norder = {}\n", i + 1);
+        s += &format!("\n[[recording]]\nfile = {}\norder = {}\n", quoted(file), i + 1);
         if !p.settings.is_empty() {
             s += "[recording.set]            # what differs from recording to recording; leave out what does not\n";
         }
         for (variable, value) in &p.settings {
-            s += &format!("# {variable:?} = {}\n", number(*value));
+            s += &format!("# {} = {}\n", quoted(variable), number(*value));
         }
     }
     s
@@ -175,25 +194,46 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     ensure!(
         system == (kind == Kind::System),
         "{}: a campaign of kind system is written beside its system; name a system file, an .ssp or an .fmu, and no other kind",
-        a.folder.display()
+        a.folder.shown()
     );
     let files = recordings(given)?;
     let path = given.join(NAME);
-    ensure!(!path.exists(), "{}: is there already; move it away, or edit it", path.display());
+    ensure!(!path.exists(), "{}: is there already; move it away, or edit it", path.shown());
     let folder = given.canonicalize().unwrap_or_else(|_| given.to_path_buf());
-    let name = folder.file_name().map_or("campaign".into(), |n| n.to_string_lossy());
+    let title = folder.file_name().map_or("campaign".into(), |n| n.to_string_lossy());
     let text = if system {
-        let file = a.folder.file_name().map_or("".into(), |n| n.to_string_lossy());
-        of_system(&propose(&a.folder, &a.fmus.isolation()?)?, &file, &name, &files)
+        of_system(&propose(&a.folder, &a.fmus.isolation()?)?, &name(&a.folder)?, &title, &files)
     } else {
-        template(kind, &name, &files)
+        template(kind, &title, &files)
     };
-    output::write_new(&path, text.as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))?;
+    output::write_new(&path, text.as_bytes()).with_context(|| format!("{}: cannot be written", path.shown()))?;
     print::beside(&format!(
         "{}: {} recordings listed; fill in what is left open, then run `touchdown check {}`\n",
-        path.display(),
+        path.shown(),
         files.len(),
-        given.display()
+        given.shown()
     ));
     Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_init_writes_is_toml_whatever_files_and_variables_are_called() {
+        let name = "a \"b\" \\ \n\u{1b}[31m\u{0}\u{7f}\u{9b}\u{200b}' # = \u{e4}.csv".to_string();
+        let of = |text: &str, path: &[&str]| {
+            let table: toml::Table = text.parse().unwrap_or_else(|e| panic!("{e}: {text}"));
+            let found = path.iter().fold(toml::Value::Table(table), |v, key| match key.parse::<usize>() {
+                Ok(i) => v[i].clone(),
+                Err(_) => v[*key].clone(),
+            });
+            found.as_str().map(String::from)
+        };
+        let text = template(Kind::DropTest, &name, std::slice::from_ref(&name));
+        assert_eq!(of(&text, &["campaign", "name"]).as_ref(), Some(&name));
+        assert_eq!(of(&text, &["recording", "0", "file"]).as_ref(), Some(&name));
+        assert_eq!(quoted("bar.F[1,2]"), "\"bar.F[1,2]\"");
+    }
 }

@@ -1,6 +1,7 @@
 //! `touchdown man`.
 
-use crate::print;
+use crate::place;
+use crate::print::{self, Shown};
 use anyhow::{Context, Result};
 use clap_mangen::Man;
 use std::path::{Path, PathBuf};
@@ -34,11 +35,16 @@ fn page(command: &clap::Command) -> std::io::Result<(String, Vec<u8>)> {
     Ok((man.get_filename(), roff))
 }
 
-/// Writes the page of `command` and of all below it; their files' names.
+/// How every page begins, but for what sets quotes.
+const HEAD: &[u8] = b"\n.TH touchdown";
+
+/// Writes the page of `command` and of all below it, and keeps what has their names and is none; their files' names.
 fn write(command: &clap::Command, folder: &Path) -> Result<Vec<String>> {
     let (file, roff) = page(command)?;
-    let path = folder.join(&file);
-    output::write(&path, &roff).with_context(|| format!("{}: cannot be written", path.display()))?;
+    let is_page = |head: &[u8]| head.windows(HEAD.len()).any(|w| w == HEAD);
+    let kept =
+        output::write_keeping(folder, &file, &roff, is_page).with_context(|| place::unwritten(&folder.join(&file)))?;
+    kept.iter().for_each(|k| print::warning(&format!("{}: {}", folder.shown(), k.note())));
     let mut files = vec![file];
     for below in command.get_subcommands() {
         files.extend(write(below, folder)?);
@@ -51,7 +57,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     match &a.out {
         Some(folder) => {
             let files = write(&program, folder)?;
-            print::beside(&format!("{}: {}\n", folder.display(), files.join(", ")));
+            print::beside(&format!("{}: {}\n", folder.shown(), files.join(", ")));
         }
         None => print::answer(&String::from_utf8(page(&program)?.1)?)?,
     }

@@ -1,7 +1,7 @@
 //! `touchdown merge`.
 
 use super::form::Form;
-use crate::print;
+use crate::print::{self, Shown};
 use crate::progress::UNJUDGED_CODE;
 use crate::tasks::merge::{merge, Summary};
 use anyhow::Result;
@@ -38,7 +38,9 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     let words = |s: &Summary| {
         let mut text = print::with_lead(&m.sentence) + "\n";
         for (kind, all) in [("lost", &s.lost), ("cannot be judged", &s.not_judged)] {
-            all.iter().for_each(|w| text += &format!("{kind}: {}: {}\n", w.campaign, w.why));
+            all.iter().for_each(|w| {
+                text += &format!("{kind}: {}: {}\n", print::spelled_out(&w.campaign), print::spelled_out(&w.why))
+            });
         }
         for g in s.growth.discoveries() {
             let way = match g.correlation {
@@ -53,7 +55,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
                 g.campaigns
             );
         }
-        text + &format!("page: {}\ntable: {}\n", m.page.display(), m.table.display())
+        text + &format!("page: {}\ntable: {}\n", m.page.shown(), m.table.shown())
     };
     print::beside(&a.form.of(&m.summary, words)?);
     Ok(match (m.summary.lost.is_empty(), m.summary.not_judged.is_empty()) {

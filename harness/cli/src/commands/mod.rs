@@ -169,7 +169,9 @@ pub fn main_of(words: Vec<String>) -> ExitCode {
 
 fn run_parsed(command_line: Cli) -> ExitCode {
     end_cleanly();
-    command(command_line).unwrap_or_else(|e| {
+    let done = command(command_line);
+    print::warnings(&output::finished());
+    done.unwrap_or_else(|e| {
         if e.downcast_ref::<Unprinted>().is_some_and(Unprinted::is_closed) {
             return ExitCode::from(CLOSED_CODE);
         }

@@ -1,7 +1,7 @@
 //! `touchdown pack`.
 
 use super::form::Form;
-use crate::print;
+use crate::print::{self, Shown};
 use crate::tasks::pack::{packed, Options};
 use anyhow::{Context, Result};
 use std::path::PathBuf;
@@ -52,6 +52,6 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         all_platforms: a.all_platforms,
         platforms: a.platforms.clone(),
     };
-    print::beside(&a.form.of(&packed(&o)?, |p| format!("{}: {}\n", p.fmu.display(), p.platforms.join(", ")))?);
+    print::beside(&a.form.of(&packed(&o)?, |p| format!("{}: {}\n", p.fmu.shown(), p.platforms.join(", ")))?);
     Ok(ExitCode::SUCCESS)
 }

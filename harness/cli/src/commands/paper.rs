@@ -1,6 +1,6 @@
 //! `touchdown paper`.
 
-use crate::print;
+use crate::print::{self, Shown};
 use anyhow::{anyhow, Result};
 use chart::{Chart, Page, Style};
 use estimate::paper::{contactor_table, drop, repeat, AGREED, MASS, SPEED};
@@ -71,6 +71,6 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         .table(&h.iter().map(String::as_str).collect::<Vec<_>>(), &rows);
     let path = a.out.join("report.html");
     print::warnings(&crate::place::write(&a.out, "paper", &[("report.html", page.html().as_bytes())])?);
-    print::beside(&format!("{estimation}\n{contactor}\npictures: {}\n", path.display()));
+    print::beside(&format!("{estimation}\n{contactor}\npictures: {}\n", path.shown()));
     Ok(ExitCode::SUCCESS)
 }

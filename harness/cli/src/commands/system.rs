@@ -1,7 +1,7 @@
 //! `touchdown export-ssp`.
 
 use super::fmus::Fmus;
-use crate::print;
+use crate::print::{self, Shown};
 use anyhow::Result;
 use host::master::{export_ssp, System};
 use std::path::PathBuf;
@@ -29,6 +29,6 @@ pub fn export(a: &ExportArguments) -> Result<ExitCode> {
     for note in export_ssp(&s, &a.out)? {
         print::warning(&note);
     }
-    print::beside(&format!("{}\n", a.out.display()));
+    print::beside(&format!("{}\n", a.out.shown()));
     Ok(ExitCode::SUCCESS)
 }

@@ -1,5 +1,6 @@
 //! What became of the campaigns of one call.
 
+use crate::print::{self, Shown};
 use crate::progress::{interrupted_code, UNJUDGED_CODE};
 use serde::Serialize;
 use std::path::Path;
@@ -44,7 +45,9 @@ impl Batch {
         {
             return String::new();
         }
-        let line = |(kind, all): &(&str, &Vec<String>)| format!("{kind}: {} ({})\n", all.len(), all.join(", "));
+        let line = |(kind, all): &(&str, &Vec<String>)| {
+            format!("{kind}: {} ({})\n", all.len(), print::spelled_out(&all.join(", ")))
+        };
         kinds.iter().filter(|(_, all)| !all.is_empty()).map(line).collect()
     }
 
@@ -57,8 +60,8 @@ impl Batch {
         }
         match self.finished.len() + self.up_to_date.len() + self.unjudged.len() {
             0 => {}
-            1 => text += &format!("\nfinished and whole in {}: 1 campaign", out.display()),
-            n => text += &format!("\nfinished and whole in {}: {n} campaigns", out.display()),
+            1 => text += &format!("\nfinished and whole in {}: 1 campaign", out.shown()),
+            n => text += &format!("\nfinished and whole in {}: {n} campaigns", out.shown()),
         }
         text
     }

@@ -4,6 +4,7 @@ use super::batch::Batch;
 use super::Follow;
 use crate::campaign::{content, of_campaign};
 use crate::place;
+use crate::print::Shown;
 use crate::progress::deadline;
 use anyhow::{anyhow, Context, Result};
 use diagnose::bootstrap::Null;
@@ -101,8 +102,8 @@ fn taken_in(
     if let Some(other) = others.iter().find(|o| o.folder == c.folder) {
         return Err(anyhow!(
             "{}: {} is called {} as well, and their answers would overwrite each other; rename one folder",
-            dir.display(),
-            other.dir.display(),
+            dir.shown(),
+            other.dir.shown(),
             c.folder
         ));
     }
@@ -136,7 +137,7 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
                 contents.push(content);
             }
             Err(e) => {
-                batch.failed.push(dir.display().to_string());
+                batch.failed.push(dir.shown());
                 follow.error(&format!("{e:#}"));
             }
         }
@@ -146,7 +147,7 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
     }
     for c in &campaigns {
         for w in &c.warnings {
-            follow.warning(&format!("{}: {w}", c.dir.display()));
+            follow.warning(&format!("{}: {w}", c.dir.shown()));
         }
     }
     follow.looks();

@@ -2,6 +2,7 @@
 
 use super::Follow;
 use crate::place;
+use crate::print::{self, Shown};
 use crate::progress::deadline;
 use anyhow::{anyhow, ensure, Context, Result};
 use estimate::case::{Case, Method};
@@ -46,18 +47,18 @@ pub struct Fit {
 pub fn fit(o: &Options, follow: &dyn Follow) -> Result<Fit> {
     let budget = Budget { stop: Some(follow.stop()), deadline: deadline(Some(o.seconds))? };
     let cure = "nothing is written; give more";
-    let up = format!("{}: the {} s given were up before the first fit; {cure}", o.campaign.display(), o.seconds);
+    let up = format!("{}: the {} s given were up before the first fit; {cure}", o.campaign.shown(), o.seconds);
     follow.empty_handed_at(budget.deadline, up);
     let campaign = crate::campaign::load(&o.campaign)?;
     for w in &campaign.warnings {
-        follow.warning(&format!("{}: {w}", campaign.dir.display()));
+        follow.warning(&format!("{}: {w}", campaign.dir.shown()));
     }
     follow.looks();
     follow.begin(&format!("fit {}", campaign.folder), 0);
     let say = |line: &str| follow.stage(line);
     let watch = Watch { budget, say: &say };
     say(&format!("preparing {} recordings", campaign.recordings.len()));
-    let of_campaign = || campaign.dir.display().to_string();
+    let of_campaign = || campaign.dir.shown();
     let mut conditioned = condition(&campaign).with_context(of_campaign)?;
     diagnose::plausible::check(&campaign, &conditioned.data)
         .map_err(|e| anyhow!(crate::campaign::of_campaign(&campaign.dir, &e)))?;
@@ -76,7 +77,8 @@ pub fn fit(o: &Options, follow: &dyn Follow) -> Result<Fit> {
     follow.end();
     let pictures = o.out.join("report.html");
     let (sentence, by_level) = (answer.sentence(), answer.by_level());
-    let words = format!("{}: {sentence}\n{by_level}pictures: {}\n", campaign.folder, pictures.display());
+    let words =
+        format!("{}: {sentence}\n{by_level}pictures: {}\n", print::spelled_out(&campaign.folder), pictures.shown());
     let (fit, certificate) = (answer.json(), answer.certificate());
     Ok(Fit { campaign: campaign.folder, fit, certificate, pictures, words })
 }

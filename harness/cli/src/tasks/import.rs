@@ -1,6 +1,7 @@
 //! A campaign made out of the files that instruments write.
 
 use super::Follow;
+use crate::print::Shown;
 use anyhow::{anyhow, bail, ensure, Context, Result};
 use import::{amount, look_at, parse_map, plan, File, Missing, Outcome, Pattern, Plan, Table};
 use record::Kind;
@@ -116,7 +117,7 @@ impl Options {
 /// What is missing, as an error says it.
 fn message(m: &Missing) -> String {
     let most = 3;
-    let mut names: Vec<String> = m.files.iter().take(most).map(|f| f.display().to_string()).collect();
+    let mut names: Vec<String> = m.files.iter().take(most).map(|f| f.shown()).collect();
     if m.files.len() > most {
         names.push(format!("{} more", m.files.len() - most));
     }
@@ -214,10 +215,10 @@ pub fn words(t: &Taken) -> String {
     lines.extend(t.notes.iter().map(|n| format!("  note: {n}")));
     lines.push(format!(
         "{}: {} recordings; look at {}, then run `touchdown check {}`\n",
-        t.campaign.display(),
+        t.campaign.shown(),
         t.recordings.len(),
-        t.pictures.display(),
-        t.campaign.display()
+        t.pictures.shown(),
+        t.campaign.shown()
     ));
     lines.join("\n")
 }
@@ -232,7 +233,7 @@ pub type Ask<'a> = &'a mut dyn FnMut(&[Missing], &mut import::Options) -> Result
 pub fn imported(options: &Options, ask: Option<Ask<'_>>, follow: &dyn Follow) -> Result<Taken> {
     let mut o = options.read()?;
     let out = options.out.as_deref().context("give a folder for the campaign")?;
-    ensure!(!out.exists(), "{}: is there already; give another --out, or move it away", out.display());
+    ensure!(!out.exists(), "{}: is there already; give another --out, or move it away", out.shown());
     follow.begin("import: looking at files", options.files.len() as u64);
     let mut files = Vec::new();
     let mut faults = Vec::new();

@@ -1,6 +1,7 @@
 //! The answers of a fleet put together: one table, one page.
 
 use crate::place;
+use crate::print::Shown;
 use anyhow::{ensure, Context, Result};
 use fleet::growth::{growths, Growths};
 use fleet::{table, Fleet};
@@ -50,7 +51,7 @@ pub struct Without {
 /// No answer nor any campaign that should have one; what cannot be read or written.
 pub fn merge(answers: &[PathBuf], out: &Path) -> Result<Merged> {
     let fleet = Fleet::read(answers)?;
-    let names: Vec<String> = answers.iter().map(|a| a.display().to_string()).collect();
+    let names: Vec<String> = answers.iter().map(|a| a.shown()).collect();
     ensure!(
         !fleet.answers.is_empty(),
         "{}: holds no answer of touchdown; give the folder that diagnose --out had",
@@ -71,11 +72,13 @@ pub fn merge(answers: &[PathBuf], out: &Path) -> Result<Merged> {
     };
     let (page, table) = (out.join(report::fleet::INDEX), out.join(TABLE));
     // before anything is written
-    report::fleet::check(out).with_context(|| page.display().to_string())?;
+    report::fleet::check(out).with_context(|| page.shown())?;
     let json = serde_json::to_string_pretty(&summary)? + "\n";
-    let files = [(TABLE, &table::parquet(&fleet)?[..]), ("fleet.json", json.as_bytes())];
+    let html = report::fleet::html(out, &fleet, &summary.growth);
+    let table_of = table::parquet(&fleet)?;
+    // all of them, or none
+    let files = [(TABLE, &table_of[..]), ("fleet.json", json.as_bytes()), (report::fleet::INDEX, html.as_bytes())];
     let mut notes = fleet.complaints.clone();
     notes.extend(place::write(out, "merge", &files)?);
-    report::fleet::write(out, &fleet, &summary.growth).with_context(|| page.display().to_string())?;
     Ok(Merged { sentence: report::fleet::sentence(&fleet), fleet, summary, page, table, notes })
 }

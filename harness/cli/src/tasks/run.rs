@@ -2,6 +2,7 @@
 
 use super::Follow;
 use crate::place;
+use crate::print::Shown;
 use anyhow::{ensure, Context, Error, Result};
 use host::{HostError, Isolation};
 use report::run::{page, Done, Summary};
@@ -76,7 +77,7 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
         return super::system::simulated(o, follow);
     }
     let only = |given: bool, option: &str| {
-        ensure!(!given, "{option} is for systems of FMUs, and {} is a scenario; leave it out", o.scenario.display());
+        ensure!(!given, "{option} is for systems of FMUs, and {} is a scenario; leave it out", o.scenario.shown());
         Ok(())
     };
     only(o.step.is_some(), "--step")?;
@@ -91,7 +92,7 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     let mut ended = Vec::new();
     for (i, case) in cases.iter_mut().enumerate() {
         let of = if case.name.is_empty() { String::new() } else { format!(" ({})", case.name) };
-        let named = || format!("{}{of}", o.scenario.display());
+        let named = || format!("{}{of}", o.scenario.shown());
         let (mut element, name) = match source.element(&o.through(case), case) {
             Ok(made) => made,
             Err(e) => {
@@ -151,14 +152,14 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     place::write(&o.out, "run", &out)?.iter().for_each(|n| follow.warning(n));
     let mut lines = report::run::lines(&done, &summary);
     lines.extend(ended);
-    lines.push(format!("pictures: {}", o.out.join("report.html").display()));
+    lines.push(format!("pictures: {}", o.out.join("report.html").shown()));
     if cut {
         lines.push(format!("interrupted: {} of {} runs, the last one as far as it came", done.len(), cases.len()));
     }
     let words = lines.join("\n") + "\n";
     let failure = failure.map(|e| {
         let whole = done.iter().filter(|d| !d.outcome.interrupted).count();
-        let (all, out) = (cases.len(), o.out.display());
+        let (all, out) = (cases.len(), o.out.shown());
         e.context(format!("{whole} of {all} runs are whole, what there is of all is in {out}"))
     });
     Ok(Ran { summary: Some(Summed::Scenario(Box::new(summary))), words, interrupted: cut, failure })

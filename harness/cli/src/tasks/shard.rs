@@ -3,6 +3,7 @@
 use super::batch::Batch;
 use super::Follow;
 use crate::place;
+use crate::print::Shown;
 use anyhow::{bail, ensure, Context, Result};
 use fleet::register::{self, Member};
 use fleet::shard::Shard;
@@ -88,8 +89,8 @@ pub fn campaigns(given: &[PathBuf]) -> Result<Vec<Member>> {
     for dir in given {
         let mut below = Vec::new();
         if dir.is_dir() && !dir.join("campaign.toml").exists() {
-            for entry in std::fs::read_dir(dir).with_context(|| dir.display().to_string())? {
-                let path = entry.with_context(|| dir.display().to_string())?.path();
+            for entry in std::fs::read_dir(dir).with_context(|| dir.shown())? {
+                let path = entry.with_context(|| dir.shown())?.path();
                 if path.join("campaign.toml").is_file() {
                     below.push(path);
                 }
@@ -102,15 +103,15 @@ pub fn campaigns(given: &[PathBuf]) -> Result<Vec<Member>> {
     for folder in folders {
         let whole = folder.canonicalize().unwrap_or_else(|_| folder.clone());
         let Some(name) = whole.file_name().map(|n| n.to_string_lossy().into_owned()) else {
-            bail!("{}: is no campaign; give the folder of one", folder.display());
+            bail!("{}: is no campaign; give the folder of one", folder.shown());
         };
         match named.get(&name) {
             // named twice: once as itself and once below its folder
             Some(other) if *other == whole => {}
             Some(other) => bail!(
                 "{}: {} is called {name} as well, and their answers would overwrite each other; rename one folder",
-                whole.display(),
-                other.display()
+                whole.shown(),
+                other.shown()
             ),
             None => drop(named.insert(name, whole)),
         }
@@ -185,7 +186,7 @@ fn one(o: &Options, m: &Member, follow: &Arc<dyn Follow>) -> Came {
     };
     if let Err(e) = answer::check_folder(&o.out.join(&m.campaign)) {
         lose(&e.to_string());
-        follow.error(&format!("{}: {e}", o.out.join(&m.campaign).display()));
+        follow.error(&format!("{}: {e}", o.out.join(&m.campaign).shown()));
         return Came::Lost;
     }
     lose(BEGUN);
@@ -407,7 +408,7 @@ fn memory_of_children() -> Option<f64> {
 /// # Errors
 /// As the file system gives them.
 pub fn listed(file: &Path) -> Result<Vec<PathBuf>> {
-    let text = input::text(file, input::TEXT).with_context(|| file.display().to_string())?;
+    let text = input::text(file, input::TEXT).with_context(|| file.shown())?;
     let lines = text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with('#'));
     Ok(lines.map(PathBuf::from).collect())
 }

@@ -3,9 +3,13 @@
 use super::run::{Options, Ran, Summed};
 use super::Follow;
 use crate::place;
-use crate::print;
+use crate::print::{self, Shown};
 use anyhow::{Context, Result};
 use host::master::{are_rows, build, run as step, Sink, System};
+
+/// What FMUs have logged of a run that ended with an error, and its first line.
+const PARTIAL_LOG: &str = "log.partial.txt";
+const LOG: &str = "What the FMUs have logged until the run ended with an error:";
 
 /// Runs a system file or an SSP archive: results.csv (or .parquet), log.txt, summary.json. Rows are in
 /// results.partial.csv.part while it runs, and in results.partial.csv where it ends with an error; the answer before stays
@@ -32,7 +36,7 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     let mut head: Vec<String> = vec!["time [s]".into()];
     head.extend(b.columns.iter().map(|c| c.head.clone()));
     let mut sink = Sink::new(&rows, &head, parquet || b.parquet)?;
-    sink.kept().iter().for_each(|k| follow.warning(&format!("{}: {}", out.display(), k.note())));
+    sink.kept().iter().for_each(|k| follow.warning(&format!("{}: {}", out.shown(), k.note())));
     let whole = 1000u64;
     follow.begin("run", whole);
     let (start, stop) = (b.options.start, b.options.stop);
@@ -68,10 +72,12 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     }
     let left = if done.is_err() {
         let kept = part.leave(are_rows).with_context(|| place::unwritten(&rows))?;
-        kept.iter().for_each(|k| follow.warning(&format!("{}: {}", out.display(), k.note())));
+        kept.iter().for_each(|k| follow.warning(&format!("{}: {}", out.shown(), k.note())));
         if !log.is_empty() {
-            let path = out.join("log.partial.txt");
-            output::write(&path, log.as_bytes()).with_context(|| place::unwritten(&path))?;
+            let text = format!("{LOG}\n{log}");
+            let kept = output::write_keeping(out, PARTIAL_LOG, text.as_bytes(), |h| h.starts_with(LOG.as_bytes()))
+                .with_context(|| place::unwritten(&out.join(PARTIAL_LOG)))?;
+            kept.iter().for_each(|k| follow.warning(&format!("{}: {}", out.shown(), k.note())));
         }
         None
     } else {
@@ -82,13 +88,13 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     for c in b.end() {
         follow.warning(&format!("{c}; the results are not touched by it"));
     }
-    let so_far = || format!("the results so far are in {}", rows.display());
+    let so_far = || format!("the results so far are in {}", rows.shown());
     let done = match done {
         Err(_) if follow.stopped() => {
             let words = format!("interrupted; {}\n", so_far());
             return Ok(Ran { summary: None, words, interrupted: true, failure: None });
         }
-        done => done.with_context(|| format!("{}: {}", path.display(), so_far()))?,
+        done => done.with_context(|| format!("{}: {}", path.shown(), so_far()))?,
     };
     let summary = serde_json::json!({
         "system": s.title(),
@@ -118,7 +124,7 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     place::notes(out, &committed).for_each(|n| follow.warning(&n));
     let mut words = format!(
         "{}: to {} s in {} macro-steps ({} taken back), {} calls of fmi2DoStep, order {}\n",
-        s.title(),
+        print::spelled_out(&s.title()),
         done.time,
         done.steps,
         done.rejected,
@@ -134,7 +140,7 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     if let Some(why) = done.ended.as_ref().filter(|_| !done.interrupted) {
         words += &format!("{why}\n");
     }
-    words += &format!("results: {}\n", out.join(name).display());
+    words += &format!("results: {}\n", out.join(name).shown());
     if done.interrupted {
         words += &format!("interrupted at {} s\n", done.time);
     }

@@ -182,6 +182,21 @@ fn numbers_that_are_no_status_and_statuses_that_are_errors_are_told_with_the_row
 }
 
 #[test]
+fn the_log_of_a_run_that_ends_with_an_error_takes_no_place_of_somebodys_file() {
+    let p = Place::new();
+    std::fs::create_dir(p.path().join("out")).unwrap();
+    std::fs::write(p.path().join("out/log.partial.txt"), "mine").unwrap();
+    // one that logs before it crashes
+    for _ in 0..2 {
+        let e = p.run(&Place::text(Behaviour::Segfaults), &[]);
+        assert!(e.log.starts_with("What the FMUs have logged until the run ended with an error:\n"), "{:.300}", e.log);
+    }
+    let kept = std::fs::read_to_string(p.path().join("out/log.partial.kept.txt"));
+    assert_eq!(kept.ok().as_deref(), Some("mine"));
+    assert!(!p.path().join("out/log.partial.kept-2.txt").exists(), "ours are replaced");
+}
+
+#[test]
 fn values_that_are_no_numbers_are_written_as_such() {
     let e = Place::new().system(Behaviour::AnswersNan, &[]);
     e.is_whole();

@@ -2,6 +2,7 @@
 
 use crate::fleet;
 use chart::{lead, Page};
+use output::Answer;
 use std::io::Read;
 use std::path::Path;
 
@@ -39,7 +40,9 @@ pub fn write(out: &Path) -> std::io::Result<()> {
     for (name, text) in &answers {
         page = page.entry(&format!("{}/report.html", encoded(name)), name, text);
     }
-    output::write_below(out, fleet::INDEX, page.html().as_bytes())
+    let answer = Answer::amend(out, "diagnose")?;
+    answer.write(fleet::INDEX, page.html().as_bytes())?;
+    answer.commit().map(drop)
 }
 
 /// A folder's name in a link.
@@ -67,8 +70,12 @@ mod tests {
             let h = std::fs::read_to_string(dir.path().join("index.html")).unwrap();
             assert!(h.contains("href=\"a%20b%231/report.html\"") && h.contains("It leaves out &lt;this&gt;."));
         }
-        std::fs::write(dir.path().join("index.html"), "<p>mine</p>").unwrap();
-        assert!(write(dir.path()).is_err());
-        assert_eq!(std::fs::read_to_string(dir.path().join("index.html")).unwrap(), "<p>mine</p>");
+        // also one that looks like ours
+        let page = std::fs::read_to_string(dir.path().join("index.html")).unwrap();
+        for mine in ["<p>mine</p>".to_string(), page.replace("diagnosed", "diagnosed by me")] {
+            std::fs::write(dir.path().join("index.html"), &mine).unwrap();
+            assert!(write(dir.path()).is_err());
+            assert_eq!(std::fs::read_to_string(dir.path().join("index.html")).unwrap(), mine);
+        }
     }
 }

@@ -247,7 +247,8 @@ pub fn sensors(o: &Outcome) -> Vec<String> {
 /// A few lines for the terminal: the sentence first.
 pub fn summary(o: &Outcome) -> String {
     let v = &o.verdict;
-    let mut s = format!("{}: {}\n", v.campaign, sentence(o));
+    // a folder's name may hold anything
+    let mut s = format!("{}: {}\n", v.campaign.replace(char::is_control, "?"), sentence(o));
     for (m, w) in v.missing.iter().zip(&v.mismatch.places) {
         let list: Vec<String> = parameters(m).into_iter().map(|(n, v, ci)| format!("{n} {v} ({ci})")).collect();
         s += &format!("  {}, {}: {}\n", m.mechanism, m.form, list.join(", "));
