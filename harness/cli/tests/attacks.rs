@@ -484,3 +484,30 @@ fn names_that_steer_a_terminal_are_spelled_out_and_those_that_are_no_text_are_to
     let said = String::from_utf8_lossy(&o.stderr);
     assert!(o.status.code() == Some(2) && said.contains("its name is no text in UTF-8"), "{said}");
 }
+
+#[test]
+fn a_large_file_of_a_manifest_that_is_hashed_keeps_no_command_that_is_to_end() {
+    let b = Bench::new();
+    b.done();
+    // a file with a hole, as large as its list says: what is hashed at most, and takes its time
+    let (list, size) = (b.at("out/manifest.json"), 60u64 << 30);
+    let mut manifest: serde_json::Value = serde_json::from_str(&text(&list)).unwrap();
+    manifest["files"]["report.html"]["size"] = size.into();
+    std::fs::write(&list, manifest.to_string()).unwrap();
+    std::fs::OpenOptions::new().write(true).open(b.at("out/report.html")).unwrap().set_len(size).unwrap();
+    let mut child = b.command(&["run", "drop.toml", "--direct", "--out", "out"]).stderr(Stdio::null()).spawn().unwrap();
+    let is_stage = |e: std::fs::DirEntry| e.file_name().to_string_lossy().starts_with(".touchdown-stage");
+    while !std::fs::read_dir(b.at("")).unwrap().flatten().any(is_stage) {
+        assert!(child.try_wait().unwrap().is_none(), "it ended before it wrote");
+    }
+    // asked, and asked once more
+    for _ in 0..2 {
+        std::thread::sleep(Duration::from_millis(500));
+        assert!(child.try_wait().unwrap().is_none(), "it was not asked twice");
+        let pid = child.id().to_string();
+        assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
+    }
+    assert_eq!(child.wait().unwrap().code(), Some(143));
+    b.leaves_no_stage();
+    assert_eq!(std::fs::metadata(b.at("out/report.html")).unwrap().len(), size);
+}
