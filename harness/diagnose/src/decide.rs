@@ -150,12 +150,12 @@ impl Decision {
         self.is_imposed() && self.posterior.unknown() > POSSIBLE
     }
 
-    /// Whether a force may be learned through the simulation: the motion is not imposed, and the cause is unknown, but for a limit
-    /// of a reading.
+    /// Whether a force may be learned through the simulation: the motion is not imposed, and the likeliest cause is an unknown one,
+    /// but for a limit of a reading.
     pub fn may_learn_in_motion(&self) -> bool {
         let of_physics = self.posterior.likely_names().iter().any(|n| !limits_reading(&[n]));
-        let limited_alone = self.posterior.is_limited() && self.posterior.unknown() <= 0.5;
-        !self.is_imposed() && !of_physics && !limited_alone && !self.posterior.is_nothing()
+        let is_unknown = self.posterior.causes.first().is_some_and(Cause::is_unknown);
+        !self.is_imposed() && is_unknown && !of_physics
     }
 
     /// Puts the likeliest force that can be learned in the place of what stands in for the unknown cause, unless it predicts
