@@ -24,7 +24,7 @@ pub use folder::Folder;
 pub use manifest::{hexadecimal, Entry, Manifest};
 pub use part::Part;
 pub use scratch::Scratch;
-pub use stage::{abandon, finished};
+pub use stage::{abandon, finished, is_ending};
 
 use stage::{parent, Stage, NEW};
 use std::path::Path;

@@ -172,6 +172,10 @@ fn run_parsed(command_line: Cli) -> ExitCode {
     let done = command(command_line);
     print::warnings(&output::finished());
     done.unwrap_or_else(|e| {
+        // what failed because the process is being ended is no failure of its own
+        if output::is_ending() && interrupted() {
+            return interrupted_code();
+        }
         if e.downcast_ref::<Unprinted>().is_some_and(Unprinted::is_closed) {
             return ExitCode::from(CLOSED_CODE);
         }
