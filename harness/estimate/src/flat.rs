@@ -1,7 +1,7 @@
 //! Flat tops: readings that end, again and again, in one and the same value, as a range makes them and no impact does.
 
 use crate::problem::{Data, Record};
-use record::{largest, Channel};
+use record::{largest, Channel, Kind};
 
 /// Samples in a row at one reading that make a flat top.
 const FLAT: usize = 4;
@@ -41,14 +41,36 @@ pub fn probability(nats: f64) -> f64 {
     }
 }
 
+/// The readings of a recording, the right way up, and which of them were read while what is pressed moved.
+struct Read {
+    y: Vec<f64>,
+    moves: Vec<bool>,
+}
+
+impl Read {
+    /// How many readings are `top`, taken while it moved.
+    fn at(&self, top: f64) -> f64 {
+        self.y.iter().zip(&self.moves).filter(|(v, moves)| **moves && is_at(**v, top)).count() as f64
+    }
+}
+
+/// Share of a recording's largest rate below which what is pressed is held.
+const HELD: f64 = 0.1;
+
 /// The channel that ends in a flat top, where that is more likely than not: at its largest reading or at its least.
 pub fn flat_top(data: &Data) -> Option<FlatTop> {
     let of = |(channel, sign): (Channel, f64)| {
         let i = channel.index();
-        let turned = |r: &Record| Some(r.y[i].as_ref()?.iter().map(|v| sign * v).collect::<Vec<f64>>());
-        let all: Vec<Vec<f64>> = data.records.iter().filter_map(turned).collect();
-        let top = all.iter().flatten().copied().fold(0.0, f64::max);
-        let nats = nats(&all, top, data.noise[i].marginal())?;
+        let turned = |r: &Record| {
+            let y: Vec<f64> = r.y[i].as_ref()?.iter().map(|v| sign * v).collect();
+            let rates = &r.setup.imposed_rate;
+            let fast = largest(rates);
+            let moves = (0..y.len()).map(|k| rates.get(k).is_none_or(|v| v.abs() > HELD * fast)).collect();
+            Some(Read { y, moves })
+        };
+        let all: Vec<Read> = data.records.iter().filter_map(turned).collect();
+        let top = all.iter().flat_map(|r| &r.y).copied().fold(0.0, f64::max);
+        let nats = nats(&all, top, data.noise[i].marginal(), data.kind == Kind::Indentation)?;
         Some(FlatTop { channel, value: sign * top, nats })
     };
     let ends = [Channel::Force, Channel::Acceleration].into_iter().flat_map(|c| [(c, 1.0), (c, -1.0)]);
@@ -58,39 +80,52 @@ pub fn flat_top(data: &Data) -> Option<FlatTop> {
 
 /// ln of how much likelier it is that so many readings are `top` where a range ends there than by chance; None where there are
 /// none. By chance a reading repeats its neighbour as often as readings on the way do, and as often as the resolution and the
-/// spread of the readings near a smooth peak with that noise have it.
-fn nats(all: &[Vec<f64>], top: f64, noise: f64) -> Option<f64> {
+/// spread of the readings near a smooth peak with that noise have it; and where motion is imposed a recording that does not reach
+/// `top` ends in repeats of its own largest reading as often as those that do, as where a force is held.
+fn nats(all: &[Read], top: f64, noise: f64, is_imposed: bool) -> Option<f64> {
     if top <= 0.0 || all.is_empty() {
         return None;
     }
     let resolution = resolution(all, top);
     let (mut ties, mut spread, mut ends, mut repeated, mut on_the_way) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for y in all {
-        let run = y.iter().filter(|v| is_at(**v, top)).count() as f64;
+    let (mut others, mut held) = (0.0, 0.0);
+    for r in all {
+        let run = r.at(top);
         if run > 0.0 {
             ties += run - 1.0;
             ends += 1.0;
             // mean fall of a parabola as wide as the half of the peak, over as many samples
-            let width = y.iter().filter(|v| **v > 0.5 * top).count() as f64;
+            let width = r.y.iter().filter(|v| **v > 0.5 * top).count() as f64;
             spread += run * top * (run / width).powi(2) / 6.0;
+        } else {
+            others += 1.0;
+            let own = r.y.iter().copied().fold(0.0, f64::max);
+            held += f64::from(u8::from(r.y.iter().filter(|v| is_at(**v, own)).count() >= FLAT));
         }
         let is_on_the_way = |v: f64| v > ON_THE_WAY.0 * top && v < ON_THE_WAY.1 * top;
-        for w in y.windows(2).filter(|w| is_on_the_way(w[1])) {
+        for w in r.y.windows(2).filter(|w| is_on_the_way(w[1])) {
             on_the_way += 1.0;
             repeated += f64::from(u8::from(w[0] == w[1]));
         }
+    }
+    if ends == 0.0 {
+        return None;
     }
     // that a second recording ends where the first does is no chance either
     let ties = ties + ends - 1.0;
     let spread = spread / (ties + 1.0);
     let by_scale = resolution / (resolution + noise + spread);
     let by_repeats = (repeated + 1.0) / (on_the_way + 2.0);
-    Some(-ties * by_scale.max(by_repeats).min(1.0).ln())
+    let by_chance = -ties * by_scale.max(by_repeats).min(1.0).ln();
+    // Jeffreys' rate of recordings that end in repeats of their own
+    let by_holds =
+        if is_imposed && others > 0.0 { -ends * ((held + 0.5) / (others + 1.0)).ln() } else { f64::INFINITY };
+    Some(by_chance.min(by_holds))
 }
 
 /// The least step between readings.
-fn resolution(all: &[Vec<f64>], top: f64) -> f64 {
-    let mut sorted: Vec<f64> = all.iter().flat_map(|y| y.iter().copied()).collect();
+fn resolution(all: &[Read], top: f64) -> f64 {
+    let mut sorted: Vec<f64> = all.iter().flat_map(|r| r.y.iter().copied()).collect();
     sorted.sort_by(f64::total_cmp);
     let steps = sorted.windows(2).map(|w| w[1] - w[0]);
     let least = steps.filter(|s| *s > 1e-12 * top).fold(f64::INFINITY, f64::min);
@@ -118,25 +153,31 @@ mod tests {
         (0..n).map(|i| ((of(i).min(limit)) / step).round() * step).collect()
     }
 
-    fn nats_of(all: &[Vec<f64>]) -> f64 {
+    fn nats_of(all: &[Vec<f64>], is_imposed: bool) -> f64 {
         let top = all.iter().map(|y| largest(y)).fold(0.0, f64::max);
-        nats(all, top, 1e-3).unwrap()
+        let read = |y: &Vec<f64>| Read { y: y.clone(), moves: vec![true; y.len()] };
+        nats(&all.iter().map(read).collect::<Vec<_>>(), top, 1e-3, is_imposed).unwrap()
     }
 
     #[test]
     fn a_top_that_is_cut_is_flat_and_one_that_a_coarse_scale_repeats_is_not() {
-        let cut = nats_of(&[pulse(200, 1.0, 0.9, 1e-6)]);
+        let cut = nats_of(&[pulse(200, 1.0, 0.9, 1e-6)], false);
         assert!(cut > 100.0, "{cut}");
         // a level that only the highest recordings reach, a few samples each
-        let few = nats_of(&[pulse(30, 0.8, 0.97, 1e-6), pulse(30, 1.0, 0.97, 1e-6)]);
+        let few = nats_of(&[pulse(30, 0.8, 0.97, 1e-6), pulse(30, 1.0, 0.97, 1e-6)], false);
         assert!(few > 5.0, "{few}");
-        assert!(nats_of(&[pulse(200, 1.0, 2.0, 1e-6)]) < 1.0);
+        assert!(nats_of(&[pulse(200, 1.0, 2.0, 1e-6)], false) < 1.0);
         for step in [0.005, 0.02] {
-            let coarse = nats_of(&[pulse(200, 1.0, 2.0, step)]);
+            let coarse = nats_of(&[pulse(200, 1.0, 2.0, step)], false);
             assert!(coarse + LN_PRIOR < 0.0, "{step}: {coarse}");
         }
+        // forces that are held, each at its own level
+        let held = [0.4, 0.6, 0.8, 1.0].map(|peak| pulse(200, 2.0 * peak, peak, 1e-6));
+        assert!(nats_of(&held, true) + LN_PRIOR < 0.0, "{}", nats_of(&held, true));
+        let cut = [0.4, 0.6, 1.2, 1.4, 1.6].map(|peak| pulse(200, peak, 1.0, 1e-6));
+        assert!(nats_of(&cut, true) + LN_PRIOR > 0.0, "{}", nats_of(&cut, true));
         // every value held for five samples
         let held: Vec<f64> = pulse(60, 1.0, 2.0, 1e-6).iter().flat_map(|v| [*v; 5]).collect();
-        assert!(nats_of(&[held]) + LN_PRIOR < 0.0);
+        assert!(nats_of(&[held], false) + LN_PRIOR < 0.0);
     }
 }
