@@ -108,7 +108,7 @@ impl Decision {
             ties: rivals(&posterior, &chosen),
             overdispersion: (base.overdispersion(), left),
             before: if at == 0 && adds { held_out(&base) } else { predicted[0].clone().unwrap_or_default() },
-            after: predicted[at].take(),
+            after: adds.then(|| predicted[at].take()).flatten(),
             folds: None,
             windows: Vec::new(),
             learned: None,
