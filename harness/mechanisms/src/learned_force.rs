@@ -8,7 +8,7 @@ use record::Channel;
 use std::f64::consts::{PI, SQRT_2};
 
 /// A force learned as a function: series over depth, or over the way before the touch, of what it depends on. No search
-/// takes it: [`forms`] is empty, and what is learned is asked for by [`dependences`].
+/// takes it: its forms are none, and what is learned is asked for by [`dependences`].
 pub const MECHANISM: Mechanism = of_origin(Origin::Contact);
 const ON_BODY: Mechanism = of_origin(Origin::Motion);
 const IN_READING: Mechanism = of_origin(Origin::Chain);
