@@ -52,7 +52,7 @@ pub struct Decision {
     pub folds: Option<Folds>,
     /// Names that recordings give which end so many contact times after the touch.
     pub windows: Vec<(f64, Vec<&'static str>)>,
-    /// What was learned as functions where the motion is imposed, whatever its shape; None where that was not done.
+    /// Laws learned as functions of imposed motion, whatever their shape; None where that was not done.
     pub learned: Option<Learned>,
     /// Forces learned where it is not, the likeliest first; empty where that was not done.
     pub forces: Vec<Force>,
@@ -78,13 +78,9 @@ impl Decision {
         }
         let at = likeliest(&posterior, &fits, &evidence);
         predicted[at].get_or_insert_with(|| held_out(&fits[at]));
-        let mut chosen = fits[at].clone();
-        if posterior.is_limited() && !limits_reading(&chosen.names()) {
-            if let Some(limited) = with_limit(&chosen) {
-                predicted[at] = Some(held_out(&limited));
-                chosen = limited;
-            }
-        }
+        let lacks_limit = posterior.is_limited() && !limits_reading(&fits[at].names());
+        let limited = if lacks_limit { with_limit(&fits[at]) } else { None };
+        let chosen = limited.clone().unwrap_or_else(|| fits[at].clone());
         let base = fits[0].clone();
         let adds = !chosen.structure.terms().is_empty();
         // what differs between recordings of one level is seen by no force within one
@@ -96,7 +92,7 @@ impl Decision {
         let much = posterior.causes.iter().any(is_large) || posterior.unknown() > 0.5;
         let leaves_much = adds && much && remainder(&chosen, false).is_material();
         let mut choices = Vec::new();
-        if at > 0 && chosen.is_named() && chosen.names() == fits[at].names() {
+        if at > 0 && chosen.is_named() && limited.is_none() {
             let near = posterior.causes.iter().filter(|c| !c.names.is_empty()).filter_map(|c| c.structure);
             let near = [0, at].into_iter().chain(near.filter(|i| *i != at));
             let of = near.filter_map(|i| Some((fits[i].clone(), predicted[i].clone()?)));
@@ -107,8 +103,8 @@ impl Decision {
             unexplained: is_unknown || scatters || leaves_much,
             ties: rivals(&posterior, &chosen),
             overdispersion: (base.overdispersion(), left),
-            before: if at == 0 && adds { held_out(&base) } else { predicted[0].clone().unwrap_or_default() },
-            after: adds.then(|| predicted[at].take()).flatten(),
+            before: predicted[0].take().unwrap_or_default(),
+            after: limited.map(|f| held_out(&f)).or_else(|| predicted[at].take()),
             folds: None,
             windows: Vec::new(),
             learned: None,
@@ -174,7 +170,7 @@ impl Decision {
         self.after.clone_from(&best.heldout);
     }
 
-    /// What was learned in motion, where it stands in for the unknown cause.
+    /// The learned force that stands in for the unknown cause.
     pub fn force(&self) -> Option<&Force> {
         let term = self.chosen.structure.last()?;
         self.forces.iter().find(|f| f.depends.is_some_and(|d| d.words() == term.form.label))

@@ -6,7 +6,7 @@ use crate::heldout::{groups, HeldOut};
 use crate::phases::over_their_sum;
 use crate::posterior::{limits_reading, Posterior, UNKNOWN};
 use crate::predictions::Predictions;
-use estimate::flat::flat_top;
+use estimate::flat::FlatTop;
 use estimate::problem::Data;
 use learn::{highest, Class, Law, Recording, ALL};
 use mechanisms::mechanism::Mechanism;
@@ -67,10 +67,9 @@ pub struct Learned {
 }
 
 /// The recordings of an imposed motion as classes see them. Samples that do not count are taken from their neighbours.
-fn recordings(c: &Campaign, data: &Data) -> Option<Vec<Recording>> {
+fn recordings(c: &Campaign, data: &Data, limit: Option<FlatTop>) -> Option<Vec<Recording>> {
     let force = Channel::Force.index();
-    let limit = limit(data);
-    let at_limit = |v: f64| limit.is_some_and(|l| (v - l).abs() <= 1e-9 * l.abs());
+    let at_limit = |v: f64| limit.is_some_and(|l| l.is_reached(v));
     let orders = c.recordings.iter().map(|r| r.order);
     let of = |(rec, order): (&estimate::problem::Record, f64)| {
         let mut read = rec.y[force].clone()?;
@@ -97,19 +96,17 @@ fn recordings(c: &Campaign, data: &Data) -> Option<Vec<Recording>> {
     data.records.iter().zip(orders).map(of).collect()
 }
 
-/// The force that its channel reads no more beyond, N; None where it has no flat top.
-fn limit(data: &Data) -> Option<f64> {
-    flat_top(data).filter(|f| f.channel == Channel::Force).map(|f| f.value)
+/// The flat top that the force ends in.
+fn limit(d: &Decision) -> Option<FlatTop> {
+    d.base.structure.base().flat.filter(|f| f.channel == Channel::Force)
 }
 
 /// Forces as a channel reads them that ends at `limit`.
-fn read(force: &[f64], limit: Option<f64>) -> Vec<f64> {
-    let of = |f: f64| match limit {
-        Some(l) if l >= 0.0 => f.min(l),
-        Some(l) => f.max(l),
-        None => f,
-    };
-    force.iter().map(|f| of(*f)).collect()
+fn read(force: Vec<f64>, limit: Option<FlatTop>) -> Vec<f64> {
+    match limit {
+        Some(l) => force.into_iter().map(|f| l.read(f)).collect(),
+        None => force,
+    }
 }
 
 /// A recording up to its deepest point.
@@ -151,7 +148,7 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let data = &d.base.data;
     let numbers = &d.table.learned;
     let given = given(&c.simulation.terms);
-    let all = recordings(c, data)?;
+    let all = recordings(c, data, limit(d))?;
     let of = learn::learn(&all, &given, numbers)?;
     let names_of = |s: &learn::Set| names(&s.law.classes, &given, of.rates_differ);
     let posterior = d.posterior.refined(of.sets.iter().map(|s| (names_of(s), s.probability)), d.table.level);
@@ -217,12 +214,12 @@ fn of_courses(courses: &[Course], range: f64) -> f64 {
 /// Every recording as a law that has not seen it has it, its other channels as the simulation as given has them.
 fn predicted(d: &Decision, all: &[Recording], laws: &[Option<Law>]) -> HeldOut {
     let data = &*d.base.data;
-    let (force, limit) = (Channel::Force.index(), limit(data));
+    let (force, limit) = (Channel::Force.index(), limit(d));
     let found: Vec<_> = laws.iter().zip(all).map(|(law, r)| law.as_ref().map(|l| (l, l.predict(r)))).collect();
     let mut judged = d.before.predictions.judged.clone();
     for (y, f) in judged.iter_mut().zip(&found) {
         if let Some((_, (f, _))) = f {
-            y[force] = read(&f.all, limit);
+            y[force] = read(f.all.clone(), limit);
         }
     }
     let whole = d.before.predictions.of_the_whole();
@@ -238,7 +235,7 @@ fn predicted(d: &Decision, all: &[Recording], laws: &[Option<Law>]) -> HeldOut {
                 counts: Vec::new(),
                 ..all[r]
             };
-            y[force] = read(&law.force(&longer, *surface).all, limit);
+            y[force] = read(law.force(&longer, *surface).all, limit);
         }
         Ok::<_, Infallible>(y)
     };
@@ -278,7 +275,7 @@ impl Learned {
         Some(Named { mechanism, probability: posterior.of(name), also_possible, largest, shares })
     }
 
-    /// What a limit takes of the force: the most, N, and the share of its squares by phase.
+    /// The force that a limit hides: the most, N, and the share of its squares by phase.
     fn limited(&self) -> (f64, [f64; 4]) {
         let (mut largest, mut shares) = (0.0f64, [0.0; 4]);
         for c in &self.courses {

@@ -38,7 +38,7 @@ pub struct Outcome {
     /// The law to put into the FMU.
     pub law: law::Parameters,
     pub findings: Findings,
-    /// What was learned as functions where the motion is imposed, whatever its shape; None where that was not done.
+    /// Laws learned as functions of imposed motion, whatever their shape; None where that was not done.
     pub learned: Option<Learned>,
     /// The force learned where it is not, that stands in for an unknown cause; None where there is none.
     pub force: Option<Force>,

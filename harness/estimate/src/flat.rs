@@ -23,6 +23,22 @@ pub struct FlatTop {
     pub nats: f64,
 }
 
+impl FlatTop {
+    /// Whether a reading is the one that the channel ends in.
+    pub fn is_reached(&self, reading: f64) -> bool {
+        is_at(reading.abs(), self.value.abs()) && reading.signum() == self.value.signum()
+    }
+
+    /// What the channel reads of a true `value`.
+    pub fn read(&self, value: f64) -> f64 {
+        if self.value >= 0.0 {
+            value.min(self.value)
+        } else {
+            value.max(self.value)
+        }
+    }
+}
+
 /// Whether readings stay at `top`, the largest of their campaign, several samples long.
 pub fn flat(y: &[f64], top: f64) -> bool {
     y.windows(FLAT).any(|w| w.iter().all(|v| is_at(v.abs(), top)))
