@@ -3,6 +3,7 @@
 use estimate::discrepancy::{Disturbance, Disturbed};
 use estimate::evidence::{Evidence, Reduced};
 use estimate::fitted::Fitted;
+use estimate::flat::flat_top;
 use estimate::problem::Data;
 use estimate::response::Place;
 use rayon::prelude::*;
@@ -92,7 +93,7 @@ pub struct Evidences {
 impl Evidences {
     /// Nothing weighed yet of the campaign that `base` is fitted to.
     pub fn of(base: &Fitted) -> Evidences {
-        let flat = base.structure.base().flat.map_or(0.0, |f| f.nats);
+        let flat = flat_top(&base.data).map_or(0.0, |f| f.nats);
         Evidences { levels: base.data.levels().len(), flat, ..Evidences::default() }
     }
 

@@ -6,7 +6,7 @@ use crate::heldout::{groups, HeldOut};
 use crate::phases::over_their_sum;
 use crate::posterior::{limits_reading, Posterior, UNKNOWN};
 use crate::predictions::Predictions;
-use estimate::flat::FlatTop;
+use estimate::flat::{flat_top, FlatTop};
 use estimate::problem::Data;
 use learn::{highest, Class, Law, Recording, ALL};
 use mechanisms::mechanism::Mechanism;
@@ -97,8 +97,8 @@ fn recordings(c: &Campaign, data: &Data, limit: Option<FlatTop>) -> Option<Vec<R
 }
 
 /// The flat top that the force ends in.
-fn limit(d: &Decision) -> Option<FlatTop> {
-    d.base.structure.base().flat.filter(|f| f.channel == Channel::Force)
+fn limit(data: &Data) -> Option<FlatTop> {
+    flat_top(data).filter(|f| f.channel == Channel::Force)
 }
 
 /// Forces as a channel reads them that ends at `limit`.
@@ -148,7 +148,8 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let data = &d.base.data;
     let numbers = &d.table.learned;
     let given = given(&c.simulation.terms);
-    let all = recordings(c, data, limit(d))?;
+    let limit = limit(data);
+    let all = recordings(c, data, limit)?;
     let of = learn::learn(&all, &given, numbers)?;
     let names_of = |s: &learn::Set| names(&s.law.classes, &given, of.rates_differ);
     let posterior = d.posterior.refined(of.sets.iter().map(|s| (names_of(s), s.probability)), d.table.level);
@@ -178,7 +179,7 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     };
     let courses: Vec<Course> = all.iter().zip(&data.records).zip(&law.surfaces).map(course).collect();
     let misfit = of_courses(&courses, law.press.force);
-    let heldout = predicted(d, &all, &laws_without(&all, &groups(data), &given, numbers));
+    let heldout = predicted(d, &all, &laws_without(&all, &groups(data), &given, numbers), limit);
     let mut learned = Learned { of, set, names: Vec::new(), heldout, courses, leads, misfit };
     learned.names = likely.into_iter().filter_map(|n| learned.named(n, &posterior)).collect();
     Some((learned, posterior))
@@ -212,9 +213,9 @@ fn of_courses(courses: &[Course], range: f64) -> f64 {
 }
 
 /// Every recording as a law that has not seen it has it, its other channels as the simulation as given has them.
-fn predicted(d: &Decision, all: &[Recording], laws: &[Option<Law>]) -> HeldOut {
+fn predicted(d: &Decision, all: &[Recording], laws: &[Option<Law>], limit: Option<FlatTop>) -> HeldOut {
     let data = &*d.base.data;
-    let (force, limit) = (Channel::Force.index(), limit(d));
+    let force = Channel::Force.index();
     let found: Vec<_> = laws.iter().zip(all).map(|(law, r)| law.as_ref().map(|l| (l, l.predict(r)))).collect();
     let mut judged = d.before.predictions.judged.clone();
     for (y, f) in judged.iter_mut().zip(&found) {

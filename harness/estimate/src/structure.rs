@@ -4,7 +4,7 @@ mod coordinates;
 mod fmus;
 
 use crate::condition::Guess;
-use crate::flat::{flat_top, tops, FlatTop};
+use crate::flat::{flat_top, tops};
 use crate::problem::{Data, Model, Parameter, STIFFNESS_SCALE};
 use crate::ring;
 use fmus::model_of_fmus;
@@ -78,8 +78,6 @@ pub struct Base {
     pub hysteresis: bool,
     /// Mechanisms the simulation holds beyond those two.
     pub given: Vec<Term>,
-    /// The flat top that a channel ends in.
-    pub flat: Option<FlatTop>,
     /// As the campaign declares it.
     pub simulation: Simulation,
     /// What simulates the recordings in place of a rig of ours.
@@ -90,7 +88,7 @@ impl Base {
     /// Of a campaign and its data.
     pub fn new(campaign: &Campaign, data: &Data) -> Base {
         let terms = campaign.simulation.terms.clone();
-        let (top, flat) = (tops(data), flat_top(data));
+        let top = tops(data);
         let mut context = Context {
             kind: data.kind,
             has: [data.has(Channel::Force), data.has(Channel::Acceleration), data.has(Channel::Penetration)],
@@ -98,7 +96,7 @@ impl Base {
             terms: Vec::new(),
             top,
             // the limit of a chain is one of magnitude
-            flat: flat.filter(|f| f.value.abs() == top[f.channel.index()]).map(|f| f.channel),
+            flat: flat_top(data).filter(|f| f.value.abs() == top[f.channel.index()]).map(|f| f.channel),
             ring: if data.kind == Kind::Indentation { None } else { ring::line(data, Channel::Force) },
         };
         let given = ALL
@@ -120,7 +118,6 @@ impl Base {
             gravity: terms.iter().any(|t| t == GRAVITY_TERM) && data.kind == Kind::DropTest,
             hysteresis: terms.iter().any(|t| t == HYSTERESIS_TERM) && data.kind != Kind::System,
             given,
-            flat,
             simulation: campaign.simulation.clone(),
             machine: data.records.first().and_then(|r| r.setup.machine.as_ref()).map(|s| s.machine.clone()),
         }
