@@ -96,8 +96,9 @@ pub fn flat_top(data: &Data) -> Option<FlatTop> {
 
 /// ln of how much likelier it is that so many readings are `top` where a range ends there than by chance; None where there are
 /// none. By chance a reading repeats its neighbour as often as readings on the way do, and as often as the resolution and the
-/// spread of the readings near a smooth peak with that noise have it; and where motion is imposed a recording that does not reach
-/// `top` ends in repeats of its own largest reading as often as those that do, as where a force is held.
+/// spread of the readings near a smooth peak with that noise have it; two recordings end in the same reading as often as they
+/// share readings on the way; and where motion is imposed a recording that does not reach `top` ends in repeats of its own
+/// largest reading as often as those that do, as where a force is held.
 fn nats(all: &[Read], top: f64, noise: f64, is_imposed: bool) -> Option<f64> {
     if top <= 0.0 || all.is_empty() {
         return None;
@@ -105,6 +106,7 @@ fn nats(all: &[Read], top: f64, noise: f64, is_imposed: bool) -> Option<f64> {
     let resolution = resolution(all, top);
     let (mut ties, mut spread, mut ends, mut repeated, mut on_the_way) = (0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut others, mut held) = (0.0, 0.0);
+    let is_on_the_way = |v: f64| v > ON_THE_WAY.0 * top && v < ON_THE_WAY.1 * top;
     for r in all {
         let run = r.at(top);
         if run > 0.0 {
@@ -118,7 +120,6 @@ fn nats(all: &[Read], top: f64, noise: f64, is_imposed: bool) -> Option<f64> {
             let own = r.y.iter().copied().fold(0.0, f64::max);
             held += f64::from(u8::from(r.y.iter().filter(|v| is_at(**v, own)).count() >= FLAT));
         }
-        let is_on_the_way = |v: f64| v > ON_THE_WAY.0 * top && v < ON_THE_WAY.1 * top;
         for w in r.y.windows(2).filter(|w| is_on_the_way(w[1])) {
             on_the_way += 1.0;
             repeated += f64::from(u8::from(w[0] == w[1]));
@@ -128,15 +129,31 @@ fn nats(all: &[Read], top: f64, noise: f64, is_imposed: bool) -> Option<f64> {
         return None;
     }
     // that a second recording ends where the first does is no chance either
-    let ties = ties + ends - 1.0;
-    let spread = spread / (ties + 1.0);
+    let spread = spread / (ties + ends);
     let by_scale = resolution / (resolution + noise + spread);
     let by_repeats = (repeated + 1.0) / (on_the_way + 2.0);
-    let by_chance = -ties * by_scale.max(by_repeats).min(1.0).ln();
+    let by_sharing = shared(all, is_on_the_way);
+    let nats = |by_another: f64| -by_scale.max(by_another).min(1.0).ln();
+    let by_chance = ties * nats(by_repeats) + (ends - 1.0) * nats(by_sharing);
     // Jeffreys' rate of recordings that end in repeats of their own
     let by_holds =
         if is_imposed && others > 0.0 { -ends * ((held + 0.5) / (others + 1.0)).ln() } else { f64::INFINITY };
     Some(by_chance.min(by_holds))
+}
+
+/// Share of the readings on the way that another recording holds too, as recordings of one noise do.
+fn shared(all: &[Read], is_on_the_way: impl Fn(f64) -> bool) -> f64 {
+    let on_the_way = |r: &Read| -> Vec<u64> {
+        let mut bits: Vec<u64> = r.y.iter().filter(|v| is_on_the_way(**v)).map(|v| v.to_bits()).collect();
+        bits.sort_unstable();
+        bits.dedup();
+        bits
+    };
+    let mut each: Vec<u64> = all.iter().flat_map(on_the_way).collect();
+    each.sort_unstable();
+    let whole = each.len() as f64;
+    let again: usize = each.chunk_by(|a, b| a == b).map(<[u64]>::len).filter(|n| *n > 1).sum();
+    (again as f64 + 1.0) / (whole + 2.0)
 }
 
 /// The least step between readings.
@@ -192,6 +209,10 @@ mod tests {
         assert!(nats_of(&held, true) + LN_PRIOR < 0.0, "{}", nats_of(&held, true));
         let cut = [0.4, 0.6, 1.2, 1.4, 1.6].map(|peak| pulse(200, peak, 1.0, 1e-6));
         assert!(nats_of(&cut, true) + LN_PRIOR > 0.0, "{}", nats_of(&cut, true));
+        // one noise in three recordings, least readings and all
+        let noise: Vec<f64> = (0..60).map(|i| 0.01 * ((i * 7919 % 101) as f64 / 101.0 - 0.4)).collect();
+        let one_noise = nats_of(&[noise.clone(), noise.clone(), noise], true);
+        assert!(one_noise + LN_PRIOR < 0.0, "{one_noise}");
         // every value held for five samples
         let held: Vec<f64> = pulse(60, 1.0, 2.0, 1e-6).iter().flat_map(|v| [*v; 5]).collect();
         assert!(nats_of(&[held], false) + LN_PRIOR < 0.0);
