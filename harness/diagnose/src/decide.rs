@@ -162,9 +162,9 @@ impl Decision {
         let stands_in = Some(&self.chosen).filter(|c| c.structure.terms().iter().any(is_other));
         let limited = limits_reading(&self.chosen.names()) && self.chosen.is_named();
         let from = if limited { &self.chosen } else { &self.base };
-        self.forces = learn(from, stands_in, &self.posterior);
+        self.forces = learn(from, stands_in, &self.table, self.before.nrmse);
         let predicts = |f: &&Force| f.heldout.as_ref().is_some_and(|h| h.nrmse <= self.before.nrmse);
-        let Some(best) = self.forces.iter().find(predicts).filter(|f| f.depends.is_some()) else { return };
+        let Some(best) = self.forces.iter().find(predicts).filter(|f| !f.depends.is_empty()) else { return };
         self.chosen = best.fitted.clone();
         self.overdispersion.1 = best.fitted.overdispersion();
         self.after.clone_from(&best.heldout);
@@ -172,8 +172,8 @@ impl Decision {
 
     /// The learned force that stands in for the unknown cause.
     pub fn force(&self) -> Option<&Force> {
-        let term = self.chosen.structure.last()?;
-        self.forces.iter().find(|f| f.depends.is_some_and(|d| d.words() == term.form.label))
+        let chosen = self.chosen.structure.forms();
+        self.forces.iter().find(|f| !f.depends.is_empty() && f.fitted.structure.forms() == chosen)
     }
 
     /// Takes the unknown cause apart into classes of forces that are learned as functions.

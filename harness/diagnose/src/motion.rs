@@ -1,23 +1,28 @@
-//! What is missing where the motion is not imposed: a force learned as a function of what it may depend on, through the
-//! integrated simulation. It has no name; what it depends on is said, and what it predicts.
+//! What is missing where the motion is not imposed: a force, or two that act in different places, learned as functions of what
+//! they may depend on, through the integrated simulation. They have no names; what they depend on is said, and what they predict.
 
-use crate::evidence::weighed;
+use crate::evidence::{ln_sum, weighed};
 use crate::heldout::{held_out, HeldOut};
-use crate::posterior::{Posterior, POSSIBLE};
+use crate::posterior::POSSIBLE;
 use crate::predictions::Predictions;
+use crate::propose::PENDING;
+use crate::table::Table as Calibrated;
 use estimate::fitted::Fitted;
 use estimate::problem::{Data, Options, Point, Problem};
 use estimate::structure::{Structure, Term};
 use mechanisms::learned_force::{dependences, Dependence};
+use mechanisms::stand_in;
 use rayon::prelude::*;
 use std::convert::Infallible;
 use std::sync::Arc;
 
-/// A force learned of one dependence.
+/// A force learned of one dependence, or two that act in different places.
 #[derive(Clone)]
 pub struct Force {
-    /// None: what stood in for the unknown cause before.
-    pub depends: Option<Dependence>,
+    /// Empty: what stood in for the unknown cause before.
+    pub depends: Vec<Dependence>,
+    /// Name of a mechanism beside it whose form stands in for the rest.
+    pub beside: Option<&'static str>,
     /// Held against the recordings' own noise.
     pub fitted: Fitted,
     /// Given that the cause is one that no form of the vocabulary explains.
@@ -29,16 +34,22 @@ pub struct Force {
 }
 
 impl Force {
-    /// What was learned as a table of so many rows: its columns with their units, and the rows.
-    pub fn table(&self, rows: usize) -> (Vec<&'static str>, Vec<Vec<f64>>) {
-        self.fitted.physics().learned_force.table(rows)
+    /// What was learned as tables of so many rows, one for each dependence: its columns with their units, and the rows.
+    pub fn tables(&self, rows: usize) -> Vec<Table> {
+        let forces = &self.fitted.physics().learned_forces;
+        self.depends.iter().filter_map(|of| Some(forces.of(*of)?.table(rows))).collect()
     }
 
-    /// What it depends on, in words; empty of what stood in before.
-    pub fn words(&self) -> &'static str {
-        self.depends.map_or("", Dependence::words)
+    /// Where it acts and what it depends on, in words; empty of what stood in before.
+    pub fn words(&self) -> String {
+        let learned = self.depends.iter().map(|of| of.words().to_string());
+        let beside = self.beside.map(|name| format!("as {} does", name.replace('_', " ")));
+        learned.chain(beside).collect::<Vec<_>>().join(", and ")
     }
 }
+
+/// Columns with their units, and the rows.
+pub type Table = (Vec<&'static str>, Vec<Vec<f64>>);
 
 /// How a force is learned.
 const OPTIONS: Options = Options { iterations: 60, tolerance: 1e-5, hopeless: 0.0, ceiling: f64::INFINITY };
@@ -68,59 +79,201 @@ pub fn misfit(f: &Fitted) -> f64 {
     Predictions::new(judged, &f.data, none).unwrap_or_else(|e| match e {}).misfit(&f.data)
 }
 
-/// The forces that can be learned beside `base`, and what `stands_in` for them already, the likeliest first. What no shape
-/// explains counts as noise, as much as the shape that explains most leaves: else every shape would be bent to follow it.
-pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, posterior: &Posterior) -> Vec<Force> {
+/// A force fitted, with its ln evidence and the ln of its prior over that of a force of one dependence.
+struct Tried {
+    depends: Vec<Dependence>,
+    beside: Option<&'static str>,
+    fitted: Fitted,
+    ln: f64,
+    /// Nats of it that its fit would still gain.
+    pending: f64,
+    ended: bool,
+    ln_prior: f64,
+    heldout: Option<HeldOut>,
+}
+
+impl Tried {
+    /// None where it cannot be weighed. Of noise alone: what a shape leaves is noise by now.
+    fn new(depends: Vec<Dependence>, beside: Option<&'static str>, fitted: Fitted, ln_prior: f64) -> Option<Tried> {
+        let weighed = weighed(&fitted)?;
+        let ln = *weighed.ln[0].first().filter(|ln| ln.is_finite())?;
+        Some(Tried { depends, beside, fitted, ln, pending: weighed.pending, ended: false, ln_prior, heldout: None })
+    }
+
+    /// Whether its evidence counts on what its fit has not gained.
+    fn is_unfinished(&self) -> bool {
+        self.pending > PENDING && !self.ended
+    }
+
+    /// The same fitted to its end; what it has not gained by then counts for nothing.
+    fn to_its_end(&self) -> Option<Tried> {
+        let of = Tried::new(self.depends.clone(), self.beside, self.fitted.to_its_end(), self.ln_prior)?;
+        let ln = if of.pending > PENDING { of.ln - of.pending } else { of.ln };
+        Some(Tried { ln, ended: true, ..of })
+    }
+
+    /// Whether it is known to predict levels not seen worse than `given`, misfit over range.
+    fn is_worse(&self, given: f64) -> bool {
+        self.heldout.as_ref().is_some_and(|h| h.nrmse > given)
+    }
+}
+
+/// What can be learned as the force of this index of those side by side.
+fn terms(base: &Fitted, index: usize) -> Vec<(Dependence, Term)> {
     let given = base.structure.base();
-    let terms = dependences(&given.context)
-        .into_iter()
-        .flat_map(|(of, mechanism, form)| given.at_bonds(mechanism, &form).into_iter().map(move |term| (of, term)));
-    let tried: Vec<(Option<Dependence>, Fitted)> =
-        terms.collect::<Vec<_>>().into_par_iter().map(|(of, term)| (Some(of), beside(base, term))).collect();
-    let tried = tried.into_iter().chain(stands_in.map(|f| (None, f.clone())));
+    let at = |(of, mechanism, form)| given.at_bonds(mechanism, &form).into_iter().map(move |term| (of, term));
+    dependences(&given.context, index).into_iter().flat_map(at).collect()
+}
+
+/// Probability of each, by its evidence, as laws learned of imposed motion are weighed, and by what it predicts of levels not seen,
+/// as names are.
+fn shares(all: &[Tried], given: f64, table: &Calibrated) -> Vec<f64> {
+    let score = |t: &Tried| {
+        let predicts = t.heldout.as_ref().filter(|h| h.nrmse > 0.0 && given > 0.0);
+        t.ln / table.learned.temperature
+            + t.ln_prior
+            + predicts.map_or(0.0, |h| table.of_heldout((given / h.nrmse).ln()))
+    };
+    let score: Vec<f64> = all.iter().map(score).collect();
+    let whole = ln_sum(&score);
+    score.iter().map(|s| if whole.is_finite() { (s - whole).exp() } else { 0.0 }).collect()
+}
+
+/// Fits to its end whatever is possible, until all of that is.
+fn end_what_is_possible(tried: &mut [Tried], given: f64, table: &Calibrated) {
+    loop {
+        let shares = shares(tried, given, table);
+        let mut unfinished: Vec<&mut Tried> = tried
+            .iter_mut()
+            .zip(shares)
+            .filter(|(t, share)| *share > POSSIBLE && t.is_unfinished())
+            .map(|t| t.0)
+            .collect();
+        if unfinished.is_empty() {
+            return;
+        }
+        unfinished.par_iter_mut().for_each(|t| match t.to_its_end() {
+            Some(ended) => **t = ended,
+            None => t.ended = true,
+        });
+    }
+}
+
+/// The forces that can be learned beside `base`, and what `stands_in` for them already, the likeliest first: of one dependence,
+/// and the likeliest of those with something beside it. What no shape explains counts as noise, as much as the shape of one
+/// dependence that explains most leaves: else every shape would be bent to follow it. What they predict of levels not seen counts
+/// as it does of names; `given`: the misfit over range of what the simulation as given predicts.
+pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Calibrated, given: f64) -> Vec<Force> {
+    let tried: Vec<(Vec<Dependence>, Fitted)> =
+        terms(base, 0).into_par_iter().map(|(of, term)| (vec![of], beside(base, term))).collect();
+    let tried = tried.into_iter().chain(stands_in.map(|f| (Vec::new(), f.clone())));
     let tried: Vec<_> = tried.filter(|(_, f)| f.chi2().is_finite()).collect();
     let Some((_, best)) = tried.iter().min_by(|a, b| a.1.chi2().total_cmp(&b.1.chi2())) else { return Vec::new() };
     let wider = Arc::new(widened(&base.data, best.overdispersion_up_to(f64::INFINITY).max(1.0)));
-    let again = |(depends, f): (Option<Dependence>, Fitted)| {
+    let again = |(depends, f): (Vec<Dependence>, Fitted)| {
         let start = evaluated(&wider, &f.structure, f.point());
-        let f = Fitted::from(&wider, f.structure, start, &OPTIONS);
-        // of noise alone: what a shape leaves is noise by now
-        let ln = *weighed(&f)?.ln[0].first()?;
-        Some(((depends, f), ln))
+        Tried::new(depends, None, Fitted::from(&wider, f.structure, start, &OPTIONS), 0.0)
     };
-    let (tried, ln): (Vec<_>, Vec<f64>) = tried.into_par_iter().filter_map(again).unzip();
-    let force = |((depends, f), probability): ((Option<Dependence>, Fitted), f64)| {
-        let heldout = (probability > POSSIBLE).then(|| held_out(&f));
-        let mut fitted = f.on(base.data.clone());
-        fitted.fit.point = evaluated(&base.data, &f.structure, f.point());
-        Force { depends, misfit: misfit(&fitted), fitted, probability, heldout }
+    let mut tried: Vec<Tried> = tried.into_par_iter().filter_map(again).collect();
+    let predict = |tried: &mut Vec<Tried>| {
+        end_what_is_possible(tried, given, table);
+        let shares = shares(tried, given, table);
+        let possible = tried.par_iter_mut().zip(shares).filter(|(t, share)| *share > POSSIBLE && t.heldout.is_none());
+        possible.for_each(|(t, _)| t.heldout = Some(held_out(&t.fitted)));
     };
-    let shares = posterior.shares(&ln);
-    let mut all: Vec<Force> = tried.into_par_iter().zip(shares).map(force).collect();
+    predict(&mut tried);
+    let alone = shares(&tried, given, table);
+    let alone = (0..tried.len()).filter(|i| !tried[*i].depends.is_empty() && !tried[*i].is_worse(given)).zip(alone);
+    if let Some((first, _)) = alone.max_by(|a, b| a.1.total_cmp(&b.1)) {
+        let pairs = pairs(base, &tried[first], table);
+        if let Some(better) =
+            pairs.iter().max_by(|a, b| a.ln.total_cmp(&b.ln)).and_then(|most| contained(most, &tried[first]))
+        {
+            tried[first] = better;
+        }
+        tried.extend(pairs);
+        predict(&mut tried);
+    }
+    let shares = shares(&tried, given, table);
+    let force = |(t, probability): (Tried, f64)| {
+        let mut fitted = t.fitted.on(base.data.clone());
+        fitted.fit.point = evaluated(&base.data, &t.fitted.structure, t.fitted.point());
+        Force { depends: t.depends, beside: t.beside, misfit: misfit(&fitted), fitted, probability, heldout: t.heldout }
+    };
+    let mut tried: Vec<(Tried, f64)> = tried.into_iter().zip(shares).collect();
+    tried.sort_by(|a, b| b.1.total_cmp(&a.1));
+    // of several forms of one mechanism the likeliest, with the probability of all
+    let mut each: Vec<(Tried, f64)> = Vec::new();
+    for (t, share) in tried {
+        match each.iter_mut().find(|(of, _)| of.depends == t.depends && of.beside == t.beside) {
+            Some((_, whole)) => *whole += share,
+            None => each.push((t, share)),
+        }
+    }
+    let mut all: Vec<Force> = each.into_par_iter().map(force).collect();
     all.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     all
 }
 
+/// `first` with everything beside it that acts in another place, each as likely beforehand: what can be learned, and the forms of
+/// the vocabulary.
+fn pairs(base: &Fitted, first: &Tried, table: &Calibrated) -> Vec<Tried> {
+    let learned = terms(base, 1).into_iter().filter(|(of, _)| first.depends.iter().all(|f| f.goes_with(*of)));
+    let origin = first.fitted.structure.last().map(|t| t.mechanism.origin);
+    let forms = base.structure.base().candidates().into_iter();
+    let forms = forms.filter(|t| t.mechanism.named && Some(t.mechanism.origin) != origin);
+    let second: Vec<_> = learned.map(|(of, term)| (Some(of), term)).chain(forms.map(|term| (None, term))).collect();
+    let ln_prior = table.learned.class - (second.len().max(1) as f64).ln();
+    let pair = |(of, term): (Option<Dependence>, Term)| {
+        let (fitted, mechanism) = match of {
+            Some(_) => (beside(&first.fitted, term), None),
+            // its form stands in for what has no name
+            None => {
+                let mechanism = stand_in(term.mechanism);
+                (first.fitted.add(&Term { mechanism, ..term }, STARTS, &OPTIONS)?, Some(mechanism.name))
+            }
+        };
+        let depends = first.depends.iter().copied().chain(of).collect();
+        Tried::new(depends, mechanism, fitted, ln_prior).filter(|t| t.fitted.chi2().is_finite())
+    };
+    second.into_par_iter().filter_map(pair).collect()
+}
+
+/// `first` fitted from where `pair`, which contains it, ends; None where that is no better.
+fn contained(pair: &Tried, first: &Tried) -> Option<Tried> {
+    let structure = first.fitted.structure.clone();
+    let mut at = pair.fitted.point().clone();
+    at.theta.truncate(first.fitted.point().theta.len());
+    let start = evaluated(&first.fitted.data, &structure, &at);
+    let fitted = Fitted::from(&first.fitted.data, structure, start, &OPTIONS);
+    Tried::new(first.depends.clone(), first.beside, fitted, first.ln_prior).filter(|t| t.ln > first.ln)
+}
+
+/// Starts of a form of the vocabulary beside what was learned.
+const STARTS: usize = 3;
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evidence::Evidences;
-    use crate::table::Table;
     use estimate::prepare::Prepared;
-    use mechanisms::learned_force::LearnedForce;
+    use mechanisms::learned_force::{LearnedForce, LearnedForces};
     use plant::recipe::{write_campaign, Recipe};
 
-    /// The simulation as given of a campaign that holds `force`, and what is learned beside it.
-    fn learned(force: LearnedForce) -> (Fitted, Vec<Force>) {
+    fn alone(force: LearnedForce) -> LearnedForces {
+        LearnedForces([force, LearnedForce::default()])
+    }
+
+    /// The simulation as given of a campaign that holds `forces`, and what is learned beside it.
+    fn learned(forces: LearnedForces) -> (Fitted, Vec<Force>) {
         let dir = tempfile::tempdir().unwrap();
         let mut recipe = Recipe::default();
-        recipe.physics.learned_force = force;
+        recipe.physics.learned_forces = forces;
         write_campaign(dir.path(), &recipe).unwrap();
         let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
         let prepared = Prepared::new(&campaign).unwrap();
         let base = Fitted::base(&prepared.data, &prepared.structure, &prepared.guess);
-        let posterior = Posterior::new(&Evidences::of(&base), &Table::calibrated());
-        let forces = learn(&base, None, &posterior);
+        let given = held_out(&base).nrmse;
+        let forces = learn(&base, None, &Calibrated::calibrated(), given);
         (base, forces)
     }
 
@@ -128,20 +281,16 @@ mod tests {
     fn a_force_that_gives_way_at_some_depth_is_learned_as_one_of_depth_and_predicts_levels_not_seen() {
         let mut force = LearnedForce { of: Dependence::Depth, range: 4e-4, ..LearnedForce::default() };
         (force.coefficients[2], force.coefficients[5]) = (20.0, -15.0);
-        let (base, forces) = learned(force);
+        let (base, forces) = learned(alone(force));
         let first = &forces[0];
-        assert_eq!(
-            first.depends,
-            Some(Dependence::Depth),
-            "{:?}",
-            forces.iter().map(|f| (f.depends, f.probability)).collect::<Vec<_>>()
-        );
+        let all: Vec<_> = forces.iter().map(|f| (f.words(), f.probability)).collect();
+        assert_eq!(first.depends, [Dependence::Depth], "{all:?}");
         assert!(first.probability > 0.5, "{}", first.probability);
         let (before, after) = (held_out(&base).nrmse, first.heldout.as_ref().unwrap().nrmse);
         assert!(after < 0.7 * before, "{after} of {before}");
         assert!(first.misfit < 0.7 * misfit(&base));
         assert!(first.fitted.chi2() < base.chi2());
-        let (columns, rows) = first.table(21);
+        let [(columns, rows)] = &first.tables(21)[..] else { panic!("one table") };
         assert!(columns.len() == 4 && rows.len() == 21 && rows.iter().all(|r| r.len() == 4));
     }
 
@@ -149,8 +298,25 @@ mod tests {
     fn a_force_in_flight_is_learned_as_one_on_the_body() {
         let mut force = LearnedForce { of: Dependence::Speed, speed: 1.0, ..LearnedForce::default() };
         (force.coefficients[0], force.coefficients[3]) = (8.0, 8.0);
-        let (_, forces) = learned(force);
+        let (_, forces) = learned(alone(force));
         let words = forces[0].words();
         assert!(words.starts_with("on the body"), "{words}");
+    }
+
+    #[test]
+    fn two_forces_that_act_in_different_places_are_learned_side_by_side() {
+        let mut depth = LearnedForce { of: Dependence::Depth, range: 4e-4, ..LearnedForce::default() };
+        (depth.coefficients[2], depth.coefficients[5]) = (20.0, -15.0);
+        let mut speed = LearnedForce { of: Dependence::Speed, speed: 1.0, ..LearnedForce::default() };
+        (speed.coefficients[0], speed.coefficients[3]) = (8.0, 8.0);
+        let (base, forces) = learned(LearnedForces([depth, speed]));
+        let first = &forces[0];
+        let all: Vec<_> = forces.iter().map(|f| (f.words(), f.probability)).collect();
+        let acts = |of: &str| first.words().contains(of);
+        assert!(acts("between the faces") && (acts("on the body") || first.beside.is_some()), "{all:?}");
+        let of_one: Vec<&Force> = forces.iter().filter(|f| f.depends.len() == 1 && f.beside.is_none()).collect();
+        assert!(of_one.iter().all(|f| first.misfit < f.misfit), "{all:?}");
+        let (before, after) = (held_out(&base).nrmse, first.heldout.as_ref().unwrap().nrmse);
+        assert!(after < 0.7 * before, "{after} of {before}");
     }
 }

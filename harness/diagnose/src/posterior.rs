@@ -98,8 +98,7 @@ fn ln_reliance(e: &Evidences, i: usize, table: &Table) -> f64 {
     let better = e.better(i).unwrap_or(0.0);
     let of = |is: bool, weight: f64| if is && !structure.names.is_empty() { weight } else { 0.0 };
     of(structure.at_bound, table.bound)
-        + table.heldout * better.max(0.0)
-        + table.worse * (-better).max(0.0)
+        + table.of_heldout(better)
         + of(e.levels < 2, table.one_level)
         + of(e.flat > 0.0 && limits_reading(&structure.names), table.flat)
 }

@@ -31,7 +31,7 @@ const OTHERS: usize = 5;
 const MOST: usize = 3;
 
 /// Nats that a fit whose structure is possible may still gain; more, and it is carried on.
-const PENDING: f64 = 1.0;
+pub const PENDING: f64 = 1.0;
 
 /// chi^2 within which two fits of one structure are the same fit.
 const SAME: f64 = 0.5;

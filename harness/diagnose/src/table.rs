@@ -72,6 +72,11 @@ impl Table {
         serde_json::from_str(include_str!("../calibration.json")).expect("the calibration is a table")
     }
 
+    /// ln weight of predictions of levels not seen, `better` times better than those of the simulation as given (its ln).
+    pub fn of_heldout(&self, better: f64) -> f64 {
+        self.heldout * better.max(0.0) + self.worse * (-better).max(0.0)
+    }
+
     /// ln weight of the discrepancy's size of this index.
     pub fn of_size(&self, i: usize) -> f64 {
         if i == 0 {

@@ -107,6 +107,13 @@ impl Dependence {
         }
     }
 
+    /// Whether a force of this and one of `other` may be learned side by side: they act in different places, so that neither
+    /// holds the other.
+    pub fn goes_with(self, other: Dependence) -> bool {
+        let place = |of: Dependence| (of.mechanism().origin, of == Dependence::Order);
+        place(self) != place(other)
+    }
+
     /// Whether it acts between the faces, and not on the body in flight.
     const fn is_contact(self) -> bool {
         use Dependence::*;
@@ -250,6 +257,54 @@ impl LearnedForce {
     }
 }
 
+/// Forces that were learned side by side.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LearnedForces(pub [LearnedForce; SIDE_BY_SIDE]);
+
+/// Forces that are learned side by side at most.
+pub const SIDE_BY_SIDE: usize = 2;
+
+impl LearnedForces {
+    /// The one that depends on `of`; None where none does.
+    pub fn of(&self, of: Dependence) -> Option<&LearnedForce> {
+        self.0.iter().find(|f| f.of == of)
+    }
+}
+
+impl Part for LearnedForces {
+    #[inline]
+    fn acts_on_face(&self) -> bool {
+        self.0.iter().any(LearnedForce::acts_on_face)
+    }
+
+    #[inline]
+    fn on_face(&self, x: f64, v: f64, f: f64) -> f64 {
+        self.0.iter().fold(f, |f, of| of.on_face(x, v, f))
+    }
+
+    #[inline]
+    fn on_body(&self, at: &Motion, f: f64) -> f64 {
+        self.0.iter().fold(f, |f, of| of.on_body(at, f))
+    }
+
+    #[inline]
+    fn needs_integration(&self) -> bool {
+        self.0.iter().any(LearnedForce::needs_integration)
+    }
+
+    fn wear(&self, history: &LoadHistory) -> Wear {
+        let all = self.0.iter().map(|of| of.wear(history));
+        all.fold(Wear { stiffness: 1.0, damping: 1.0 }, |a, b| Wear {
+            stiffness: a.stiffness * b.stiffness,
+            damping: a.damping * b.damping,
+        })
+    }
+
+    fn measure(&self, y: &mut [Vec<f64>; 3], at: &Sampling) {
+        self.0.iter().for_each(|of| of.measure(y, at));
+    }
+}
+
 impl Part for LearnedForce {
     #[inline]
     fn acts_on_face(&self) -> bool {
@@ -322,7 +377,8 @@ fn unit(of: Dependence, c: &Context) -> f64 {
     }
 }
 
-fn put(t: &[f64], c: &Context, p: &mut crate::physics::Physics, of: Dependence) {
+/// The force of that dependence with the coefficients `t`.
+fn of_coefficients(t: &[f64], c: &Context, of: Dependence) -> LearnedForce {
     let mut coefficients = [0.0; SERIES * TERMS];
     let unit = unit(of, c);
     for (a, t) in coefficients.iter_mut().zip(t) {
@@ -335,17 +391,30 @@ fn put(t: &[f64], c: &Context, p: &mut crate::physics::Physics, of: Dependence) 
         of if of.is_contact() => RANGE * c.scales.depth,
         _ => 0.5 * c.scales.speed * c.scales.length,
     };
-    p.learned_force = LearnedForce { of, coefficients, range, speed: c.scales.speed };
+    LearnedForce { of, coefficients, range, speed: c.scales.speed }
 }
 
-/// The forms of all that can be learned of a campaign whose motion is not imposed: what each depends on is its label. A fit
-/// starts from no force at all, which is the structure that it contains.
-pub fn dependences(c: &Context) -> Vec<(Dependence, &'static Mechanism, Form)> {
+/// The forms of a force of one dependence, as the first and as one beside it.
+macro_rules! forms_of {
+    ($of:expr) => {
+        (
+            $of,
+            [
+                |t, c, p| p.learned_forces.0[0] = of_coefficients(t, c, $of),
+                |t, c, p| p.learned_forces.0[1] = of_coefficients(t, c, $of),
+            ],
+        )
+    };
+}
+
+/// The forms of all that can be learned of a campaign whose motion is not imposed, as the force of this index of those side by
+/// side: what each depends on is its label. A fit starts from no force at all, which is the structure that it contains.
+pub fn dependences(c: &Context, index: usize) -> Vec<(Dependence, &'static Mechanism, Form)> {
     use Dependence::*;
     if c.scales.depth <= 0.0 || c.scales.speed <= 0.0 || c.scales.length <= 0.0 {
         return Vec::new();
     }
-    let form = |of: Dependence, apply: Apply| {
+    let form = |(of, apply): (Dependence, [Apply; SIDE_BY_SIDE])| {
         let parameter = |i: usize| {
             let sd = spread(i % TERMS);
             let name = format!("coefficient {}", i + 1);
@@ -363,33 +432,33 @@ pub fn dependences(c: &Context) -> Vec<(Dependence, &'static Mechanism, Form)> {
             starts,
             linear: false,
             extends: None,
-            apply,
+            apply: apply[index],
             describe: |_, _| Vec::new(),
         };
         (of, of.mechanism(), form)
     };
     let mut all = vec![
-        form(Depth, |t, c, p| put(t, c, p, Depth)),
-        form(DepthAndSpeed, |t, c, p| put(t, c, p, DepthAndSpeed)),
-        form(DepthAndDirection, |t, c, p| put(t, c, p, DepthAndDirection)),
-        form(DepthAndSpeedSquared, |t, c, p| put(t, c, p, DepthAndSpeedSquared)),
-        form(Place, |t, c, p| put(t, c, p, Place)),
-        form(PlaceAndSpeed, |t, c, p| put(t, c, p, PlaceAndSpeed)),
-        form(Speed, |t, c, p| put(t, c, p, Speed)),
+        form(forms_of!(Depth)),
+        form(forms_of!(DepthAndSpeed)),
+        form(forms_of!(DepthAndDirection)),
+        form(forms_of!(DepthAndSpeedSquared)),
+        form(forms_of!(Place)),
+        form(forms_of!(PlaceAndSpeed)),
+        form(forms_of!(Speed)),
     ];
     let [force, acceleration, penetration] = c.has;
     if force {
-        all.push(form(Reading(Channel::Force), |t, c, p| put(t, c, p, Reading(Channel::Force))));
+        all.push(form(forms_of!(Reading(Channel::Force))));
     }
     if acceleration {
-        all.push(form(Reading(Channel::Acceleration), |t, c, p| put(t, c, p, Reading(Channel::Acceleration))));
+        all.push(form(forms_of!(Reading(Channel::Acceleration))));
     }
     if penetration {
-        all.push(form(Reading(Channel::Penetration), |t, c, p| put(t, c, p, Reading(Channel::Penetration))));
-        all.push(form(Force, |t, c, p| put(t, c, p, Force)));
+        all.push(form(forms_of!(Reading(Channel::Penetration))));
+        all.push(form(forms_of!(Force)));
     }
     if c.scales.orders >= 3.0 {
-        all.push(form(Order, |t, c, p| put(t, c, p, Order)));
+        all.push(form(forms_of!(Order)));
     }
     all
 }

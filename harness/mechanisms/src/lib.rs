@@ -43,7 +43,7 @@ macro_rules! parts {
             jam => jam: jam::Jam;
             ripple => ripple: ripple::Ripple;
             latent_force => latent_force: latent_force::LatentForce;
-            learned_force => learned_force: learned_force::LearnedForce;
+            learned_force => learned_forces: learned_force::LearnedForces;
         }
     };
 }
@@ -92,6 +92,24 @@ const fn all() -> [Mechanism; CONTACT.len() + BESIDE.len()] {
         i += 1;
     }
     all
+}
+
+/// [`ALL`], none of which gives a name.
+static STAND_INS: [Mechanism; ALL.len()] = stand_ins();
+
+const fn stand_ins() -> [Mechanism; ALL.len()] {
+    let mut all = all();
+    let mut i = 0;
+    while i < all.len() {
+        all[i].named = false;
+        i += 1;
+    }
+    all
+}
+
+/// `mechanism` as one that gives no name: its form stands in for something else.
+pub fn stand_in(mechanism: &'static Mechanism) -> &'static Mechanism {
+    STAND_INS.iter().find(|m| m.name == mechanism.name).unwrap_or(mechanism)
 }
 
 /// The mechanism of that name.

@@ -229,19 +229,35 @@ fn learned(l: &learned::Learned) -> LearnedLaw {
 /// What was learned in motion; None where nothing was.
 fn learned_in_motion(d: &Decision) -> Option<LearnedLaw> {
     let best = d.force().or(d.forces.first())?;
-    let class = |f: &Force| {
-        let of = f.depends?;
-        let class =
-            LearnedClass { class: of.name(), mechanism: None, depends_on: of.words(), probability: f.probability };
-        (f.probability > SHOWN).then_some(class)
+    let parts = |f: &Force| -> Vec<LearnedClass> {
+        let of =
+            |class, mechanism, depends_on| LearnedClass { class, mechanism, depends_on, probability: f.probability };
+        let learned = f.depends.iter().map(|d| of(d.name(), None, d.words()));
+        let beside = f.beside.and_then(mechanisms::named);
+        learned.chain(beside.map(|m| of(m.name, Some(m.name), m.sentence))).collect()
     };
+    let mut classes: Vec<LearnedClass> = Vec::new();
+    for part in d.forces.iter().flat_map(parts) {
+        match classes.iter_mut().find(|c| c.class == part.class) {
+            Some(c) => c.probability += part.probability,
+            None => classes.push(part),
+        }
+    }
+    classes.retain(|c| c.probability > SHOWN);
+    classes.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    let possible = d.forces.iter().filter(|f| f.probability > SHOWN && !f.depends.is_empty());
+    let sets = possible.map(|f| LearnedSet {
+        classes: parts(f).iter().map(|c| c.class).collect(),
+        probability: f.probability,
+        misfit: f.misfit,
+    });
     Some(LearnedLaw {
         leads: d.force().is_some(),
         misfit_elastic: misfit(&d.base),
         misfit: best.misfit,
         heldout_nrmse: best.heldout.as_ref().map(|h| h.nrmse),
-        classes: d.forces.iter().filter_map(class).collect(),
-        sets: Vec::new(),
+        classes,
+        sets: sets.collect(),
     })
 }
 
@@ -395,11 +411,11 @@ fn unexplained(d: &Decision, f: &Findings) -> String {
 
 /// What a force learned in motion depends on, how surely, and what it leaves.
 fn learned_words(d: &Decision) -> String {
-    let Some((f, of)) = d.force().and_then(|f| Some((f, f.depends?))) else { return String::new() };
+    let Some(f) = d.force() else { return String::new() };
     format!(
         "a force of a shape of its own, learned and drawn in the report: it acts {}, by what was tried (probability {:.2}); with it \
          the simulation leaves {:.2} % of range, without it {:.2} %",
-        of.words(),
+        f.words(),
         f.probability,
         100.0 * f.misfit,
         100.0 * misfit(&d.base)

@@ -53,16 +53,19 @@ fn latent(o: &Outcome, answer: &Answer) -> std::io::Result<()> {
 const ROWS: usize = 201;
 
 /// learned/recordings/<recording>.csv: time, depth, force as read, of the law learned, and of each class of it;
-/// learned/law.csv: the force over depth, or over what else a force depends on that was learned in motion.
+/// learned/law.csv: the force over depth, or over what else a force depends on that was learned in motion; law_2.csv of the one
+/// beside it.
 fn learned(o: &Outcome, answer: &Answer) -> std::io::Result<()> {
     if let Some(f) = &o.force {
-        let (columns, rows) = f.table(ROWS);
-        let mut s = columns.join(",") + "\n";
-        for row in rows {
-            let row: Vec<String> = row.iter().map(|v| format!("{v:e}")).collect();
-            let _ = writeln!(s, "{}", row.join(","));
+        for (i, (columns, rows)) in f.tables(ROWS).into_iter().enumerate() {
+            let mut s = columns.join(",") + "\n";
+            for row in rows {
+                let row: Vec<String> = row.iter().map(|v| format!("{v:e}")).collect();
+                let _ = writeln!(s, "{}", row.join(","));
+            }
+            let name = if i == 0 { "learned/law.csv".into() } else { format!("learned/law_{}.csv", i + 1) };
+            answer.write(&name, s.as_bytes())?;
         }
-        answer.write("learned/law.csv", s.as_bytes())?;
     }
     let Some(l) = o.learned.as_ref().filter(|l| l.leads) else { return Ok(()) };
     let classes: Vec<&str> = l.law().classes().map(|c| c.name).collect();

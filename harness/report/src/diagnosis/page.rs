@@ -275,9 +275,9 @@ fn learned_in_motion(mut page: Page, o: &Outcome) -> Page {
         100.0 * law.map_or(f64::NAN, |l| l.misfit_elastic),
         100.0 * f.misfit
     ));
-    let (columns, rows) = f.table(POINTS);
-    let column = |i: usize| rows.iter().map(|r| r[i]).collect::<Vec<f64>>();
-    if let Some((over, curves)) = columns.split_first() {
+    for (columns, rows) in f.tables(POINTS) {
+        let column = |i: usize| rows.iter().map(|r| r[i]).collect::<Vec<f64>>();
+        let Some((over, curves)) = columns.split_first() else { continue };
         let x = column(0);
         let unit = |c: &str| c.rfind('[').map_or("", |i| &c[i..]).to_string();
         let mut chart = Chart::new("learned", over, &curves.first().map_or(String::new(), |c| unit(c)));
@@ -289,7 +289,8 @@ fn learned_in_motion(mut page: Page, o: &Outcome) -> Page {
     }
     let classes = law.iter().flat_map(|l| &l.classes);
     let row = |c: &diagnose::verdict::LearnedClass| {
-        vec![c.class.to_string(), format!("it acts {}", c.depends_on), probability(c.probability)]
+        let words = if c.mechanism.is_some() { c.depends_on.to_string() } else { format!("it acts {}", c.depends_on) };
+        vec![c.class.to_string(), words, probability(c.probability)]
     };
     page.table(&["tried", "in words", "probability"], &classes.map(row).collect::<Vec<_>>())
         .paragraph("learned/law.csv holds the curves; what was learned ends where the recordings end, and is held constant beyond.")
