@@ -96,7 +96,7 @@ def plant(campaign, into, effect, strength):
             w = csv.writer(out)
             w.writerow(head)
             for row, more in zip(rows, e):
-                w.writerow(row[:i] + [repr(float(row[i]) + more / si)] + row[i + 1:])
+                w.writerow(row[:i] + [repr(float(float(row[i]) + more / si))] + row[i + 1:])
 
 
 def verdict(folder):
@@ -135,7 +135,9 @@ def main():
     # every campaign by itself: one that cannot be judged ends no other
     for i, f in enumerate(folders):
         print(f"diagnosing {i + 1} of {len(folders)}: {f.name}", file=sys.stderr, flush=True)
-        subprocess.run([o.touchdown, "diagnose", f, "--out", o.out / "verdicts"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=os.environ)
+        ran = subprocess.run([o.touchdown, "diagnose", f, "--out", o.out / "verdicts"], capture_output=True, text=True, env=os.environ, check=False)
+        if verdict(o.out / "verdicts" / f.name) is None:
+            print(f"{f.name}: no verdict: {ran.stderr.strip().splitlines()[-1:]}", file=sys.stderr, flush=True)
     rows = {}
     for n, (of, effect, strength) in cases.items():
         v, plain = verdict(o.out / "verdicts" / n), names(verdict(o.out / "verdicts" / of))

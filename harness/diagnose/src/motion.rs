@@ -43,7 +43,7 @@ impl Force {
     /// Where it acts and what it depends on, in words; empty of what stood in before.
     pub fn words(&self) -> String {
         let learned = self.depends.iter().map(|of| of.words().to_string());
-        let beside = self.beside.map(|name| format!("as {} does", name.replace('_', " ")));
+        let beside = self.beside.map(|name| format!("{} stands in for the rest", name.replace('_', " ")));
         learned.chain(beside).collect::<Vec<_>>().join(", and ")
     }
 }
@@ -182,9 +182,9 @@ pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Calibrated, give
         possible.for_each(|(t, _)| t.heldout = Some(held_out(&t.fitted)));
     };
     predict(&mut tried);
-    let alone = shares(&tried, given, table);
-    let alone = (0..tried.len()).filter(|i| !tried[*i].depends.is_empty() && !tried[*i].is_worse(given)).zip(alone);
-    if let Some((first, _)) = alone.max_by(|a, b| a.1.total_cmp(&b.1)) {
+    let alone = tried.iter().zip(shares(&tried, given, table)).enumerate();
+    let alone = alone.filter(|(_, (t, _))| !t.depends.is_empty() && !t.is_worse(given));
+    if let Some((first, _)) = alone.max_by(|a, b| a.1 .1.total_cmp(&b.1 .1)) {
         let pairs = pairs(base, &tried[first], table);
         if let Some(better) =
             pairs.iter().max_by(|a, b| a.ln.total_cmp(&b.ln)).and_then(|most| contained(most, &tried[first]))
@@ -221,7 +221,9 @@ fn pairs(base: &Fitted, first: &Tried, table: &Calibrated) -> Vec<Tried> {
     let learned = terms(base, 1).into_iter().filter(|(of, _)| first.depends.iter().all(|f| f.goes_with(*of)));
     let origin = first.fitted.structure.last().map(|t| t.mechanism.origin);
     let forms = base.structure.base().candidates().into_iter();
-    let forms = forms.filter(|t| t.mechanism.named && Some(t.mechanism.origin) != origin);
+    let there = first.fitted.names();
+    let is_elsewhere = |t: &Term| Some(t.mechanism.origin) != origin && !there.contains(&t.name());
+    let forms = forms.filter(|t| t.mechanism.named && is_elsewhere(t));
     let second: Vec<_> = learned.map(|(of, term)| (Some(of), term)).chain(forms.map(|term| (None, term))).collect();
     let ln_prior = table.learned.class - (second.len().max(1) as f64).ln();
     let pair = |(of, term): (Option<Dependence>, Term)| {
