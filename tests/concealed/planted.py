@@ -96,7 +96,7 @@ def plant(campaign, into, effect, strength):
             w = csv.writer(out)
             w.writerow(head)
             for row, more in zip(rows, e):
-                w.writerow(row[:i] + [repr(float(float(row[i]) + more / si))] + row[i + 1:])
+                w.writerow(row[:i] + [repr(float(row[i]) + float(more) / si)] + row[i + 1:])
 
 
 def verdict(folder):

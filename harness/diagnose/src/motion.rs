@@ -1,12 +1,12 @@
-//! What is missing where the motion is not imposed: a force, or two that act in different places, learned as functions of what
+//! Forces that are missing where the motion is not imposed, one or two that act in different places: learned as functions of what
 //! they may depend on, through the integrated simulation. They have no names; what they depend on is said, and what they predict.
 
-use crate::evidence::{ln_sum, weighed};
+use crate::evidence::{ln_sum, weighed, Weighed};
 use crate::heldout::{held_out, HeldOut};
 use crate::posterior::POSSIBLE;
 use crate::predictions::Predictions;
 use crate::propose::PENDING;
-use crate::table::Table as Calibrated;
+use crate::table::Table;
 use estimate::fitted::Fitted;
 use estimate::problem::{Data, Options, Point, Problem};
 use estimate::structure::{Structure, Term};
@@ -34,8 +34,8 @@ pub struct Force {
 }
 
 impl Force {
-    /// What was learned as tables of so many rows, one for each dependence: its columns with their units, and the rows.
-    pub fn tables(&self, rows: usize) -> Vec<Table> {
+    /// The curves of each dependence, as tables of so many rows.
+    pub fn tables(&self, rows: usize) -> Vec<Curves> {
         let forces = &self.fitted.physics().learned_forces;
         self.depends.iter().filter_map(|of| Some(forces.of(*of)?.table(rows))).collect()
     }
@@ -48,8 +48,8 @@ impl Force {
     }
 }
 
-/// Columns with their units, and the rows.
-pub type Table = (Vec<&'static str>, Vec<Vec<f64>>);
+/// Curves that were learned: their columns with their units, and the rows.
+pub type Curves = (Vec<&'static str>, Vec<Vec<f64>>);
 
 /// How a force is learned.
 const OPTIONS: Options = Options { iterations: 60, tolerance: 1e-5, hopeless: 0.0, ceiling: f64::INFINITY };
@@ -79,37 +79,33 @@ pub fn misfit(f: &Fitted) -> f64 {
     Predictions::new(judged, &f.data, none).unwrap_or_else(|e| match e {}).misfit(&f.data)
 }
 
-/// A force fitted, with its ln evidence and the ln of its prior over that of a force of one dependence.
+/// A force fitted and weighed, with the ln of its prior over that of a force of one dependence.
 struct Tried {
     depends: Vec<Dependence>,
     beside: Option<&'static str>,
     fitted: Fitted,
-    ln: f64,
-    /// Nats of it that its fit would still gain.
-    pending: f64,
-    ended: bool,
+    weighed: Weighed,
     ln_prior: f64,
     heldout: Option<HeldOut>,
 }
 
 impl Tried {
-    /// None where it cannot be weighed. Of noise alone: what a shape leaves is noise by now.
+    /// None where it cannot be weighed.
     fn new(depends: Vec<Dependence>, beside: Option<&'static str>, fitted: Fitted, ln_prior: f64) -> Option<Tried> {
         let weighed = weighed(&fitted)?;
-        let ln = *weighed.ln[0].first().filter(|ln| ln.is_finite())?;
-        Some(Tried { depends, beside, fitted, ln, pending: weighed.pending, ended: false, ln_prior, heldout: None })
+        Some(Tried { depends, beside, fitted, weighed, ln_prior, heldout: None }).filter(|t| t.ln().is_finite())
     }
 
-    /// Whether its evidence counts on what its fit has not gained.
-    fn is_unfinished(&self) -> bool {
-        self.pending > PENDING && !self.ended
+    /// Its ln evidence, of noise alone: what a shape leaves is noise by now.
+    fn ln(&self) -> f64 {
+        self.weighed.ln[0][0]
     }
 
     /// The same fitted to its end; what it has not gained by then counts for nothing.
     fn to_its_end(&self) -> Option<Tried> {
-        let of = Tried::new(self.depends.clone(), self.beside, self.fitted.to_its_end(), self.ln_prior)?;
-        let ln = if of.pending > PENDING { of.ln - of.pending } else { of.ln };
-        Some(Tried { ln, ended: true, ..of })
+        let mut of = Tried::new(self.depends.clone(), self.beside, self.fitted.to_its_end(), self.ln_prior)?;
+        of.weighed.forgo_pending(PENDING);
+        Some(of)
     }
 
     /// Whether it is known to predict levels not seen worse than `given`, misfit over range.
@@ -118,7 +114,7 @@ impl Tried {
     }
 }
 
-/// What can be learned as the force of this index of those side by side.
+/// The terms of every dependence, as the force of this index of those side by side.
 fn terms(base: &Fitted, index: usize) -> Vec<(Dependence, Term)> {
     let given = base.structure.base();
     let at = |(of, mechanism, form)| given.at_bonds(mechanism, &form).into_iter().map(move |term| (of, term));
@@ -127,10 +123,10 @@ fn terms(base: &Fitted, index: usize) -> Vec<(Dependence, Term)> {
 
 /// Probability of each, by its evidence, as laws learned of imposed motion are weighed, and by what it predicts of levels not seen,
 /// as names are.
-fn shares(all: &[Tried], given: f64, table: &Calibrated) -> Vec<f64> {
+fn shares(all: &[Tried], given: f64, table: &Table) -> Vec<f64> {
     let score = |t: &Tried| {
         let predicts = t.heldout.as_ref().filter(|h| h.nrmse > 0.0 && given > 0.0);
-        t.ln / table.learned.temperature
+        t.ln() / table.learned.temperature
             + t.ln_prior
             + predicts.map_or(0.0, |h| table.of_heldout((given / h.nrmse).ln()))
     };
@@ -140,13 +136,13 @@ fn shares(all: &[Tried], given: f64, table: &Calibrated) -> Vec<f64> {
 }
 
 /// Fits to its end whatever is possible, until all of that is.
-fn end_what_is_possible(tried: &mut [Tried], given: f64, table: &Calibrated) {
+fn end_what_is_possible(tried: &mut [Tried], given: f64, table: &Table) {
     loop {
         let shares = shares(tried, given, table);
         let mut unfinished: Vec<&mut Tried> = tried
             .iter_mut()
             .zip(shares)
-            .filter(|(t, share)| *share > POSSIBLE && t.is_unfinished())
+            .filter(|(t, share)| *share > POSSIBLE && t.weighed.pending > PENDING)
             .map(|t| t.0)
             .collect();
         if unfinished.is_empty() {
@@ -154,7 +150,7 @@ fn end_what_is_possible(tried: &mut [Tried], given: f64, table: &Calibrated) {
         }
         unfinished.par_iter_mut().for_each(|t| match t.to_its_end() {
             Some(ended) => **t = ended,
-            None => t.ended = true,
+            None => t.weighed.pending = 0.0,
         });
     }
 }
@@ -163,7 +159,7 @@ fn end_what_is_possible(tried: &mut [Tried], given: f64, table: &Calibrated) {
 /// and the likeliest of those with something beside it. What no shape explains counts as noise, as much as the shape of one
 /// dependence that explains most leaves: else every shape would be bent to follow it. What they predict of levels not seen counts
 /// as it does of names; `given`: the misfit over range of what the simulation as given predicts.
-pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Calibrated, given: f64) -> Vec<Force> {
+pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Table, given: f64) -> Vec<Force> {
     let tried: Vec<(Vec<Dependence>, Fitted)> =
         terms(base, 0).into_par_iter().map(|(of, term)| (vec![of], beside(base, term))).collect();
     let tried = tried.into_iter().chain(stands_in.map(|f| (Vec::new(), f.clone())));
@@ -187,7 +183,7 @@ pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Calibrated, give
     if let Some((first, _)) = alone.max_by(|a, b| a.1 .1.total_cmp(&b.1 .1)) {
         let pairs = pairs(base, &tried[first], table);
         if let Some(better) =
-            pairs.iter().max_by(|a, b| a.ln.total_cmp(&b.ln)).and_then(|most| contained(most, &tried[first]))
+            pairs.iter().max_by(|a, b| a.ln().total_cmp(&b.ln())).and_then(|most| contained(most, &tried[first]))
         {
             tried[first] = better;
         }
@@ -217,7 +213,7 @@ pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Calibrated, give
 
 /// `first` with everything beside it that acts in another place, each as likely beforehand: what can be learned, and the forms of
 /// the vocabulary.
-fn pairs(base: &Fitted, first: &Tried, table: &Calibrated) -> Vec<Tried> {
+fn pairs(base: &Fitted, first: &Tried, table: &Table) -> Vec<Tried> {
     let learned = terms(base, 1).into_iter().filter(|(of, _)| first.depends.iter().all(|f| f.goes_with(*of)));
     let origin = first.fitted.structure.last().map(|t| t.mechanism.origin);
     let forms = base.structure.base().candidates().into_iter();
@@ -248,10 +244,10 @@ fn contained(pair: &Tried, first: &Tried) -> Option<Tried> {
     at.theta.truncate(first.fitted.point().theta.len());
     let start = evaluated(&first.fitted.data, &structure, &at);
     let fitted = Fitted::from(&first.fitted.data, structure, start, &OPTIONS);
-    Tried::new(first.depends.clone(), first.beside, fitted, first.ln_prior).filter(|t| t.ln > first.ln)
+    Tried::new(first.depends.clone(), first.beside, fitted, first.ln_prior).filter(|t| t.ln() > first.ln())
 }
 
-/// Starts of a form of the vocabulary beside what was learned.
+/// Starts from which a form of the vocabulary is fitted beside a learned force; the best fit counts, so that more cost time alone.
 const STARTS: usize = 3;
 
 #[cfg(test)]
@@ -275,7 +271,7 @@ mod tests {
         let prepared = Prepared::new(&campaign).unwrap();
         let base = Fitted::base(&prepared.data, &prepared.structure, &prepared.guess);
         let given = held_out(&base).nrmse;
-        let forces = learn(&base, None, &Calibrated::calibrated(), given);
+        let forces = learn(&base, None, &Table::calibrated(), given);
         (base, forces)
     }
 

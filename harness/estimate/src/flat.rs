@@ -29,7 +29,7 @@ impl FlatTop {
         is_at(reading.abs(), self.value.abs()) && reading.signum() == self.value.signum()
     }
 
-    /// What the channel reads of a true `value`.
+    /// The channel's reading of a `value` that may be beyond its range.
     pub fn read(&self, value: f64) -> f64 {
         if self.value >= 0.0 {
             value.min(self.value)
