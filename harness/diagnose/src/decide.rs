@@ -4,10 +4,10 @@
 use super::candidate::Candidate;
 use super::evidence::Evidences;
 use super::heldout::{folds, held_out, windows, Folds, HeldOut};
-use super::learned::{learned, Learned};
+use super::learned::{learned, Learned, Named};
 use super::material::remainder;
-use super::motion::{learn, Force};
-use super::posterior::{limits_reading, Cause, Posterior, POSSIBLE};
+use super::motion::{learn, learn_beside, Force, Loss};
+use super::posterior::{limits_reading, Cause, Posterior, POSSIBLE, UNKNOWN};
 use super::propose::Pool;
 use super::table::Table;
 use estimate::fitted::Fitted;
@@ -56,6 +56,10 @@ pub struct Decision {
     pub learned: Option<Learned>,
     /// Forces learned where it is not, the likeliest first; empty where that was not done.
     pub forces: Vec<Force>,
+    /// Index of the one of them that the recordings are simulated with; None where none is.
+    taken: Option<usize>,
+    /// Names of what it is the class of.
+    losses: Vec<Named>,
 }
 
 impl Decision {
@@ -109,6 +113,8 @@ impl Decision {
             windows: Vec::new(),
             learned: None,
             forces: Vec::new(),
+            taken: None,
+            losses: Vec::new(),
             base,
             chosen,
             singles,
@@ -127,8 +133,8 @@ impl Decision {
     }
 
     /// Names that were given for what was learned, with no form.
-    pub fn names_by_shape(&self) -> &[super::learned::Named] {
-        self.learned.as_ref().map_or(&[], |l| &l.names)
+    pub fn names_by_shape(&self) -> &[Named] {
+        self.learned.as_ref().map_or(&self.losses, |l| &l.names)
     }
 
     /// Whether what was learned takes the place of every form.
@@ -146,34 +152,113 @@ impl Decision {
         self.is_imposed() && self.posterior.unknown() > POSSIBLE
     }
 
-    /// Whether a force may be learned through the simulation: the motion is not imposed, and the likeliest cause is an unknown one,
-    /// but for a limit of a reading.
+    /// Whether a force may be learned through the simulation: the motion is not imposed, something is missing, and an unknown cause
+    /// is possible.
     pub fn may_learn_in_motion(&self) -> bool {
-        let of_physics = self.posterior.likely_names().iter().any(|n| !limits_reading(&[n]));
-        let is_unknown = self.posterior.causes.first().is_some_and(Cause::is_unknown);
-        !self.is_imposed() && is_unknown && !of_physics
+        !self.is_imposed() && !self.posterior.is_nothing() && self.posterior.unknown() > POSSIBLE
     }
 
-    /// Puts the likeliest force that can be learned in the place of what stands in for the unknown cause, unless it predicts
-    /// levels not seen worse than the simulation as given.
+    /// Whether what is chosen names more than a limit of a reading.
+    fn names_physics(&self) -> bool {
+        self.chosen.is_named() && self.chosen.names().iter().any(|n| !limits_reading(&[n]))
+    }
+
+    /// Learns forces through the simulation: beside what is named, or where nothing is, in the place of what stands in for the
+    /// unknown cause. The likeliest is taken, unless it predicts levels not seen worse than the simulation as given, or than what
+    /// is named alone.
     pub fn learn_in_motion(&mut self) {
+        if self.names_physics() {
+            self.learn_beside_names();
+        } else {
+            self.learn_the_unknown();
+        }
+    }
+
+    /// The likeliest force that predicts levels not seen no worse than a misfit of `most`, where it is one.
+    fn likeliest_force(&self, most: f64) -> Option<usize> {
+        let predicts = |f: &Force| f.heldout.as_ref().is_some_and(|h| h.nrmse <= most);
+        self.forces.iter().position(predicts).filter(|i| !self.forces[*i].depends.is_empty())
+    }
+
+    fn learn_beside_names(&mut self) {
+        let after = self.after.as_ref().map_or(f64::INFINITY, |a| a.nrmse);
+        self.forces = learn_beside(&self.chosen, &self.table, self.before.nrmse);
+        let names = self.chosen.names();
+        let by_name = self.losses_by_name();
+        for (name, share) in &by_name {
+            self.posterior = self.posterior.with_beside(&names, name, *share, self.table.level);
+        }
+        self.taken = self.likeliest_force(after.min(self.before.nrmse));
+        let Some(best) = self.force() else { return };
+        let after = best.heldout.clone();
+        self.overdispersion.1 = best.fitted.overdispersion();
+        self.after = after;
+        self.losses = self.likely_losses();
+        self.unexplained |= self.losses.is_empty();
+    }
+
+    fn learn_the_unknown(&mut self) {
         // a force on knots is one of the shapes that are learned
         let is_other = |t: &Term| !t.mechanism.named && t.name() != LATENT.name;
         let stands_in = Some(&self.chosen).filter(|c| c.structure.terms().iter().any(is_other));
         let limited = limits_reading(&self.chosen.names()) && self.chosen.is_named();
         let from = if limited { &self.chosen } else { &self.base };
         self.forces = learn(from, stands_in, &self.table, self.before.nrmse);
-        let predicts = |f: &&Force| f.heldout.as_ref().is_some_and(|h| h.nrmse <= self.before.nrmse);
-        let Some(best) = self.forces.iter().find(predicts).filter(|f| !f.depends.is_empty()) else { return };
-        self.chosen = best.fitted.clone();
-        self.overdispersion.1 = best.fitted.overdispersion();
-        self.after.clone_from(&best.heldout);
+        let by_name = self.losses_by_name();
+        if !by_name.is_empty() {
+            let rest = 1.0 - by_name.iter().map(|(_, share)| share).sum::<f64>();
+            let sets = by_name.iter().map(|(name, share)| (vec![*name], *share)).chain([(vec![UNKNOWN], rest)]);
+            self.posterior = self.posterior.refined(sets, self.table.level);
+        }
+        self.taken = self.likeliest_force(self.before.nrmse);
+        let Some(best) = self.force() else { return };
+        let (fitted, heldout) = (best.fitted.clone(), best.heldout.clone());
+        self.overdispersion.1 = fitted.overdispersion();
+        self.chosen = fitted;
+        self.after = heldout;
+        self.losses = self.likely_losses();
     }
 
-    /// The learned force that stands in for the unknown cause.
+    /// Names of what the forces learned are the class of, with their probability given that one of the forces is right.
+    fn losses_by_name(&self) -> Vec<(&'static str, f64)> {
+        let mut all: Vec<(&'static str, f64)> = Vec::new();
+        for (force, loss) in self.forces.iter().filter_map(|f| Some((f, f.loss?))) {
+            let share = force.probability * loss.probability;
+            match all.iter_mut().find(|(name, _)| *name == loss.mechanism.name) {
+                Some((_, whole)) => *whole += share,
+                None => all.push((loss.mechanism.name, share)),
+            }
+        }
+        all
+    }
+
+    /// The name of what the force that is taken is the class of, where it is more likely than not.
+    fn likely_losses(&self) -> Vec<Named> {
+        let likely = self.posterior.likely_names();
+        let loss = self.force().and_then(|f| f.loss).filter(|l| likely.contains(&l.mechanism.name));
+        let named = |l: Loss| Named {
+            mechanism: l.mechanism,
+            probability: self.posterior.of(l.mechanism.name),
+            also_possible: l.also_possible.to_vec(),
+            largest: l.largest,
+            shares: l.shares,
+        };
+        loss.into_iter().map(named).collect()
+    }
+
+    /// The learned force that the recordings are simulated with: in the place of the unknown cause, or beside what is named.
     pub fn force(&self) -> Option<&Force> {
-        let chosen = self.chosen.structure.forms();
-        self.forces.iter().find(|f| !f.depends.is_empty() && f.fitted.structure.forms() == chosen)
+        self.forces.get(self.taken?)
+    }
+
+    /// What the recordings are simulated with: what is chosen, and a force learned beside it.
+    pub fn simulated(&self) -> &Fitted {
+        self.force().map_or(&self.chosen, |f| &f.fitted)
+    }
+
+    /// Whether a force was learned beside what is named.
+    pub fn has_remainder(&self) -> bool {
+        self.force().is_some() && self.names_physics()
     }
 
     /// Takes the unknown cause apart into classes of forces that are learned as functions.

@@ -64,7 +64,7 @@ const QUIET: usize = 64;
 pub fn gather(c: &Campaign, search: &Search, d: &Decision, stage: &dyn Fn(&str)) -> Findings {
     let overdispersion = d.overdispersion.1.max(1.0);
     stage("mapping the misfit");
-    let mut f = Findings { map: map(&d.base, &d.chosen), caveats: caveats(c, d), ..Findings::default() };
+    let mut f = Findings { map: map(&d.base, d.simulated()), caveats: caveats(c, d), ..Findings::default() };
     stage("drawing nulls");
     f.alarm = alarm(search, &d.base, &d.chosen, d.gain);
     f.rivals = rivals(d);
@@ -88,7 +88,7 @@ pub fn gather(c: &Campaign, search: &Search, d: &Decision, stage: &dyn Fn(&str))
     }
     f.remainder = match &d.learned {
         Some(l) if l.leads => Remainder::of_a_law_learned(l.misfit, l.peaks(), d.unexplained),
-        _ => remainder(&d.chosen, d.unexplained),
+        _ => remainder(d.simulated(), d.unexplained),
     };
     // a stiffness that scatters between recordings is no force within one
     if d.unexplained && d.excess_scatter.is_none() && !d.is_learned() {

@@ -7,10 +7,13 @@ use crate::posterior::POSSIBLE;
 use crate::predictions::Predictions;
 use crate::propose::PENDING;
 use crate::table::Table;
+use crate::experiment::phi;
+use crate::phases::shares;
 use estimate::fitted::Fitted;
 use estimate::problem::{Data, Options, Point, Problem};
 use estimate::structure::{Structure, Term};
-use mechanisms::learned_force::{dependences, Dependence};
+use mechanisms::learned_force::{dependences, unit, Dependence, TERMS};
+use mechanisms::mechanism::{Mechanism, Origin};
 use mechanisms::stand_in;
 use rayon::prelude::*;
 use std::convert::Infallible;
@@ -31,6 +34,65 @@ pub struct Force {
     pub heldout: Option<HeldOut>,
     /// Misfit of the simulation with it on what it has seen, mean of rms over range of recordings and channels, 1.
     pub misfit: f64,
+    /// What takes energy out between the faces, where the class of the force has a name for that; None where it has none.
+    pub loss: Option<Loss>,
+}
+
+/// A mechanism that a learned force is the class of, because what of it depends on the speed takes energy out.
+#[derive(Clone, Copy)]
+pub struct Loss {
+    pub mechanism: &'static Mechanism,
+    /// Names that no function of this class parts from it.
+    pub also_possible: &'static [&'static str],
+    /// That it takes energy out, over all that was recorded, given the force.
+    pub probability: f64,
+    /// Its largest force, N.
+    pub largest: f64,
+    /// Share of the force's action in approach, loading, unloading and after.
+    pub shares: [f64; 4],
+}
+
+impl Loss {
+    /// What of the force `of`, fitted as term `term` of `f`, depends on the speed; None where that has no name, or the simulation
+    /// holds it already.
+    fn new(f: &Fitted, term: usize, of: Dependence) -> Option<Loss> {
+        let (name, also_possible) = of.loss()?;
+        let is_missing = |t: &Term| t.name() == name;
+        let known = f.names().contains(&name);
+        if known || !f.structure.base().candidates().iter().any(is_missing) {
+            return None;
+        }
+        let force = *f.physics().learned_forces.of(of)?;
+        let (mut taken, mut largest, mut squares) = ([0.0; TERMS], 0.0f64, 0.0);
+        for (r, rec) in f.data.records.iter().enumerate() {
+            let (trace, _) = f.predict(r);
+            let steps = rec.setup.time.windows(2).map(|w| w[1] - w[0]);
+            for (dt, (x, v)) in steps.zip(trace.position.iter().zip(&trace.velocity)) {
+                let with_speed = force.with_speed(*x, *v);
+                largest = largest.max(with_speed.abs());
+                squares += with_speed * with_speed;
+                taken.iter_mut().zip(force.powers(*x, *v)).for_each(|(sum, p)| *sum += p * dt);
+            }
+        }
+        if squares == 0.0 {
+            return None;
+        }
+        let whole: f64 = taken.iter().zip(&force.coefficients[TERMS..]).map(|(t, c)| t * c).sum();
+        let unit = unit(of, &f.structure.base().context);
+        let before: usize = f.structure.terms()[..term].iter().map(|t| t.form.parameters.len()).sum();
+        let first = f.structure.first_term() + before + TERMS;
+        let covariance = f.problem().covariance(f.point())?;
+        let pairs = (0..TERMS).flat_map(|i| (0..TERMS).map(move |j| (i, j)));
+        let variance: f64 = pairs.map(|(i, j)| taken[i] * covariance[(first + i, first + j)] * taken[j]).sum();
+        let sd = unit * variance.max(0.0).sqrt();
+        Some(Loss {
+            mechanism: mechanisms::named(name)?,
+            also_possible,
+            probability: if sd > 0.0 { phi(whole / sd) } else { f64::from(u8::from(whole > 0.0)) },
+            largest,
+            shares: shares(f, term),
+        })
+    }
 }
 
 impl Force {
@@ -108,6 +170,13 @@ impl Tried {
         Some(of)
     }
 
+    /// What of it takes energy out, where that has a name.
+    fn loss(&self) -> Option<Loss> {
+        let of = *self.depends.iter().find(|of| of.loss().is_some())?;
+        let term = self.fitted.structure.terms().iter().position(|t| t.form.label == of.words())?;
+        Loss::new(&self.fitted, term, of)
+    }
+
     /// Whether it is known to predict levels not seen worse than `given`, misfit over range.
     fn is_worse(&self, given: f64) -> bool {
         self.heldout.as_ref().is_some_and(|h| h.nrmse > given)
@@ -123,7 +192,7 @@ fn terms(base: &Fitted, index: usize) -> Vec<(Dependence, Term)> {
 
 /// Probability of each, by its evidence, as laws learned of imposed motion are weighed, and by what it predicts of levels not seen,
 /// as names are.
-fn shares(all: &[Tried], given: f64, table: &Table) -> Vec<f64> {
+fn probabilities(all: &[Tried], given: f64, table: &Table) -> Vec<f64> {
     let score = |t: &Tried| {
         let predicts = t.heldout.as_ref().filter(|h| h.nrmse > 0.0 && given > 0.0);
         t.ln() / table.learned.temperature
@@ -138,7 +207,7 @@ fn shares(all: &[Tried], given: f64, table: &Table) -> Vec<f64> {
 /// Fits to its end whatever is possible, until all of that is.
 fn end_what_is_possible(tried: &mut [Tried], given: f64, table: &Table) {
     loop {
-        let shares = shares(tried, given, table);
+        let shares = probabilities(tried, given, table);
         let mut unfinished: Vec<&mut Tried> = tried
             .iter_mut()
             .zip(shares)
@@ -156,29 +225,12 @@ fn end_what_is_possible(tried: &mut [Tried], given: f64, table: &Table) {
 }
 
 /// The forces that can be learned beside `base`, and what `stands_in` for them already, the likeliest first: of one dependence,
-/// and the likeliest of those with something beside it. What no shape explains counts as noise, as much as the shape of one
-/// dependence that explains most leaves: else every shape would be bent to follow it. What they predict of levels not seen counts
-/// as it does of names; `given`: the misfit over range of what the simulation as given predicts.
+/// and the likeliest of those with something beside it. What they predict of levels not seen counts as it does of names; `given`:
+/// the misfit over range of what the simulation as given predicts.
 pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Table, given: f64) -> Vec<Force> {
-    let tried: Vec<(Vec<Dependence>, Fitted)> =
-        terms(base, 0).into_par_iter().map(|(of, term)| (vec![of], beside(base, term))).collect();
-    let tried = tried.into_iter().chain(stands_in.map(|f| (Vec::new(), f.clone())));
-    let tried: Vec<_> = tried.filter(|(_, f)| f.chi2().is_finite()).collect();
-    let Some((_, best)) = tried.iter().min_by(|a, b| a.1.chi2().total_cmp(&b.1.chi2())) else { return Vec::new() };
-    let wider = Arc::new(widened(&base.data, best.overdispersion_up_to(f64::INFINITY).max(1.0)));
-    let again = |(depends, f): (Vec<Dependence>, Fitted)| {
-        let start = evaluated(&wider, &f.structure, f.point());
-        Tried::new(depends, None, Fitted::from(&wider, f.structure, start, &OPTIONS), 0.0)
-    };
-    let mut tried: Vec<Tried> = tried.into_par_iter().filter_map(again).collect();
-    let predict = |tried: &mut Vec<Tried>| {
-        end_what_is_possible(tried, given, table);
-        let shares = shares(tried, given, table);
-        let possible = tried.par_iter_mut().zip(shares).filter(|(t, share)| *share > POSSIBLE && t.heldout.is_none());
-        possible.for_each(|(t, _)| t.heldout = Some(held_out(&t.fitted)));
-    };
-    predict(&mut tried);
-    let alone = tried.iter().zip(shares(&tried, given, table)).enumerate();
+    let mut tried = alone(base, terms(base, 0), stands_in, |_| 0.0);
+    predict(&mut tried, given, table);
+    let alone = tried.iter().zip(probabilities(&tried, given, table)).enumerate();
     let alone = alone.filter(|(_, (t, _))| !t.depends.is_empty() && !t.is_worse(given));
     if let Some((first, _)) = alone.max_by(|a, b| a.1 .1.total_cmp(&b.1 .1)) {
         let pairs = pairs(base, &tried[first], table);
@@ -188,17 +240,64 @@ pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Table, given: f6
             tried[first] = better;
         }
         tried.extend(pairs);
-        predict(&mut tried);
+        predict(&mut tried, given, table);
     }
-    let shares = shares(&tried, given, table);
-    let force = |(t, probability): (Tried, f64)| {
-        let mut fitted = t.fitted.on(base.data.clone());
-        fitted.fit.point = evaluated(&base.data, &t.fitted.structure, t.fitted.point());
-        Force { depends: t.depends, beside: t.beside, misfit: misfit(&fitted), fitted, probability, heldout: t.heldout }
+    forces(base, tried, given, table)
+}
+
+/// What can be learned beside the mechanisms that `named` holds, and no force at all, the likeliest first: forces that act in other
+/// places than those, each with the prior of a second part.
+pub fn learn_beside(named: &Fitted, table: &Table, given: f64) -> Vec<Force> {
+    let origins: Vec<Origin> = named.structure.terms().iter().map(|t| t.mechanism.origin).collect();
+    let elsewhere: Vec<_> = terms(named, 0).into_iter().filter(|(of, _)| !origins.contains(&of.origin())).collect();
+    let ln_prior = ln_prior_of_second(elsewhere.len(), table);
+    let mut tried =
+        alone(named, elsewhere, Some(named), |depends| if depends.is_empty() { 0.0 } else { ln_prior });
+    predict(&mut tried, given, table);
+    forces(named, tried, given, table)
+}
+
+/// ln prior of each of so many things that may act beside a first.
+fn ln_prior_of_second(many: usize, table: &Table) -> f64 {
+    table.learned.class - (many.max(1) as f64).ln()
+}
+
+/// Every force of `terms` learned beside `from`, and what `stands_in` for one, fitted and weighed. What no shape explains counts as
+/// noise, as much as the shape that explains most leaves: else every shape would be bent to follow it.
+fn alone(
+    from: &Fitted,
+    terms: Vec<(Dependence, Term)>,
+    stands_in: Option<&Fitted>,
+    ln_prior: impl Fn(&[Dependence]) -> f64 + Sync,
+) -> Vec<Tried> {
+    let tried: Vec<(Vec<Dependence>, Fitted)> =
+        terms.into_par_iter().map(|(of, term)| (vec![of], beside(from, term))).collect();
+    let tried = tried.into_iter().chain(stands_in.map(|f| (Vec::new(), f.clone())));
+    let tried: Vec<_> = tried.filter(|(_, f)| f.chi2().is_finite()).collect();
+    let Some((_, best)) = tried.iter().min_by(|a, b| a.1.chi2().total_cmp(&b.1.chi2())) else { return Vec::new() };
+    let wider = Arc::new(widened(&from.data, best.overdispersion_up_to(f64::INFINITY).max(1.0)));
+    let again = |(depends, f): (Vec<Dependence>, Fitted)| {
+        let start = evaluated(&wider, &f.structure, f.point());
+        let ln_prior = ln_prior(&depends);
+        Tried::new(depends, None, Fitted::from(&wider, f.structure, start, &OPTIONS), ln_prior)
     };
+    tried.into_par_iter().filter_map(again).collect()
+}
+
+/// Fits to its end what is possible, and works out what it predicts of levels not seen.
+fn predict(tried: &mut [Tried], given: f64, table: &Table) {
+    end_what_is_possible(tried, given, table);
+    let shares = probabilities(tried, given, table);
+    let possible = tried.par_iter_mut().zip(shares).filter(|(t, share)| *share > POSSIBLE && t.heldout.is_none());
+    possible.for_each(|(t, _)| t.heldout = Some(held_out(&t.fitted)));
+}
+
+/// What was tried beside `from`, held against the recordings' own noise, the likeliest first; of several forms of one mechanism the
+/// likeliest, with the probability of all.
+fn forces(from: &Fitted, tried: Vec<Tried>, given: f64, table: &Table) -> Vec<Force> {
+    let shares = probabilities(&tried, given, table);
     let mut tried: Vec<(Tried, f64)> = tried.into_iter().zip(shares).collect();
     tried.sort_by(|a, b| b.1.total_cmp(&a.1));
-    // of several forms of one mechanism the likeliest, with the probability of all
     let mut each: Vec<(Tried, f64)> = Vec::new();
     for (t, share) in tried {
         match each.iter_mut().find(|(of, _)| of.depends == t.depends && of.beside == t.beside) {
@@ -206,6 +305,13 @@ pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Table, given: f6
             None => each.push((t, share)),
         }
     }
+    let force = |(t, probability): (Tried, f64)| {
+        let loss = Some(&t).filter(|_| probability > POSSIBLE).and_then(Tried::loss);
+        let mut fitted = t.fitted.on(from.data.clone());
+        fitted.fit.point = evaluated(&from.data, &t.fitted.structure, t.fitted.point());
+        let (misfit, heldout) = (misfit(&fitted), t.heldout);
+        Force { depends: t.depends, beside: t.beside, misfit, fitted, probability, heldout, loss }
+    };
     let mut all: Vec<Force> = each.into_par_iter().map(force).collect();
     all.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     all
@@ -221,7 +327,7 @@ fn pairs(base: &Fitted, first: &Tried, table: &Table) -> Vec<Tried> {
     let is_elsewhere = |t: &Term| Some(t.mechanism.origin) != origin && !there.contains(&t.name());
     let forms = forms.filter(|t| t.mechanism.named && is_elsewhere(t));
     let second: Vec<_> = learned.map(|(of, term)| (Some(of), term)).chain(forms.map(|term| (None, term))).collect();
-    let ln_prior = table.learned.class - (second.len().max(1) as f64).ln();
+    let ln_prior = ln_prior_of_second(second.len(), table);
     let pair = |(of, term): (Option<Dependence>, Term)| {
         let (fitted, mechanism) = match of {
             Some(_) => (beside(&first.fitted, term), None),
@@ -257,7 +363,7 @@ mod tests {
     use mechanisms::learned_force::{LearnedForce, LearnedForces};
     use plant::recipe::{write_campaign, Recipe};
 
-    fn alone(force: LearnedForce) -> LearnedForces {
+    fn by_itself(force: LearnedForce) -> LearnedForces {
         LearnedForces([force, LearnedForce::default()])
     }
 
@@ -279,7 +385,7 @@ mod tests {
     fn a_force_that_gives_way_at_some_depth_is_learned_as_one_of_depth_and_predicts_levels_not_seen() {
         let mut force = LearnedForce { of: Dependence::Depth, range: 4e-4, ..LearnedForce::default() };
         (force.coefficients[2], force.coefficients[5]) = (20.0, -15.0);
-        let (base, forces) = learned(alone(force));
+        let (base, forces) = learned(by_itself(force));
         let first = &forces[0];
         let all: Vec<_> = forces.iter().map(|f| (f.words(), f.probability)).collect();
         assert_eq!(first.depends, [Dependence::Depth], "{all:?}");
@@ -296,7 +402,7 @@ mod tests {
     fn a_force_in_flight_is_learned_as_one_on_the_body() {
         let mut force = LearnedForce { of: Dependence::Speed, speed: 1.0, ..LearnedForce::default() };
         (force.coefficients[0], force.coefficients[3]) = (8.0, 8.0);
-        let (_, forces) = learned(alone(force));
+        let (_, forces) = learned(by_itself(force));
         let words = forces[0].words();
         assert!(words.starts_with("on the body"), "{words}");
     }

@@ -103,6 +103,13 @@ fn ln_reliance(e: &Evidences, i: usize, table: &Table) -> f64 {
         + of(e.flat > 0.0 && limits_reading(&structure.names), table.flat)
 }
 
+/// Names in their order.
+fn sorted(names: &[&'static str]) -> Vec<&'static str> {
+    let mut v = names.to_vec();
+    v.sort_unstable();
+    v
+}
+
 impl Posterior {
     /// Of what was weighed, by `table`.
     pub fn new(e: &Evidences, table: &Table) -> Posterior {
@@ -145,11 +152,6 @@ impl Posterior {
     /// form of the vocabulary explains what was read.
     pub fn refined(&self, sets: impl Iterator<Item = (Vec<&'static str>, f64)>, level: f64) -> Posterior {
         let unknown = self.unknown();
-        let sorted = |names: &[&'static str]| {
-            let mut v = names.to_vec();
-            v.sort_unstable();
-            v
-        };
         let mut causes: Vec<Cause> = self.causes.iter().filter(|c| !c.is_unknown()).cloned().collect();
         for (names, share) in sets {
             let probability = unknown * share;
@@ -157,6 +159,21 @@ impl Posterior {
                 Some(c) => c.probability += probability,
                 None => causes.push(Cause { names, probability, structure: None, large: 0.0 }),
             }
+        }
+        Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
+    }
+
+    /// The same with the cause `names` parted: with a probability of `share`, given that cause, `beside` is missing too.
+    pub fn with_beside(&self, names: &[&'static str], beside: &'static str, share: f64, level: f64) -> Posterior {
+        let both = sorted(&[names, &[beside]].concat());
+        let (names, mut causes, mut parted) = (sorted(names), self.causes.clone(), 0.0);
+        for c in causes.iter_mut().filter(|c| sorted(&c.names) == names) {
+            parted += share * c.probability;
+            c.probability *= 1.0 - share;
+        }
+        match causes.iter_mut().find(|c| sorted(&c.names) == both) {
+            Some(c) => c.probability += parted,
+            None => causes.push(Cause { names: both, probability: parted, structure: None, large: 0.0 }),
         }
         Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
     }
@@ -532,6 +549,21 @@ mod tests {
         assert!((r.unknown() - 0.2).abs() < 1e-12 && (r.nothing() - 0.1).abs() < 1e-12, "{r:?}");
         assert!((r.causes.iter().map(|c| c.probability).sum::<f64>() - 1.0).abs() < 1e-12);
         assert_eq!(r.causes[0].names, ["gravity", "adhesion"]);
+    }
+
+    #[test]
+    fn what_is_missing_beside_a_cause_parts_it_alone() {
+        let cause = |names: &[&'static str], probability: f64| Cause {
+            names: names.to_vec(),
+            probability,
+            structure: Some(0),
+            large: 0.0,
+        };
+        let causes = vec![cause(&["gravity", "adhesion"], 0.6), cause(&["gravity"], 0.3), cause(&[UNKNOWN], 0.1)];
+        let p = Posterior { causes, credible: 3, ..Posterior::default() };
+        let parted = p.with_beside(&["adhesion", "gravity"], "fluid_drag", 0.75, 0.95);
+        assert!((parted.of("fluid_drag") - 0.45).abs() < 1e-12 && (parted.of("gravity") - 0.9).abs() < 1e-12);
+        assert!((parted.of("adhesion") - 0.6).abs() < 1e-12 && (parted.unknown() - 0.1).abs() < 1e-12, "{parted:?}");
     }
 
     #[test]

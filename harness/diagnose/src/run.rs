@@ -284,7 +284,8 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     let replaces = c.system.as_ref().is_none_or(|s| host::replaceable(s, calibrated.structure.bond()));
     let element = if settings.element && replaces && law.elastic.stiffness > 0.0 {
         stage("running the recordings through the element")?;
-        let through = decision.after.as_ref().filter(|_| relied_on && c.kind != Kind::System && !decision.is_learned());
+        let by_names = !decision.is_learned() && !decision.has_remainder();
+        let through = decision.after.as_ref().filter(|_| relied_on && c.kind != Kind::System && by_names);
         let through = through.map(|a| (&decision.chosen, a));
         let binaries = pack::Model::contact().libraries(settings.platforms);
         let overdispersion = decision.overdispersion.1.max(1.0);
@@ -300,13 +301,14 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     });
     findings.on_body = on_body.as_ref().map(|b| b.holds.clone());
     let traces = Traces::new(&decision.base, &decision.before);
-    let traces_after = decision.after.as_ref().map(|a| Traces::new(&decision.chosen, a));
+    let traces_after = decision.after.as_ref().map(|a| Traces::new(decision.simulated(), a));
+    let has_remainder = decision.has_remainder();
     // what is predicted with the mechanisms is what the FMU does
     if let (Some(a), Some(t)) = (&mut decision.after, element.as_ref().ok().and_then(|e| e.through.as_ref())) {
         a.predictions.clone_from(&t.predictions);
         a.nrmse = t.predictions.misfit(&prepared.data);
     }
-    if let (Some(a), Some(f)) = (&mut decision.after, &decision.folds) {
+    if let (Some(a), Some(f), false) = (&mut decision.after, &decision.folds, has_remainder) {
         f.put_in(a, &decision.chosen);
     }
     // what would be predicted worse is predicted by the simulation as given: a name is no reason to do worse

@@ -110,8 +110,22 @@ impl Dependence {
     /// Whether a force of this and one of `other` may be learned side by side: they act in different places, so that neither
     /// holds the other.
     pub fn goes_with(self, other: Dependence) -> bool {
-        let place = |of: Dependence| (of.mechanism().origin, of == Dependence::Order);
+        let place = |of: Dependence| (of.origin(), of == Dependence::Order);
         place(self) != place(other)
+    }
+
+    /// Where it acts.
+    pub fn origin(self) -> Origin {
+        self.mechanism().origin
+    }
+
+    /// Name of the mechanism whose class it is where its part that depends on the speed takes energy out, and the names that no
+    /// function of this class parts from it; None where the vocabulary has no name for the class.
+    pub const fn loss(self) -> Option<(&'static str, &'static [&'static str])> {
+        match self {
+            Dependence::DepthAndSpeed => Some(("hysteresis_damping", &["viscous_damping"])),
+            _ => None,
+        }
     }
 
     /// Whether it acts between the faces, and not on the body in flight.
@@ -202,7 +216,22 @@ impl LearnedForce {
 
     #[inline]
     fn is_on_body(&self) -> bool {
-        self.of.mechanism().origin == Origin::Motion && self.is_something()
+        self.of.origin() == Origin::Motion && self.is_something()
+    }
+
+    /// Force of what depends on the speed, N, at a depth and a velocity, m and m/s.
+    pub fn with_speed(&self, x: f64, v: f64) -> f64 {
+        self.on_face(x, v, 0.0) - self.on_face(x, 0.0, 0.0)
+    }
+
+    /// What each coefficient of the part that depends on the speed takes out at a depth and a velocity, m and m/s, where it is 1 N:
+    /// W. Their sum with the coefficients as factors is the power of that part.
+    pub fn powers(&self, x: f64, v: f64) -> [f64; TERMS] {
+        std::array::from_fn(|j| {
+            let mut alone = LearnedForce { coefficients: [0.0; SERIES * TERMS], ..*self };
+            alone.coefficients[TERMS + j] = 1.0;
+            alone.with_speed(x, v) * v
+        })
     }
 
     /// What was learned as a table of so many rows over its range: its columns with their units, and the rows. A force is given at
@@ -368,7 +397,7 @@ fn spread(j: usize) -> f64 {
 }
 
 /// What a coefficient of 1 stands for: N, the unit of a reading, or a factor e.
-fn unit(of: Dependence, c: &Context) -> f64 {
+pub fn unit(of: Dependence, c: &Context) -> f64 {
     match of {
         Dependence::Reading(channel) => c.top[channel.index()],
         Dependence::Force => c.scales.depth,
@@ -420,7 +449,7 @@ pub fn dependences(c: &Context, index: usize) -> Vec<(Dependence, &'static Mecha
             let name = format!("coefficient {}", i + 1);
             Parameter {
                 prior: Some((0.0, sd)),
-                dynamic: of.mechanism().origin != Origin::Chain,
+                dynamic: of.origin() != Origin::Chain,
                 ..parameter(&name, -50.0, 50.0, 1e-3)
             }
         };
@@ -501,6 +530,19 @@ mod tests {
         force.of = Dependence::PlaceAndSpeed;
         assert!((force.on_body(&at(-1.0, 2.0), 7.0) - (7.0 - 5.5)).abs() < 1e-12);
         assert!(!force.acts_on_face() && force.needs_integration());
+    }
+
+    #[test]
+    fn the_powers_of_the_coefficients_make_up_what_depends_on_the_speed_takes_out() {
+        let mut force =
+            LearnedForce { of: Dependence::DepthAndSpeed, range: 2.0, speed: 4.0, ..LearnedForce::default() };
+        (force.coefficients[0], force.coefficients[TERMS], force.coefficients[TERMS + 3]) = (3.0, 5.0, -2.0);
+        for (x, v) in [(0.5, 2.0), (1.5, -1.0)] {
+            let powers = force.powers(x, v);
+            let want = force.with_speed(x, v) * v;
+            assert!((5.0 * powers[0] - 2.0 * powers[3] - want).abs() < 1e-12 * want.abs());
+            assert!(powers[0] > 0.0, "a constant factor of the speed takes energy out on the way in and back");
+        }
     }
 
     #[test]

@@ -45,7 +45,7 @@ impl Verdict {
                     // a law that was learned is no fit of the simulation's parameters
                     Quality { heldout_nrmse: Some(after), chi2: None, converged: None }
                 } else {
-                    quality(after, &d.chosen)
+                    quality(after, d.simulated())
                 },
                 base_bias: Some(bias(d, f)),
                 folds_agree: d.folds.as_ref().map(|f| f.agreement(&d.chosen.names())),
@@ -392,6 +392,7 @@ fn unexplained(d: &Decision, f: &Findings) -> String {
         return format!("{beside}{}; the law learned leaves {:.1} % of range", of.join(", and one"), 100.0 * l.misfit);
     }
     let what = match d.chosen.structure.terms().iter().find(|t| !t.mechanism.named) {
+        _ if d.has_remainder() => format!("beside what is named, {}", learned_words(d)),
         Some(_) if d.force().is_some() => learned_words(d),
         Some(t) => format!("{} (a stand-in, fitted as: {})", t.mechanism.sentence, t.form.label),
         None if d.names_something() => {
