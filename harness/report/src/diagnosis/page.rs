@@ -268,9 +268,14 @@ const POINTS: usize = 201;
 fn learned_in_motion(mut page: Page, o: &Outcome) -> Page {
     let Some(f) = &o.force else { return page };
     let law = o.verdict.learned.as_ref();
+    let why = if o.verdict.missing.is_empty() {
+        "No mechanism known explains what was read."
+    } else {
+        "What is named does not explain all that was read."
+    };
     page = page.section("What was learned: a force of a shape of its own").paragraph(&format!(
-        "No mechanism known explains what was read. A force whose shape is free was fitted through the simulation, once for each \
-         thing that it may depend on; the likeliest acts {}. The simulation as given leaves {:.2} % of range, with it {:.2} %.",
+        "{why} A force whose shape is free was fitted through the simulation, once for each thing that it may depend on; the \
+         likeliest acts {}. The simulation as given leaves {:.2} % of range, with it {:.2} %.",
         f.words(),
         100.0 * law.map_or(f64::NAN, |l| l.misfit_elastic),
         100.0 * f.misfit
