@@ -19,7 +19,7 @@ pub struct FlatTop {
     pub channel: Channel,
     /// The reading that it ends in, in the channel's SI unit.
     pub value: f64,
-    /// ln of how much likelier the repeated readings are at the end of a range than by chance.
+    /// ln of how much likelier the repeated readings are at the end of a range than by chance, and that one ends there.
     pub nats: f64,
 }
 
@@ -87,11 +87,18 @@ pub fn flat_top(data: &Data) -> Option<FlatTop> {
         let all: Vec<Read> = data.records.iter().filter_map(turned).collect();
         let top = all.iter().flat_map(|r| &r.y).copied().fold(0.0, f64::max);
         let nats = nats(&all, top, data.noise[i].marginal(), data.kind == Kind::Indentation)?;
-        Some(FlatTop { channel, value: sign * top, nats })
+        Some(FlatTop { channel, value: sign * top, nats: nats + ln_share(&all, top) })
     };
     let ends = [Channel::Force, Channel::Acceleration].into_iter().flat_map(|c| [(c, 1.0), (c, -1.0)]);
     let all = ends.filter_map(of);
     all.max_by(|a, b| a.nats.total_cmp(&b.nats)).filter(|f| probability(f.nats) > 0.5)
+}
+
+/// ln of the share of a channel's readings, by magnitude, that `top` is: a range may end anywhere in it, so that it seldom ends
+/// among readings that are next to nothing, as the noise about zero is below a pulse.
+fn ln_share(all: &[Read], top: f64) -> f64 {
+    let most = all.iter().map(|r| largest(&r.y)).fold(top, f64::max);
+    (top / most).ln()
 }
 
 /// ln of how much likelier it is that so many readings are `top` where a range ends there than by chance; None where there are
@@ -190,6 +197,15 @@ mod tests {
         let top = all.iter().map(|y| largest(y)).fold(0.0, f64::max);
         let read = |y: &Vec<f64>| Read { y: y.clone(), moves: vec![true; y.len()] };
         nats(&all.iter().map(read).collect::<Vec<_>>(), top, 1e-3, is_imposed).unwrap()
+    }
+
+    #[test]
+    fn a_range_seldom_ends_among_readings_that_are_next_to_nothing() {
+        let read = |y: Vec<f64>| [Read { moves: vec![true; y.len()], y }];
+        let pulse = read(vec![-0.01, 0.0, -0.01, 0.5, 1.0, 0.5, -0.01]);
+        assert_eq!(ln_share(&pulse, 1.0), 0.0);
+        let turned = read(pulse[0].y.iter().map(|v| -v).collect());
+        assert!((ln_share(&turned, 0.01) - 0.01f64.ln()).abs() < 1e-12);
     }
 
     #[test]
