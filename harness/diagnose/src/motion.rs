@@ -1,14 +1,15 @@
 //! Forces that are missing where the motion is not imposed, one or two that act in different places: learned as functions of what
-//! they may depend on, through the integrated simulation. They have no names; what they depend on is said, and what they predict.
+//! they may depend on, through the integrated simulation. What they depend on is said, and what they predict; damping alone has a
+//! name, as the class that it is.
 
 use crate::evidence::{ln_sum, weighed, Weighed};
+use crate::experiment::phi;
 use crate::heldout::{held_out, HeldOut};
+use crate::phases::shares;
 use crate::posterior::POSSIBLE;
 use crate::predictions::Predictions;
 use crate::propose::PENDING;
 use crate::table::Table;
-use crate::experiment::phi;
-use crate::phases::shares;
 use estimate::fitted::Fitted;
 use estimate::problem::{Data, Options, Point, Problem};
 use estimate::structure::{Structure, Term};
@@ -251,8 +252,7 @@ pub fn learn_beside(named: &Fitted, table: &Table, given: f64) -> Vec<Force> {
     let origins: Vec<Origin> = named.structure.terms().iter().map(|t| t.mechanism.origin).collect();
     let elsewhere: Vec<_> = terms(named, 0).into_iter().filter(|(of, _)| !origins.contains(&of.origin())).collect();
     let ln_prior = ln_prior_of_second(elsewhere.len(), table);
-    let mut tried =
-        alone(named, elsewhere, Some(named), |depends| if depends.is_empty() { 0.0 } else { ln_prior });
+    let mut tried = alone(named, elsewhere, Some(named), |depends| if depends.is_empty() { 0.0 } else { ln_prior });
     predict(&mut tried, given, table);
     forces(named, tried, given, table)
 }
@@ -396,6 +396,53 @@ mod tests {
         assert!(first.fitted.chi2() < base.chi2());
         let [(columns, rows)] = &first.tables(21)[..] else { panic!("one table") };
         assert!(columns.len() == 4 && rows.len() == 21 && rows.iter().all(|r| r.len() == 4));
+    }
+
+    /// The simulation without hysteresis damping of a campaign that has it.
+    fn without_damping() -> Fitted {
+        let dir = tempfile::tempdir().unwrap();
+        write_campaign(dir.path(), &Recipe::default()).unwrap();
+        let mut campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        campaign.simulation.terms.retain(|t| t != "hysteresis_damping");
+        let prepared = Prepared::new(&campaign).unwrap();
+        Fitted::base(&prepared.data, &prepared.structure, &prepared.guess)
+    }
+
+    #[test]
+    fn a_force_of_depth_and_speed_that_takes_energy_out_is_damping() {
+        let base = without_damping();
+        let of = Dependence::DepthAndSpeed;
+        let fitted = |base: &Fitted| {
+            let (_, term) = terms(base, 0).into_iter().find(|(depends, _)| *depends == of).unwrap();
+            beside(base, term)
+        };
+        let damping = fitted(&base);
+        let loss = Loss::new(&damping, 0, of).unwrap();
+        assert_eq!(loss.mechanism.name, "hysteresis_damping");
+        assert!(loss.probability > 0.99 && loss.largest > 0.0, "{}", loss.probability);
+        // turned round it gives energy
+        let mut turned = damping;
+        let first = turned.structure.first_term() + TERMS;
+        turned.fit.point.theta[first..].iter_mut().for_each(|c| *c = -*c);
+        let loss = Loss::new(&turned, 0, of).unwrap();
+        assert!(loss.probability < 0.01, "{}", loss.probability);
+        // a simulation that holds it already names it no more
+        let is_damping = |t: &Term| t.name() == "hysteresis_damping";
+        let term = base.structure.base().candidates().into_iter().find(is_damping).unwrap();
+        let named = base.add(&term, 2, &OPTIONS).unwrap();
+        assert!(Loss::new(&fitted(&named), 1, of).is_none());
+    }
+
+    #[test]
+    fn beside_what_is_named_nothing_is_learned_where_nothing_is_left_and_nothing_in_the_same_place() {
+        let base = without_damping();
+        let given = held_out(&base).nrmse;
+        let is_damping = |t: &Term| t.name() == "hysteresis_damping";
+        let damping = base.structure.base().candidates().into_iter().find(is_damping).unwrap();
+        let named = base.add(&damping, 2, &OPTIONS).unwrap();
+        let forces = learn_beside(&named, &Table::calibrated(), given);
+        assert!(forces[0].depends.is_empty(), "{}", forces[0].words());
+        assert!(forces.iter().flat_map(|f| &f.depends).all(|of| of.origin() != Origin::Contact));
     }
 
     #[test]
