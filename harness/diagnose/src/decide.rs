@@ -174,25 +174,19 @@ impl Decision {
         }
     }
 
-    /// The likeliest force that predicts levels not seen no worse than a misfit of `most`, where it is one.
-    fn likeliest_force(&self, most: f64) -> Option<usize> {
-        let predicts = |f: &Force| f.heldout.as_ref().is_some_and(|h| h.nrmse <= most);
-        self.forces.iter().position(predicts).filter(|i| !self.forces[*i].depends.is_empty())
-    }
-
     fn learn_beside_names(&mut self) {
-        let after = self.after.as_ref().map_or(f64::INFINITY, |a| a.nrmse);
+        let most = self.after.as_ref().map_or(self.before.nrmse, |a| a.nrmse.min(self.before.nrmse));
         self.forces = learn_beside(&self.chosen, &self.table, self.before.nrmse);
-        let names = self.chosen.names();
-        let by_name = self.losses_by_name();
-        for (name, share) in &by_name {
-            self.posterior = self.posterior.with_beside(&names, name, *share, self.table.level);
-        }
-        self.taken = self.likeliest_force(after.min(self.before.nrmse));
-        let Some(best) = self.force() else { return };
-        let after = best.heldout.clone();
+        // the likeliest may be that there is none
+        let predicts = |f: &&Force| f.predicts(most) && !f.depends.is_empty();
+        let Some(best) = self.forces.first().filter(predicts) else { return };
         self.overdispersion.1 = best.fitted.overdispersion();
-        self.after = after;
+        self.after.clone_from(&best.heldout);
+        self.taken = Some(0);
+        let names = self.chosen.names();
+        for (name, share) in self.losses_by_name() {
+            self.posterior = self.posterior.with_beside(&names, name, share, self.table.level);
+        }
         self.losses = self.likely_losses();
         self.unexplained |= self.losses.is_empty();
     }
@@ -204,18 +198,19 @@ impl Decision {
         let limited = limits_reading(&self.chosen.names()) && self.chosen.is_named();
         let from = if limited { &self.chosen } else { &self.base };
         self.forces = learn(from, stands_in, &self.table, self.before.nrmse);
+        let first = self.forces.iter().position(|f| f.predicts(self.before.nrmse));
+        let Some(i) = first.filter(|i| !self.forces[*i].depends.is_empty()) else { return };
+        let best = &self.forces[i];
+        self.overdispersion.1 = best.fitted.overdispersion();
+        self.chosen = best.fitted.clone();
+        self.after.clone_from(&best.heldout);
+        self.taken = Some(i);
         let by_name = self.losses_by_name();
         if !by_name.is_empty() {
             let rest = 1.0 - by_name.iter().map(|(_, share)| share).sum::<f64>();
-            let sets = by_name.iter().map(|(name, share)| (vec![*name], *share)).chain([(vec![UNKNOWN], rest)]);
+            let sets = by_name.into_iter().map(|(name, share)| (vec![name], share)).chain([(vec![UNKNOWN], rest)]);
             self.posterior = self.posterior.refined(sets, self.table.level);
         }
-        self.taken = self.likeliest_force(self.before.nrmse);
-        let Some(best) = self.force() else { return };
-        let (fitted, heldout) = (best.fitted.clone(), best.heldout.clone());
-        self.overdispersion.1 = fitted.overdispersion();
-        self.chosen = fitted;
-        self.after = heldout;
         self.losses = self.likely_losses();
     }
 

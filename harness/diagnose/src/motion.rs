@@ -103,6 +103,11 @@ impl Force {
         self.depends.iter().filter_map(|of| Some(forces.of(*of)?.table(rows))).collect()
     }
 
+    /// Whether it predicts levels not seen no worse than a misfit over range of `most`.
+    pub fn predicts(&self, most: f64) -> bool {
+        self.heldout.as_ref().is_some_and(|h| h.nrmse <= most)
+    }
+
     /// Where it acts and what it depends on, in words; empty of what stood in before.
     pub fn words(&self) -> String {
         let learned = self.depends.iter().map(|of| of.words().to_string());
