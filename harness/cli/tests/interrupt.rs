@@ -57,7 +57,7 @@ fn what_is_under_way_is_named_and_leaves_nothing() {
 }
 
 #[test]
-fn a_fit_that_has_nothing_yet_writes_nothing() {
+fn a_fit_that_is_asked_to_end_at_once_writes_nothing_or_a_whole_answer() {
     let dir = tempfile::tempdir().unwrap();
     write_campaign(&dir.path().join("c"), &Recipe::default()).unwrap();
     let mut child = started(dir.path(), &["fit", "c", "--out", "out"]);
@@ -68,7 +68,9 @@ fn a_fit_that_has_nothing_yet_writes_nothing() {
     err.read_to_string(&mut said).unwrap();
     // asked before it could listen it ends as every process does
     assert!(code.is_none() || code == Some(143), "{said}");
-    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1, "{said}");
+    // on a busy machine it has something by then: what it has is given whole
+    let has_answer = dir.path().join("out/manifest.json").exists() && dir.path().join("out/fit.json").exists();
+    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1 + usize::from(has_answer), "{said}");
 }
 
 #[test]
