@@ -471,7 +471,7 @@ fn places(c: &Campaign, d: &Decision, f: &Findings, terms: &[(usize, [f64; 4])])
         place(c, d, f, &cause, shares)
     };
     let mut v: Vec<Place> = terms.iter().map(of_term).collect();
-    v.extend(d.names_by_shape().iter().map(|n| of_shape(c, n)));
+    v.extend(d.names_by_shape().iter().map(|n| of_shape(c, d, n)));
     if d.unexplained && terms.iter().all(|(i, _)| all[*i].mechanism.named) {
         if d.excess_scatter.is_some() {
             let cause = Located { origin: Origin::Contact.name(), what: "what differs between recordings", bond: None };
@@ -484,23 +484,25 @@ fn places(c: &Campaign, d: &Decision, f: &Findings, terms: &[(usize, [f64; 4])])
     v
 }
 
-/// Where a name sits whose shape was learned.
-fn of_shape(c: &Campaign, n: &Named) -> Place {
+/// Where a name sits whose shape was learned; it shows in the force, where that was read.
+fn of_shape(c: &Campaign, d: &Decision, n: &Named) -> Place {
     let strongest = strongest(&n.shares);
     let phase = PHASES[strongest];
+    let read = Channel::ALL.into_iter().find(|c| d.base.data.has(*c));
+    let channel = read.unwrap_or(Channel::Force).name();
     Place {
         origin: n.mechanism.origin.name(),
         bond: None,
         fmu: None,
         bonds: Vec::new(),
         phase,
-        channel: Channel::Force.name(),
+        channel,
         share: n.shares[strongest],
         levels: c.levels.iter().filter(|l| l.0.is_finite()).map(|l| l.0).collect(),
         recording: None,
         t_start: None,
         t_end: None,
-        text: format!("{} acts most in the {phase} phase and shows most clearly in force", n.mechanism.name),
+        text: format!("{} acts most in the {phase} phase and shows most clearly in {channel}", n.mechanism.name),
     }
 }
 
