@@ -58,7 +58,7 @@ pub struct Decision {
     pub forces: Vec<Force>,
     /// Index of the one of them that the recordings are simulated with; None where none is.
     taken: Option<usize>,
-    /// Names of what it is the class of.
+    /// Names of the mechanisms that this force is the class of.
     losses: Vec<Named>,
 }
 
@@ -158,7 +158,7 @@ impl Decision {
         !self.is_imposed() && !self.posterior.is_nothing() && self.posterior.unknown() > POSSIBLE
     }
 
-    /// Whether what is chosen names more than a limit of a reading.
+    /// Whether the chosen structure names more than a limit of a reading.
     fn names_physics(&self) -> bool {
         self.chosen.is_named() && self.chosen.names().iter().any(|n| !limits_reading(&[n]))
     }
@@ -246,7 +246,7 @@ impl Decision {
         self.forces.get(self.taken?)
     }
 
-    /// What the recordings are simulated with: what is chosen, and a force learned beside it.
+    /// The fit that the recordings are simulated with: the chosen structure, and a force learned beside it where one is.
     pub fn simulated(&self) -> &Fitted {
         self.force().map_or(&self.chosen, |f| &f.fitted)
     }

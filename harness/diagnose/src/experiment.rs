@@ -332,7 +332,7 @@ fn separation(a: &Fitted, b: &Fitted, rig: &Rig) -> Option<f64> {
     if !start.chi2.is_finite() {
         return None;
     }
-    // priors cost a little even at the truth: what `a` itself pays is not separation
+    // priors cost a little even where the fit is perfect: what `a` itself pays is not separation
     let own = {
         let model = model_of(a, rig.mass);
         Problem::new(&data, &model).evaluate(a.fit.point.theta.clone(), of_a).chi2

@@ -1,7 +1,7 @@
 //! Recordings predicted by parameters fitted without any recording of their own level; and by names chosen without it.
 
 use crate::evidence::{weighed, Evidences};
-use crate::posterior::Posterior;
+use crate::posterior::{sorted, Posterior};
 use crate::predictions::Predictions;
 use crate::table::Table;
 use estimate::fitted::Fitted;
@@ -53,11 +53,6 @@ impl Folds {
 
     /// Share of the folds that chose these names, 0 to 1.
     pub fn agreement(&self, names: &[&'static str]) -> f64 {
-        let sorted = |n: &[&'static str]| {
-            let mut v = n.to_vec();
-            v.sort_unstable();
-            v
-        };
         let same = self.names.iter().filter(|(_, n)| sorted(n) == sorted(names)).count();
         same as f64 / self.names.len().max(1) as f64
     }

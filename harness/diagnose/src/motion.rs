@@ -35,7 +35,7 @@ pub struct Force {
     pub heldout: Option<HeldOut>,
     /// Misfit of the simulation with it on what it has seen, mean of rms over range of recordings and channels, 1.
     pub misfit: f64,
-    /// What takes energy out between the faces, where the class of the force has a name for that; None where it has none.
+    /// The mechanism that the force is the class of; None where the vocabulary has no name for its class.
     pub loss: Option<Loss>,
 }
 
@@ -54,8 +54,8 @@ pub struct Loss {
 }
 
 impl Loss {
-    /// What of the force `of`, fitted as term `term` of `f`, depends on the speed; None where that has no name, or the simulation
-    /// holds it already.
+    /// The mechanism that a force of the dependence `of` is the class of, fitted as term `term` of `f`; None where its class has no
+    /// name, or the simulation holds the mechanism already.
     fn new(f: &Fitted, term: usize, of: Dependence) -> Option<Loss> {
         let (name, also_possible) = of.loss()?;
         let is_missing = |t: &Term| t.name() == name;
@@ -64,24 +64,21 @@ impl Loss {
             return None;
         }
         let force = *f.physics().learned_forces.of(of)?;
-        let (mut taken, mut largest, mut squares) = ([0.0; TERMS], 0.0f64, 0.0);
+        let (mut taken, mut largest) = ([0.0; TERMS], 0.0f64);
         for (r, rec) in f.data.records.iter().enumerate() {
             let (trace, _) = f.predict(r);
             let steps = rec.setup.time.windows(2).map(|w| w[1] - w[0]);
             for (dt, (x, v)) in steps.zip(trace.position.iter().zip(&trace.velocity)) {
-                let with_speed = force.with_speed(*x, *v);
-                largest = largest.max(with_speed.abs());
-                squares += with_speed * with_speed;
+                largest = largest.max(force.with_speed(*x, *v).abs());
                 taken.iter_mut().zip(force.powers(*x, *v)).for_each(|(sum, p)| *sum += p * dt);
             }
         }
-        if squares == 0.0 {
+        if largest == 0.0 {
             return None;
         }
         let whole: f64 = taken.iter().zip(&force.coefficients[TERMS..]).map(|(t, c)| t * c).sum();
         let unit = unit(of, &f.structure.base().context);
-        let before: usize = f.structure.terms()[..term].iter().map(|t| t.form.parameters.len()).sum();
-        let first = f.structure.first_term() + before + TERMS;
+        let first = f.structure.values_of(term).start + TERMS;
         let covariance = f.problem().covariance(f.point())?;
         let pairs = (0..TERMS).flat_map(|i| (0..TERMS).map(move |j| (i, j)));
         let variance: f64 = pairs.map(|(i, j)| taken[i] * covariance[(first + i, first + j)] * taken[j]).sum();
@@ -176,7 +173,7 @@ impl Tried {
         Some(of)
     }
 
-    /// What of it takes energy out, where that has a name.
+    /// The mechanism that one of its forces is the class of; None where none has a name.
     fn loss(&self) -> Option<Loss> {
         let of = *self.depends.iter().find(|of| of.loss().is_some())?;
         let term = self.fitted.structure.terms().iter().position(|t| t.form.label == of.words())?;
@@ -251,8 +248,8 @@ pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Table, given: f6
     forces(base, tried, given, table)
 }
 
-/// What can be learned beside the mechanisms that `named` holds, and no force at all, the likeliest first: forces that act in other
-/// places than those, each with the prior of a second part.
+/// Forces learned beside the mechanisms that `named` holds, and no force at all, the likeliest first: each acts in another place than
+/// the mechanisms, and has the prior of a second part.
 pub fn learn_beside(named: &Fitted, table: &Table, given: f64) -> Vec<Force> {
     let origins: Vec<Origin> = named.structure.terms().iter().map(|t| t.mechanism.origin).collect();
     let elsewhere: Vec<_> = terms(named, 0).into_iter().filter(|(of, _)| !origins.contains(&of.origin())).collect();
@@ -297,8 +294,8 @@ fn predict(tried: &mut [Tried], given: f64, table: &Table) {
     possible.for_each(|(t, _)| t.heldout = Some(held_out(&t.fitted)));
 }
 
-/// What was tried beside `from`, held against the recordings' own noise, the likeliest first; of several forms of one mechanism the
-/// likeliest, with the probability of all.
+/// The forces `tried` beside `from`, held against the recordings' own noise, the likeliest first; of several forms of one mechanism
+/// the likeliest, with the probability of all.
 fn forces(from: &Fitted, tried: Vec<Tried>, given: f64, table: &Table) -> Vec<Force> {
     let shares = probabilities(&tried, given, table);
     let mut tried: Vec<(Tried, f64)> = tried.into_iter().zip(shares).collect();

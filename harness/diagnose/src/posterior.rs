@@ -104,10 +104,18 @@ fn ln_reliance(e: &Evidences, i: usize, table: &Table) -> f64 {
 }
 
 /// Names in their order.
-fn sorted(names: &[&'static str]) -> Vec<&'static str> {
+pub(crate) fn sorted(names: &[&'static str]) -> Vec<&'static str> {
     let mut v = names.to_vec();
     v.sort_unstable();
     v
+}
+
+/// Adds to the probability of the cause of these `names`, sorted.
+fn add(causes: &mut Vec<Cause>, names: Vec<&'static str>, probability: f64) {
+    match causes.iter_mut().find(|c| sorted(&c.names) == names) {
+        Some(c) => c.probability += probability,
+        None => causes.push(Cause { names, probability, structure: None, large: 0.0 }),
+    }
 }
 
 impl Posterior {
@@ -154,11 +162,7 @@ impl Posterior {
         let unknown = self.unknown();
         let mut causes: Vec<Cause> = self.causes.iter().filter(|c| !c.is_unknown()).cloned().collect();
         for (names, share) in sets {
-            let probability = unknown * share;
-            match causes.iter_mut().find(|c| sorted(&c.names) == names) {
-                Some(c) => c.probability += probability,
-                None => causes.push(Cause { names, probability, structure: None, large: 0.0 }),
-            }
+            add(&mut causes, names, unknown * share);
         }
         Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
     }
@@ -171,10 +175,7 @@ impl Posterior {
             parted += share * c.probability;
             c.probability *= 1.0 - share;
         }
-        match causes.iter_mut().find(|c| sorted(&c.names) == both) {
-            Some(c) => c.probability += parted,
-            None => causes.push(Cause { names: both, probability: parted, structure: None, large: 0.0 }),
-        }
+        add(&mut causes, both, parted);
         Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
     }
 

@@ -282,9 +282,10 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     // of FMUs, where our element can take the place of a contact of theirs
     let calibrated = if holds { &decision.chosen } else { &decision.base };
     let replaces = c.system.as_ref().is_none_or(|s| host::replaceable(s, calibrated.structure.bond()));
+    let has_remainder = decision.has_remainder();
     let element = if settings.element && replaces && law.elastic.stiffness > 0.0 {
         stage("running the recordings through the element")?;
-        let by_names = !decision.is_learned() && !decision.has_remainder();
+        let by_names = !decision.is_learned() && !has_remainder;
         let through = decision.after.as_ref().filter(|_| relied_on && c.kind != Kind::System && by_names);
         let through = through.map(|a| (&decision.chosen, a));
         let binaries = pack::Model::contact().libraries(settings.platforms);
@@ -302,7 +303,6 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     findings.on_body = on_body.as_ref().map(|b| b.holds.clone());
     let traces = Traces::new(&decision.base, &decision.before);
     let traces_after = decision.after.as_ref().map(|a| Traces::new(decision.simulated(), a));
-    let has_remainder = decision.has_remainder();
     // what is predicted with the mechanisms is what the FMU does
     if let (Some(a), Some(t)) = (&mut decision.after, element.as_ref().ok().and_then(|e| e.through.as_ref())) {
         a.predictions.clone_from(&t.predictions);

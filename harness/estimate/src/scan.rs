@@ -80,7 +80,7 @@ mod tests {
     use plant::recipe::{write_campaign, Recipe};
 
     #[test]
-    fn the_scan_starts_near_the_truth_and_needs_penetration_and_force() {
+    fn the_scan_starts_near_the_law_that_was_simulated_and_needs_penetration_and_force() {
         let dir = tempfile::tempdir().unwrap();
         let recipe = Recipe::default();
         write_campaign(dir.path(), &recipe).unwrap();

@@ -284,7 +284,7 @@ impl Structure {
     }
 
     /// Where the values of term `i` stand among the parameters.
-    fn values_of(&self, i: usize) -> std::ops::Range<usize> {
+    pub fn values_of(&self, i: usize) -> std::ops::Range<usize> {
         let before: usize = self.terms[..i].iter().map(|t| t.form.parameters.len()).sum();
         let at = self.first_term() + before;
         at..at + self.terms[i].form.parameters.len()

@@ -224,8 +224,8 @@ impl LearnedForce {
         self.on_face(x, v, 0.0) - self.on_face(x, 0.0, 0.0)
     }
 
-    /// What each coefficient of the part that depends on the speed takes out at a depth and a velocity, m and m/s, where it is 1 N:
-    /// W. Their sum with the coefficients as factors is the power of that part.
+    /// Power, W, that the part which depends on the speed takes out at a depth and a velocity, m and m/s, by each of its coefficients
+    /// where that is 1 N. Their sum with the coefficients as factors is the power of the part.
     pub fn powers(&self, x: f64, v: f64) -> [f64; TERMS] {
         std::array::from_fn(|j| {
             let mut alone = LearnedForce { coefficients: [0.0; SERIES * TERMS], ..*self };
