@@ -147,9 +147,9 @@ impl Decision {
         self.base.data.records.iter().all(|r| !r.setup.imposed.is_empty())
     }
 
-    /// Whether what is missing may be learned as a function: the motion is imposed, and an unknown cause is possible.
+    /// Whether what is missing may be learned as a function: the motion is imposed, and something is missing.
     pub fn may_learn(&self) -> bool {
-        self.is_imposed() && self.posterior.unknown() > POSSIBLE
+        self.is_imposed() && !self.posterior.is_nothing()
     }
 
     /// Whether a force may be learned through the simulation: the motion is not imposed, something is missing, and an unknown cause

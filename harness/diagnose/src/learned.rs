@@ -2,10 +2,12 @@
 //! stand for, and predictions by laws that were learned without each level.
 
 use crate::decide::Decision;
+use crate::evidence::ln_sum;
 use crate::heldout::{groups, HeldOut};
 use crate::phases::over_their_sum;
-use crate::posterior::{limits_reading, Posterior, UNKNOWN};
+use crate::posterior::{limits_reading, Cause, Posterior, UNKNOWN};
 use crate::predictions::Predictions;
+use estimate::fitted::Fitted;
 use estimate::flat::{flat_top, FlatTop};
 use estimate::problem::Data;
 use learn::{highest, Class, Law, Recording, ALL};
@@ -152,8 +154,9 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let all = recordings(c, data, limit)?;
     let of = learn::learn(&all, &given, numbers)?;
     let names_of = |s: &learn::Set| names(&s.law.classes, &given, of.rates_differ);
-    let posterior = d.posterior.refined(of.sets.iter().map(|s| (names_of(s), s.probability)), d.table.level);
-    let leads = d.posterior.unknown() > 0.5;
+    let judged = d.posterior.with_unknown(ln_ahead_of_forms(d, &of, numbers), d.table.level);
+    let posterior = judged.refined(of.sets.iter().map(|s| (names_of(s), s.probability)), d.table.level);
+    let leads = judged.unknown() > judged.of_set(&d.chosen.names());
     let by_form: Vec<&'static str> = if leads { Vec::new() } else { d.chosen.names() };
     let likely: Vec<&'static str> = posterior.likely_names().into_iter().filter(|n| !by_form.contains(n)).collect();
     // of the sets that stand for what is named the likeliest that stands for nothing else
@@ -183,6 +186,53 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let mut learned = Learned { of, set, names: Vec::new(), heldout, courses, leads, misfit };
     learned.names = likely.into_iter().filter_map(|n| learned.named(n, &posterior)).collect();
     Some((learned, posterior))
+}
+
+/// ln of how much better the laws learned account for the recordings than the forms weighed do, the simulation as given among them,
+/// each form as likely as the decision's posterior has it. It is the evidence of a cause outside the vocabulary, which until
+/// something was learned had none of its own: an equation that leaves much of what a law of free shapes explains is not what is
+/// missing. 0 where no form was weighed.
+fn ln_ahead_of_forms(d: &Decision, of: &learn::Learned, numbers: &learn::Numbers) -> f64 {
+    let structures = &d.evidence.structures;
+    let given = ELASTIC + d.base.parameters() as usize;
+    let (base, n) = (misfit_of(&d.base), d.base.fit.samples as f64);
+    let noise = base * base * n / structures[0].chi2;
+    // laws are learned on means of samples, which hold less noise
+    let of_means = (of.scale.samples / n).min(1.0);
+    let of_form = |c: &Cause| {
+        let w = structures.get(c.structure?)?;
+        let left = (noise * ((w.chi2 / n - 1.0).max(0.0) + of_means)).sqrt();
+        // a limit of a reading is no law beside others: what it hides does not count where laws are learned
+        let causes = c.names.iter().filter(|n| !limits_reading(&[n])).count();
+        Some((c.probability.ln(), of.ln_weight_of(causes, given + w.parameters, left, numbers)))
+    };
+    let forms: Vec<(f64, f64)> = d.posterior.causes.iter().filter_map(of_form).collect();
+    let prior: Vec<f64> = forms.iter().map(|(p, _)| *p).collect();
+    let weight: Vec<f64> = forms.iter().map(|(p, w)| p + w).collect();
+    let ahead = of.ln_weight - (ln_sum(&weight) - ln_sum(&prior));
+    if ahead.is_finite() {
+        ahead
+    } else {
+        0.0
+    }
+}
+
+/// Parameters of the elastic law of a form: stiffness and power.
+const ELASTIC: usize = 2;
+
+/// Misfit of a fit in force, rms over the range of force read.
+fn misfit_of(f: &Fitted) -> f64 {
+    let force = Channel::Force.index();
+    let (mut squares, mut n, mut range) = (0.0, 0.0, 0.0f64);
+    for (r, rec) in f.data.records.iter().enumerate() {
+        let Some(left) = rec.left_of(Channel::Force, &f.predict(r).1[force]) else { continue };
+        range = range.max(record::range(rec.y[force].as_deref().unwrap_or_default()));
+        for (v, _) in left.iter().zip(&rec.weight[force]).filter(|(_, w)| **w > 0.0) {
+            squares += v * v;
+            n += 1.0;
+        }
+    }
+    (squares / f64::max(n, 1.0)).sqrt() / range
 }
 
 /// The law that each recording is predicted by: learned without the group it is in; of a single recording, from its first half.

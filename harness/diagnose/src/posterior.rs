@@ -167,6 +167,23 @@ impl Posterior {
         Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
     }
 
+    /// The same with the odds of the unknown cause multiplied by the exponential of `ln`.
+    pub fn with_unknown(&self, ln: f64, level: f64) -> Posterior {
+        let of = |c: &Cause| c.probability.ln() + if c.is_unknown() { ln } else { 0.0 };
+        let whole = ln_sum(&self.causes.iter().map(of).collect::<Vec<f64>>());
+        if !whole.is_finite() {
+            return self.clone();
+        }
+        let causes = self.causes.iter().map(|c| Cause { probability: (of(c) - whole).exp(), ..c.clone() }).collect();
+        Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
+    }
+
+    /// Probability of exactly these names.
+    pub fn of_set(&self, names: &[&'static str]) -> f64 {
+        let names = sorted(names);
+        self.causes.iter().filter(|c| sorted(&c.names) == names).map(|c| c.probability).sum()
+    }
+
     /// The same with the cause `names` parted: with a probability of `share`, given that cause, `beside` is missing too.
     pub fn with_beside(&self, names: &[&'static str], beside: &'static str, share: f64, level: f64) -> Posterior {
         let both = sorted(&[names, &[beside]].concat());
@@ -550,6 +567,25 @@ mod tests {
         assert!((r.unknown() - 0.2).abs() < 1e-12 && (r.nothing() - 0.1).abs() < 1e-12, "{r:?}");
         assert!((r.causes.iter().map(|c| c.probability).sum::<f64>() - 1.0).abs() < 1e-12);
         assert_eq!(r.causes[0].names, ["gravity", "adhesion"]);
+    }
+
+    #[test]
+    fn evidence_of_the_unknown_cause_leaves_the_odds_of_all_others() {
+        let cause = |names: &[&'static str], probability: f64| Cause {
+            names: names.to_vec(),
+            probability,
+            structure: Some(0),
+            large: 0.0,
+        };
+        let causes = vec![cause(&["gravity"], 0.6), cause(&["adhesion"], 0.3), cause(&[UNKNOWN], 0.1)];
+        let p = Posterior { causes, credible: 3, ..Posterior::default() };
+        let more = p.with_unknown(9f64.ln(), 0.95);
+        assert!((more.unknown() - 0.5).abs() < 1e-12 && (more.of("gravity") - 1.0 / 3.0).abs() < 1e-12, "{more:?}");
+        assert!(more.causes[0].is_unknown() && (more.of_set(&["adhesion"]) - 1.0 / 6.0).abs() < 1e-12);
+        let less = p.with_unknown(f64::NEG_INFINITY, 0.95);
+        assert!(less.unknown() == 0.0 && (less.of("gravity") - 2.0 / 3.0).abs() < 1e-12, "{less:?}");
+        let none = Posterior { causes: Vec::new(), ..p }.with_unknown(1.0, 0.95);
+        assert!(none.causes.is_empty());
     }
 
     #[test]

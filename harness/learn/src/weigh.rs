@@ -38,13 +38,30 @@ pub struct Set {
 pub struct Learned {
     /// The likeliest first; at least one.
     pub sets: Vec<Set>,
+    /// ln weight of all sets together, as [`Learned::ln_weight_of`] has that of a law found otherwise.
+    pub ln_weight: f64,
+    /// What the evidence was worked out with.
+    pub scale: Scale,
     /// Misfit of the elastic law alone, with what is given, rms over the range of force.
     pub elastic: f64,
     /// Whether rates or a hold part what depends on the rate from what depends on its direction alone.
     pub rates_differ: bool,
 }
 
+impl Numbers {
+    /// ln weight of a law with so many classes beyond what is given.
+    fn ln_weight(&self, classes: usize, ln_evidence: f64) -> f64 {
+        self.class * classes as f64 + ln_evidence / self.temperature
+    }
+}
+
 impl Learned {
+    /// ln weight of a law that was found otherwise, by the measure of the sets: `classes` causes beyond what is given, `parameters`
+    /// found, a misfit, rms over the range of force.
+    pub fn ln_weight_of(&self, classes: usize, parameters: usize, misfit: f64, numbers: &Numbers) -> f64 {
+        numbers.ln_weight(classes, self.scale.ln_evidence(misfit * misfit * self.scale.samples, parameters))
+    }
+
     /// Probability that a class is among what is missing.
     pub fn of(&self, class: usize) -> f64 {
         self.sets.iter().filter(|s| s.law.classes.contains(&class)).map(|s| s.probability).sum()
@@ -207,9 +224,7 @@ pub fn learn(recordings: &[Recording], given: &[usize], numbers: &Numbers) -> Op
         let best = each.max_by(|a, b| a.1.ln_evidence.total_cmp(&b.1.ln_evidence))?;
         Some((set.clone(), best))
     };
-    let score = |set: &[usize], fit: &Fit| {
-        numbers.class * (set.len() - given.len()) as f64 + fit.ln_evidence / numbers.temperature
-    };
+    let score = |set: &[usize], fit: &Fit| numbers.ln_weight(set.len() - given.len(), fit.ln_evidence);
     let mut least = given.to_vec();
     least.sort_unstable();
     let mut all: Weighed = weigh(&least).into_iter().collect();
@@ -250,7 +265,13 @@ pub fn learn(recordings: &[Recording], given: &[usize], numbers: &Numbers) -> Op
     };
     let mut sets: Vec<Set> = all.iter().map(set).collect();
     sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    Some(Learned { sets, elastic, rates_differ: rates_differ(&means, numbers.discrepancy) })
+    Some(Learned {
+        sets,
+        ln_weight: top + whole.ln(),
+        scale: placed[0].scale,
+        elastic,
+        rates_differ: rates_differ(&means, numbers.discrepancy),
+    })
 }
 
 #[cfg(test)]
