@@ -1,5 +1,6 @@
 //! Where FMUs have no processes of their own: nothing of [`Apart`] can be made, so nothing of it is ever called.
 
+use super::batch::Call;
 use super::here::Making;
 use super::isolation::Limits;
 use super::log::Log;
@@ -68,6 +69,7 @@ never! {
     get_real_output_derivatives(references: &[u32], orders: &[i32], values: &mut [f64]) -> Answer;
     get_directional_derivative(u: &[u32], k: &[u32], direction: &[f64], answer: &mut [f64]) -> Answer;
     do_step(time: f64, step: f64, never_back: bool) -> Answer;
+    batch(c: &[Call], n: bool, r: &[u32], v: &mut [f64]) -> Result<(), (usize, Box<Trouble>)>;
     get_state(slot: usize) -> Answer;
     set_state(slot: usize) -> Answer;
     free_state(slot: usize) -> Answer;

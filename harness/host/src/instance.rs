@@ -207,6 +207,11 @@ impl Instance {
         Ok(())
     }
 
+    /// Notes the simulation time reached, s.
+    pub(super) fn reached(&mut self, time: f64) {
+        self.time = Some(time);
+    }
+
     #[cold]
     pub(super) fn misuse(&self, why: impl Into<String>) -> HostError {
         HostError::Use { instance: self.name.clone(), why: why.into() }

@@ -7,6 +7,7 @@
 mod apart;
 mod archive;
 mod arithmetic;
+mod batch;
 mod coupled;
 mod description;
 mod error;
@@ -26,6 +27,7 @@ mod value;
 mod xml;
 
 pub use apart::serve;
+pub use batch::Call;
 pub use coupled::{handed_back, propose, replaceable, Fmus, Ours, Proposal, ProposedBond};
 pub use description::{Capabilities, Causality, Description, Kind, Start, Unit, Variability, Variable};
 pub use error::{end_asked, CallError, Discarded, HostError};

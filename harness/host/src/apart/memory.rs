@@ -42,6 +42,8 @@ struct Head {
     request: Turn,
     reply: Turn,
     log: Ends,
+    /// Which call of a batch the FMU's process is at.
+    at: AtomicU32,
 }
 
 /// The memory, mapped.
@@ -235,6 +237,16 @@ impl Shared {
             self.head().reply.hand(number, reply.len());
             true
         }
+    }
+
+    /// Notes which call of a batch is under way.
+    pub(super) fn note(&self, at: usize) {
+        self.head().at.store(at as u32, Ordering::Release);
+    }
+
+    /// Which call of a batch is, or was, under way; any number where the FMU wrote over it.
+    pub(super) fn noted(&self) -> usize {
+        self.head().at.load(Ordering::Acquire) as usize
     }
 
     /// Copies bytes of the ring, around its end where it is.

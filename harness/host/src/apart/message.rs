@@ -1,5 +1,6 @@
 //! What crosses between the host and an FMU's process: a request and its reply.
 
+use crate::batch::Call;
 use crate::here::Making;
 use crate::trouble::Trouble;
 use serde::{Deserialize, Serialize};
@@ -49,6 +50,12 @@ pub(super) enum Request<'a> {
         step: f64,
         never_back: bool,
     },
+    /// Calls in order, then reading.
+    Batch {
+        calls: Cow<'a, [Call<'a>]>,
+        never_back: bool,
+        read: References<'a>,
+    },
     GetState(usize),
     SetState(usize),
     FreeState(usize),
@@ -61,6 +68,7 @@ impl Request<'_> {
     pub(super) fn asked(&self) -> usize {
         match self {
             Request::GetReal(r) | Request::GetInteger(r) | Request::GetBoolean(r) | Request::GetString(r) => r.len(),
+            Request::Batch { read, .. } => read.len(),
             Request::GetRealOutputDerivatives(r, _) | Request::GetDirectionalDerivative(r, ..) => r.len(),
             _ => 0,
         }
@@ -78,6 +86,8 @@ pub(super) enum Reply {
     /// The binary was not loaded, or no instance was made: why.
     NotMade(String),
     Refused(Box<Trouble>),
+    /// Which call of a batch was refused.
+    RefusedAt(usize, Box<Trouble>),
 }
 
 /// How many kinds of reply hold values.

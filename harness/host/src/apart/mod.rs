@@ -12,6 +12,7 @@ mod serve;
 
 pub use serve::serve;
 
+use super::batch::Call;
 use super::here::Making;
 use super::isolation::Limits;
 use super::log::Log;
@@ -165,6 +166,11 @@ impl Apart {
         self.sooner.unwrap_or(self.limits.time)
     }
 
+    /// Longest time of one step.
+    fn longest_step(&self) -> Duration {
+        self.sooner.unwrap_or(self.limits.time + self.patience)
+    }
+
     /// Gives every call from now on this time at most, where it is less than the limit.
     pub(super) fn hurry(&mut self, longest: Duration) -> Answer {
         self.sooner = Some(longest).filter(|l| *l < self.limits.time);
@@ -308,8 +314,32 @@ impl Apart {
     }
 
     pub(super) fn do_step(&mut self, time: f64, step: f64, never_back: bool) -> Answer {
-        let longest = self.sooner.unwrap_or(self.limits.time + self.patience);
-        self.call_within(&Request::DoStep { time, step, never_back }, longest)
+        self.call_within(&Request::DoStep { time, step, never_back }, self.longest_step())
+    }
+
+    /// Makes the calls in order and reads Reals after them; an error comes with the place of the call it is of, that of the
+    /// reading being their number.
+    pub(super) fn batch(
+        &mut self,
+        calls: &[Call],
+        never_back: bool,
+        references: &[u32],
+        values: &mut [f64],
+    ) -> Result<(), (usize, Box<Trouble>)> {
+        let steps = calls.iter().filter(|c| matches!(c, Call::DoStep { .. })).count().max(1);
+        let longest = self.longest_step().saturating_mul(steps as u32);
+        self.shared.note(0);
+        let read = Borrowed(references);
+        let of_call = |at: usize| at.min(calls.len());
+        match self.ask(&Request::Batch { calls: Borrowed(calls), never_back, read }, longest) {
+            Ok(Reply::Reals(v)) if v.len() == values.len() => {
+                values.copy_from_slice(&v);
+                Ok(())
+            }
+            Ok(Reply::RefusedAt(at, t)) => Err((of_call(at), t)),
+            Ok(_) => Err((of_call(self.shared.noted()), self.nonsense())),
+            Err(t) => Err((of_call(self.shared.noted()), t)),
+        }
     }
 
     pub(super) fn get_state(&mut self, slot: usize) -> Answer {

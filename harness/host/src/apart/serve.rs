@@ -4,6 +4,7 @@ use super::memory::{Patience, Shared, LONGEST, WHOLE};
 use super::message::{Reply, Request};
 use super::process::kill_below;
 use super::ring::Ring;
+use crate::batch::Call;
 use crate::here::{self, Here, Making};
 use crate::log::Log;
 use crate::trouble::{misuse, Answer};
@@ -144,17 +145,46 @@ impl Server {
                 Reply::Done
             }
             request => match &mut self.slave {
-                Some(slave) => call(slave, request),
+                Some(slave) => match request {
+                    Request::Batch { calls, never_back, read } => batch(slave, self.shared, &calls, never_back, &read),
+                    request => call(slave, request),
+                },
                 None => Reply::Refused(misuse("there is no instance")),
             },
         }
     }
 }
 
+/// Makes the calls in order, each noted before it is made, and reads.
+fn batch(s: &mut Here, shared: &Shared, calls: &[Call], never_back: bool, references: &[u32]) -> Reply {
+    s.begin();
+    for (at, c) in calls.iter().enumerate() {
+        shared.note(at);
+        let done = match c {
+            Call::SetReal(r, v) => s.set_real(r, v),
+            Call::SetRealInputDerivatives(r, v) => s.set_real_input_derivatives(r, &vec![1; r.len()], v),
+            Call::DoStep { time, step } => s.do_step(*time, *step, never_back),
+        };
+        if let Err(t) = done {
+            return Reply::RefusedAt(at, t);
+        }
+    }
+    shared.note(calls.len());
+    let mut values = vec![0.0; references.len()];
+    if !references.is_empty() {
+        if let Err(t) = s.get_real(references, &mut values) {
+            return Reply::RefusedAt(calls.len(), t);
+        }
+    }
+    Reply::Reals(values)
+}
+
 fn call(s: &mut Here, request: Request) -> Reply {
     s.begin();
     match request {
-        Request::Load { .. } | Request::Instantiate(_) | Request::Free | Request::Unload => Reply::Done,
+        Request::Load { .. } | Request::Instantiate(_) | Request::Free | Request::Unload | Request::Batch { .. } => {
+            Reply::Done
+        }
         Request::Patience(p) => done(s.set_patience(p)),
         Request::SetDebugLogging(on, categories) => done(s.set_debug_logging(on, &categories)),
         Request::SetupExperiment(tolerance, start, stop) => done(s.setup_experiment(tolerance, start, stop)),

@@ -2,9 +2,10 @@
 
 use super::layout::{Fed, Layout, Port};
 use crate::master::build::{made, set_all, tolerance_of};
-use crate::Instance;
+use crate::{Call, Instance};
 use anyhow::{ensure, Result};
 use plant::machine::{Push, Running};
+use std::borrow::Cow;
 use std::time::Duration;
 
 /// Where on a straight line over a step the values stand that are held over its halves, so that both the integral and its first
@@ -149,24 +150,24 @@ impl Moving<'_> {
         }
     }
 
+    /// Sets the inputs of FMU `k` to where their sources are.
     fn set_inputs(&mut self, k: usize) -> Result<()> {
-        let part = &self.l.parts[k];
-        if part.inputs.is_empty() {
-            return Ok(());
-        }
-        let (mut references, mut values) = (Vec::new(), Vec::new());
-        for i in &part.inputs {
-            if i.held {
-                self.hold(k, i, self.end_of(i))?;
-            } else {
-                references.push(i.reference);
-                values.push(self.end_of(i));
-            }
-        }
+        self.hold_at_end(k)?;
+        let (references, values) = self.ends(k);
         if references.is_empty() {
             return Ok(());
         }
         Ok(self.instances[k].set_real(&references, &values)?)
+    }
+
+    /// Sets the inputs of FMU `k` that are held over a step to where their sources are.
+    fn hold_at_end(&mut self, k: usize) -> Result<()> {
+        self.l.parts[k].inputs.iter().filter(|i| i.held).try_for_each(|i| self.hold(k, i, self.end_of(i)))
+    }
+
+    /// The other inputs of FMU `k`, and where their sources are.
+    fn ends(&self, k: usize) -> (Vec<u32>, Vec<f64>) {
+        self.l.parts[k].inputs.iter().filter(|i| !i.held).map(|i| (i.reference, self.end_of(i))).unzip()
     }
 
     /// Sets an input that is held over a step.
@@ -188,6 +189,13 @@ impl Moving<'_> {
                 self.y[part.first + i] = self.instances[k].number(v.kind, *r)?;
             }
         }
+        self.check(k)
+    }
+
+    /// That what was read of FMU `k` are numbers.
+    fn check(&self, k: usize) -> Result<()> {
+        let part = &self.l.parts[k];
+        let to = part.first + part.outputs.len();
         if let Some(i) = (part.first..to).find(|i| !self.y[*i].is_finite()) {
             let name = &self.l.opened[k].outputs[i - part.first].name;
             let of = &self.l.opened[k].name;
@@ -221,28 +229,41 @@ impl Moving<'_> {
             starts.push(pushes[*b].start * port.from_si);
             slopes.push(pushes[*b].slope * port.from_si);
         }
-        let at = |share: f64| starts.iter().zip(&slopes).map(|(s, r)| s + share * h * r).collect::<Vec<f64>>();
-        let shares: &[f64] = if part.in_halves { &HALVES } else { &[0.5] };
+        let mut calls = Vec::new();
+        let set = |values: Vec<f64>| {
+            (!references.is_empty()).then(|| Call::SetReal(Cow::Borrowed(&references), Cow::Owned(values)))
+        };
         if part.orders > 0 {
+            calls.extend(set(starts));
             if !references.is_empty() {
-                self.instances[k].set_real(&references, &starts)?;
-                self.instances[k].set_real_input_derivatives(&references, &vec![1; references.len()], &slopes)?;
+                calls.push(Call::SetRealInputDerivatives(Cow::Borrowed(&references), Cow::Owned(slopes)));
             }
-            self.instances[k].do_step(self.time, h)?;
+            calls.push(Call::DoStep { time: self.time, step: h });
         } else {
+            let shares: &[f64] = if part.in_halves { &HALVES } else { &[0.5] };
             let each = h / shares.len() as f64;
             for (i, share) in shares.iter().enumerate() {
-                if !references.is_empty() {
-                    self.instances[k].set_real(&references, &at(*share))?;
-                }
-                self.instances[k].do_step(self.time + i as f64 * each, each)?;
+                calls.extend(set(starts.iter().zip(&slopes).map(|(s, r)| s + share * h * r).collect()));
+                calls.push(Call::DoStep { time: self.time + i as f64 * each, step: each });
             }
         }
         // what answers at once answers to the step's end
-        self.set_inputs(k)?;
+        let (mut fed, mut ends) = self.ends(k);
         for b in &part.bonds {
-            self.give(*b, pushes[*b].end)?;
+            let Some(port) = l.bonds[*b].port else { continue };
+            fed.push(port.reference);
+            ends.push(pushes[*b].end * port.from_si);
         }
+        let end = (!fed.is_empty()).then(|| Call::SetReal(Cow::Owned(fed), Cow::Owned(ends)));
+        if part.reals && part.inputs.iter().all(|i| !i.held) {
+            calls.extend(end);
+            let to = part.first + part.outputs.len();
+            self.instances[k].batch(&calls, &part.outputs, &mut self.y[part.first..to])?;
+            return self.check(k);
+        }
+        self.instances[k].batch(&calls, &[], &mut [])?;
+        self.hold_at_end(k)?;
+        self.instances[k].batch(end.as_slice(), &[], &mut [])?;
         self.read(k)
     }
 }
