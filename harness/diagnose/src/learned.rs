@@ -155,7 +155,12 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let of = learn::learn(&all, &given, numbers)?;
     let names_of = |s: &learn::Set| names(&s.law.classes, &given, of.rates_differ);
     let judged = d.posterior.with_unknown(ln_ahead_of_forms(d, &of, numbers), d.table.level);
-    let posterior = judged.refined(of.sets.iter().map(|s| (names_of(s), s.probability)), d.table.level);
+    let stands_for = |s: &learn::Set| {
+        let slow = learn::relaxes_instead(&s.law.classes).map(|c| names(&c, &given, of.rates_differ));
+        let share = s.probability / if slow.is_some() { 2.0 } else { 1.0 };
+        std::iter::once(names_of(s)).chain(slow).map(move |n| (n, share))
+    };
+    let posterior = judged.refined(of.sets.iter().flat_map(stands_for), d.table.level);
     let leads = judged.unknown() > judged.of_set(&d.chosen.names());
     let by_form: Vec<&'static str> = if leads { Vec::new() } else { d.chosen.names() };
     let likely: Vec<&'static str> = posterior.likely_names().into_iter().filter(|n| !by_form.contains(n)).collect();

@@ -25,6 +25,14 @@ pub struct Class {
 pub const PARTED_BY_RATES: (Option<&str>, &[&str]) =
     (Some("guide_friction"), &["viscoelastic_relaxation", "viscous_damping", "hysteresis_damping"]);
 
+/// The same classes without plasticity, where relaxation is among them: a branch that relaxes slower than the recordings last leaves
+/// what a permanent set leaves, and one touch of a place cannot part the two. Both are as likely beforehand.
+pub fn relaxes_instead(classes: &[usize]) -> Option<Vec<usize>> {
+    let is = |c: &usize, name: &str| ALL[*c].mechanism == Some(name);
+    let both = ["viscoelastic_relaxation", "plastic_indentation"].iter().all(|n| classes.iter().any(|c| is(c, n)));
+    both.then(|| classes.iter().copied().filter(|c| !is(c, "plastic_indentation")).collect())
+}
+
 /// The law that is there in any case: a sum of powers of the depth.
 pub fn elastic(p: &Path, _: &Press) -> Vec<Vec<f64>> {
     [1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0].map(|e| p.each(|i| p.below(i).powf(e))).to_vec()
@@ -237,4 +245,17 @@ fn plasticity(p: &Path, _: &Press) -> Vec<Vec<f64>> {
         }
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_permanent_set_beside_relaxation_may_be_a_slow_branch() {
+        let at = |name: &str| ALL.iter().position(|c| c.name == name).unwrap();
+        let (relaxation, plasticity, adhesion) = (at("relaxation"), at("plasticity"), at("adhesion"));
+        assert_eq!(relaxes_instead(&[relaxation, adhesion, plasticity]), Some(vec![relaxation, adhesion]));
+        assert!(relaxes_instead(&[adhesion, plasticity]).is_none() && relaxes_instead(&[relaxation]).is_none());
+    }
 }

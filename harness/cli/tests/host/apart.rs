@@ -2,7 +2,7 @@
 #![cfg(target_os = "linux")]
 
 use crate::spring;
-use host::{Fmu, HostError, Instance, Isolation, Limits, Status};
+use host::{Call, Fmu, HostError, Instance, Isolation, Limits, Status};
 use std::time::Duration;
 
 fn isolation() -> Isolation {
@@ -117,6 +117,55 @@ fn what_is_wrong_with_a_binary_is_told_where_it_is_seen() {
     spring::archive(&path, &[("modelDescription.xml", xml.as_bytes()), ("binaries/linux64/spring.so", b"no library")]);
     let e = Fmu::open_in(&path, &isolation()).unwrap_err().to_string();
     assert!(e.contains("x.fmu: its binary does not load"), "{e}");
+}
+
+/// A step of 1 ms from 1 s in two halves, as the coupling of systems makes it.
+fn halves(x: f64) -> [Call<'static>; 4] {
+    let set = |x: f64| Call::SetReal(vec![0, 1].into(), vec![x, 0.1].into());
+    let step = |time: f64| Call::DoStep { time, step: 5e-4 };
+    [set(x), step(1.0), set(2.0 * x), step(1.0005)]
+}
+
+#[test]
+fn calls_together_do_what_they_do_one_by_one() {
+    let together = |fmu: &Fmu| {
+        let (mut i, mut y) = (ready(fmu, 0), [0.0; 2]);
+        i.batch(&halves(0.3), &[2, 3], &mut y).unwrap();
+        let slope = Call::SetRealInputDerivatives(vec![0].into(), vec![3.0].into());
+        i.batch(&[slope, Call::DoStep { time: 1.001, step: 1e-3 }], &[], &mut []).unwrap();
+        [y[0], y[1], i.real(2).unwrap(), i.real(3).unwrap()].map(f64::to_bits)
+    };
+    let mut i = ready(&able(), 0);
+    i.set_real(&[0, 1], &[0.3, 0.1]).unwrap();
+    i.do_step(1.0, 5e-4).unwrap();
+    i.set_real(&[0, 1], &[0.6, 0.1]).unwrap();
+    i.do_step(1.0005, 5e-4).unwrap();
+    let y = [i.real(2).unwrap(), i.real(3).unwrap()];
+    i.set_real_input_derivatives(&[0], &[1], &[3.0]).unwrap();
+    i.do_step(1.001, 1e-3).unwrap();
+    let alone = [y[0], y[1], i.real(2).unwrap(), i.real(3).unwrap()].map(f64::to_bits);
+    assert_eq!(together(&able()), alone);
+    assert_eq!(together(&spring::direct()), alone);
+}
+
+#[test]
+fn what_fails_among_calls_together_is_named_as_alone() {
+    for manners in [1, 2, 3, 7] {
+        let tried = |fmu: &Fmu| {
+            let e = ready(fmu, manners).batch(&halves(0.3), &[2], &mut [0.0]);
+            e.map_err(|e| format!("{e}")).map_err(|e| e.split("; it logged").next().unwrap_or_default().to_string())
+        };
+        assert_eq!(tried(&able()), tried(&spring::direct()), "{manners}");
+    }
+    let said = |calls: &[Call], references: &[u32], values: &mut [f64]| {
+        ready(&able(), 0).batch(calls, references, values).unwrap_err().to_string()
+    };
+    assert!(said(&halves(0.3), &[99], &mut [0.0]).contains("fmi2GetReal"));
+    assert!(said(&halves(0.3), &[2, 3], &mut [0.0]).contains("2 value references and 1 values"));
+    let uneven = Call::SetReal(vec![0, 1].into(), vec![0.3].into());
+    assert!(said(&[uneven], &[], &mut []).contains("2 value references and 1 values"));
+    let unknown = Call::SetReal(vec![99].into(), vec![0.3].into());
+    assert!(said(&[unknown], &[], &mut []).contains("fmi2SetReal"));
 }
 
 #[test]
