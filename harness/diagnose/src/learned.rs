@@ -154,11 +154,16 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let all = recordings(c, data, limit)?;
     let of = learn::learn(&all, &given, numbers)?;
     let names_of = |s: &learn::Set| names(&s.law.classes, &given, of.rates_differ);
-    let judged = d.posterior.with_unknown(ln_ahead_of_forms(d, &of, numbers), d.table.level);
+    let forms = Forms::new(d, &of);
+    let judged = d.posterior.with_unknown(ln_ahead_of_forms(d, &of, &forms), d.table.level);
     let stands_for = |s: &learn::Set| {
-        let slow = learn::relaxes_instead(&s.law.classes).map(|c| names(&c, &given, of.rates_differ));
-        let share = s.probability / if slow.is_some() { 2.0 } else { 1.0 };
-        std::iter::once(names_of(s)).chain(slow).map(move |n| (n, share))
+        let slow = learn::relaxes_instead(&s.law.classes).map(|c| (names(&c, &given, of.rates_differ), 0.5));
+        let stiffens = || Some((vec![learn::GROWS], grows(s, &given, &of, &forms)?));
+        let instead = slow.or_else(stiffens);
+        let share = instead.as_ref().map_or(0.0, |i| i.1);
+        [(names_of(s), s.probability * (1.0 - share))]
+            .into_iter()
+            .chain(instead.map(|(names, share)| (names, s.probability * share)))
     };
     let posterior = judged.refined(of.sets.iter().flat_map(stands_for), d.table.level);
     let leads = judged.unknown() > judged.of_set(&d.chosen.names());
@@ -197,20 +202,8 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
 /// each form as likely as the decision's posterior has it. It is the evidence of a cause outside the vocabulary, which until
 /// something was learned had none of its own: an equation that leaves much of what a law of free shapes explains is not what is
 /// missing. 0 where no form was weighed.
-fn ln_ahead_of_forms(d: &Decision, of: &learn::Learned, numbers: &learn::Numbers) -> f64 {
-    let structures = &d.evidence.structures;
-    let given = ELASTIC + d.base.parameters() as usize;
-    let (base, n) = (misfit_of(&d.base), d.base.fit.samples as f64);
-    let noise = base * base * n / structures[0].chi2;
-    // laws are learned on means of samples, which hold less noise
-    let of_means = (of.scale.samples / n).min(1.0);
-    let of_form = |c: &Cause| {
-        let w = structures.get(c.structure?)?;
-        let left = (noise * ((w.chi2 / n - 1.0).max(0.0) + of_means)).sqrt();
-        // a limit of a reading is no law beside others: what it hides does not count where laws are learned
-        let causes = c.names.iter().filter(|n| !limits_reading(&[n])).count();
-        Some((c.probability.ln(), of.ln_weight_of(causes, given + w.parameters, left, numbers)))
-    };
+fn ln_ahead_of_forms(d: &Decision, of: &learn::Learned, forms: &Forms) -> f64 {
+    let of_form = |c: &Cause| Some((c.probability.ln(), forms.ln_weight(c.structure?)?));
     let forms: Vec<(f64, f64)> = d.posterior.causes.iter().filter_map(of_form).collect();
     let prior: Vec<f64> = forms.iter().map(|(p, _)| *p).collect();
     let weight: Vec<f64> = forms.iter().map(|(p, w)| p + w).collect();
@@ -220,6 +213,47 @@ fn ln_ahead_of_forms(d: &Decision, of: &learn::Learned, numbers: &learn::Numbers
     } else {
         0.0
     }
+}
+
+/// Forms by the measure of the laws learned.
+struct Forms<'a> {
+    d: &'a Decision,
+    of: &'a learn::Learned,
+    /// Variance of a sample's noise over the range of force squared, and samples.
+    noise: f64,
+    samples: f64,
+}
+
+impl<'a> Forms<'a> {
+    fn new(d: &'a Decision, of: &'a learn::Learned) -> Forms<'a> {
+        let (base, samples) = (misfit_of(&d.base), d.base.fit.samples as f64);
+        Forms { d, of, noise: base * base * samples / d.evidence.structures[0].chi2, samples }
+    }
+
+    /// ln weight of the structure of this index; 0 is the simulation as given. None where there is none.
+    fn ln_weight(&self, i: usize) -> Option<f64> {
+        let w = self.d.evidence.structures.get(i)?;
+        // laws are learned on means of samples, which hold less noise
+        let of_means = (self.of.scale.samples / self.samples).min(1.0);
+        let left = (self.noise * ((w.chi2 / self.samples - 1.0).max(0.0) + of_means)).sqrt();
+        // a limit of a reading is no law beside others: what it hides does not count where laws are learned
+        let causes = w.names.iter().filter(|n| !limits_reading(&[n])).count();
+        let parameters = ELASTIC + self.d.base.parameters() as usize + w.parameters;
+        Some(self.of.ln_weight_of(causes, parameters, left, &self.d.table.learned))
+    }
+}
+
+/// Probability that what a set adds to the simulation as given is a stiffness that grows: it holds no class, but its elastic law is a
+/// sum of several powers of the depth, where the simulation has one. It counts as a class against the simulation as given.
+fn grows(s: &learn::Set, given: &[usize], of: &learn::Learned, forms: &Forms) -> Option<f64> {
+    let powers = s.law.coefficients.first()?.iter().filter(|c| **c > 0.0).count();
+    let holds_it = given.iter().any(|c| ALL[*c].mechanism == Some(learn::GROWS));
+    if powers < 2 || holds_it || s.law.classes.iter().any(|c| !given.contains(c)) {
+        return None;
+    }
+    let ln_set = forms.d.table.learned.class + of.ln_weight + s.probability.ln();
+    let ln_given = forms.ln_weight(0)?;
+    Some(1.0 / (1.0 + (ln_given - ln_set).exp()))
 }
 
 /// Parameters of the elastic law of a form: stiffness and power.

@@ -25,6 +25,9 @@ pub struct Class {
 pub const PARTED_BY_RATES: (Option<&str>, &[&str]) =
     (Some("guide_friction"), &["viscoelastic_relaxation", "viscous_damping", "hysteresis_damping"]);
 
+/// The name of an elastic law of several powers of the depth, where the simulation has one power: a stiffness that grows.
+pub const GROWS: &str = "secondary_stiffening";
+
 /// The same classes without plasticity, where relaxation is among them: a branch that relaxes slower than the recordings last leaves
 /// what a permanent set leaves, and one touch of a place cannot part the two. Both are as likely beforehand.
 pub fn relaxes_instead(classes: &[usize]) -> Option<Vec<usize>> {
@@ -50,7 +53,7 @@ pub const ALL: [Class; 11] = [
     },
     Class {
         name: "stiffening",
-        mechanism: Some("secondary_stiffening"),
+        mechanism: Some(GROWS),
         also: &[],
         depends: "the depth alone, beyond some depth",
         needs_rates: false,

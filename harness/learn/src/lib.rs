@@ -12,7 +12,7 @@ pub mod law;
 pub mod press;
 pub mod weigh;
 
-pub use classes::{relaxes_instead, Class, ALL, PARTED_BY_RATES};
+pub use classes::{relaxes_instead, Class, ALL, GROWS, PARTED_BY_RATES};
 pub use law::Law;
 pub use press::{highest, Press, Recording};
 pub use weigh::{learn, Learned, Numbers, Set};
