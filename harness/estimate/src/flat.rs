@@ -68,10 +68,30 @@ impl Read {
     fn at(&self, top: f64) -> f64 {
         self.y.iter().zip(&self.moves).filter(|(v, moves)| **moves && is_at(**v, top)).count() as f64
     }
+
+    /// Whether a reading is `top`, moving or not.
+    fn reaches(&self, top: f64) -> bool {
+        self.y.iter().any(|v| is_at(*v, top))
+    }
 }
 
-/// Share of a recording's largest rate below which what is pressed is held.
+/// Share of a recording's middle rate below which what is pressed is held.
 const HELD: f64 = 0.1;
+
+/// The rate at which the middle of the way was gone, of rates at times: half of the way was gone slower. Neither holds nor single
+/// fast samples (a snap into contact) change it much.
+fn middle_rate(rates: &[f64], time: &[f64]) -> f64 {
+    let span = |i: usize| time[(i + 1).min(time.len() - 1)] - time[i.saturating_sub(1)];
+    let mut each: Vec<(f64, f64)> = (0..rates.len().min(time.len())).map(|i| (rates[i].abs(), span(i))).collect();
+    each.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let whole: f64 = each.iter().map(|(v, h)| v * h).sum();
+    let mut gone = 0.0;
+    let at = each.iter().find(|(v, h)| {
+        gone += v * h;
+        gone >= 0.5 * whole
+    });
+    at.map_or(0.0, |(v, _)| *v)
+}
 
 /// The channel that ends in a flat top, where that is more likely than not: at its largest reading or at its least.
 pub fn flat_top(data: &Data) -> Option<FlatTop> {
@@ -80,8 +100,8 @@ pub fn flat_top(data: &Data) -> Option<FlatTop> {
         let turned = |r: &Record| {
             let y: Vec<f64> = r.y[i].as_ref()?.iter().map(|v| sign * v).collect();
             let rates = &r.setup.imposed_rate;
-            let fast = largest(rates);
-            let moves = (0..y.len()).map(|k| rates.get(k).is_none_or(|v| v.abs() > HELD * fast)).collect();
+            let middle = middle_rate(rates, &r.setup.time);
+            let moves = (0..y.len()).map(|k| rates.get(k).is_none_or(|v| v.abs() > HELD * middle)).collect();
             Some(Read { y, moves })
         };
         let all: Vec<Read> = data.records.iter().filter_map(turned).collect();
@@ -122,7 +142,7 @@ fn nats(all: &[Read], top: f64, noise: f64, is_imposed: bool) -> Option<f64> {
             // mean fall of a parabola as wide as the half of the peak, over as many samples
             let width = r.y.iter().filter(|v| **v > 0.5 * top).count() as f64;
             spread += run * top * (run / width).powi(2) / 6.0;
-        } else {
+        } else if !r.reaches(top) {
             others += 1.0;
             let own = r.y.iter().copied().fold(0.0, f64::max);
             held += f64::from(u8::from(r.y.iter().filter(|v| is_at(**v, own)).count() >= FLAT));
@@ -206,6 +226,27 @@ mod tests {
         assert_eq!(ln_share(&pulse, 1.0), 0.0);
         let turned = read(pulse[0].y.iter().map(|v| -v).collect());
         assert!((ln_share(&turned, 0.01) - 0.01f64.ln()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_snap_and_a_hold_leave_the_middle_rate() {
+        let time: Vec<f64> = (0..300).map(f64::from).collect();
+        let rate = |i: usize| match i {
+            50 => 40.0,
+            0..100 => 1.0,
+            100..200 => 1e-3,
+            _ => -1.0,
+        };
+        assert_eq!(middle_rate(&(0..300).map(rate).collect::<Vec<_>>(), &time), 1.0);
+        assert_eq!(middle_rate(&[], &[]), 0.0);
+    }
+
+    #[test]
+    fn a_recording_that_is_at_the_top_at_rest_alone_speaks_for_no_hold() {
+        let cut = |moves: bool| Read { y: pulse(200, 1.4, 1.0, 1e-6), moves: vec![moves; 200] };
+        let all = [cut(true), cut(false), cut(false)];
+        assert!(nats(&all, 1.0, 1e-3, true).unwrap() > 100.0);
+        assert!(nats(&all[1..], 1.0, 1e-3, true).is_none());
     }
 
     #[test]

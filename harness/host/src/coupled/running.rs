@@ -254,7 +254,7 @@ impl Moving<'_> {
             fed.push(port.reference);
             ends.push(pushes[*b].end * port.from_si);
         }
-        let end = (!fed.is_empty()).then(|| Call::SetReal(Cow::Owned(fed), Cow::Owned(ends)));
+        let end = (!fed.is_empty()).then_some(Call::SetReal(Cow::Owned(fed), Cow::Owned(ends)));
         if part.reals && part.inputs.iter().all(|i| !i.held) {
             calls.extend(end);
             let to = part.first + part.outputs.len();
