@@ -230,7 +230,7 @@ impl<'a> Forms<'a> {
         Forms { d, of, noise: base * base * samples / d.evidence.structures[0].chi2, samples }
     }
 
-    /// ln weight of the structure of this index; 0 is the simulation as given. None where there is none.
+    /// ln weight of the structure of this index; 0 is the simulation as given. None where there is none, or nothing is left to weigh.
     fn ln_weight(&self, i: usize) -> Option<f64> {
         let w = self.d.evidence.structures.get(i)?;
         // laws are learned on means of samples, which hold less noise
@@ -239,7 +239,8 @@ impl<'a> Forms<'a> {
         // a limit of a reading is no law beside others: what it hides does not count where laws are learned
         let causes = w.names.iter().filter(|n| !limits_reading(&[n])).count();
         let parameters = ELASTIC + self.d.base.parameters() as usize + w.parameters;
-        Some(self.of.ln_weight_of(causes, parameters, left, &self.d.table.learned))
+        // recordings without any noise leave nothing to compare
+        Some(self.of.ln_weight_of(causes, parameters, left, &self.d.table.learned)).filter(|ln| ln.is_finite())
     }
 }
 

@@ -317,6 +317,15 @@ mod tests {
         let l = learn(&[press(0, |x, _, _| hertz(x))], &[], &NUMBERS).unwrap();
         assert!(named(&l).is_empty(), "{:?}", l.sets[0]);
         assert!(l.elastic < 0.005 && !l.rates_differ);
+        // a law found otherwise that leaves as much, of as many parameters, weighs as much
+        let none = l.sets.iter().find(|s| s.law.classes.is_empty()).unwrap();
+        let shapes = none.law.coefficients[0].iter().filter(|c| **c > 0.0).count();
+        let ln = l.ln_weight_of(0, shapes, none.misfit, &NUMBERS);
+        assert!((ln - l.ln_weight - none.probability.ln()).abs() < 1e-9, "{ln}");
+        assert!(
+            l.ln_weight_of(0, shapes, 0.05, &NUMBERS) < ln - 10.0
+                && l.ln_weight_of(1, shapes, none.misfit, &NUMBERS) < ln
+        );
     }
 
     #[test]
