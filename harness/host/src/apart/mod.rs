@@ -103,6 +103,11 @@ impl Apart {
     }
 
     fn ask(&mut self, request: &Request, longest: Duration) -> Result<Reply, Box<Trouble>> {
+        self.ask_in_calls(request, longest, 0)
+    }
+
+    /// Asks what the FMU's process answers in calls that it notes, each at most `longest`, `further` of them after the first.
+    fn ask_in_calls(&mut self, request: &Request, longest: Duration, further: usize) -> Result<Reply, Box<Trouble>> {
         self.bytes.clear();
         let encoded = postcard::to_extend(request, std::mem::take(&mut self.bytes));
         self.bytes = encoded.map_err(|e| misuse(format!("what is asked cannot be written ({e})")))?;
@@ -112,10 +117,15 @@ impl Apart {
             let n = self.bytes.len();
             return Err(misuse(format!("{n} bytes, and {LONGEST} at most cross to an FMU; run it with --in-process")));
         }
-        let (process, limits, sooner) = (&self.process, &self.limits, self.sooner);
+        let (process, limits, sooner, shared) = (&self.process, &self.limits, self.sooner, &self.shared);
         let mut since = None;
+        // whatever the FMU writes there, no more calls than were asked for get a time of their own
+        let (mut further, mut at) = (further, 0);
         let ended = || {
             let since = since.get_or_insert_with(Instant::now);
+            if further > 0 && shared.noted() != at {
+                (further, at, *since) = (further - 1, shared.noted(), Instant::now());
+            }
             if let Some(how) = process.ended() {
                 return Err(how);
             }
@@ -326,12 +336,11 @@ impl Apart {
         references: &[u32],
         values: &mut [f64],
     ) -> Result<(), (usize, Box<Trouble>)> {
-        let steps = calls.iter().filter(|c| matches!(c, Call::DoStep { .. })).count().max(1);
-        let longest = self.longest_step().saturating_mul(steps as u32);
         self.shared.note(0);
         let read = Borrowed(references);
         let of_call = |at: usize| at.min(calls.len());
-        match self.ask(&Request::Batch { calls: Borrowed(calls), never_back, read }, longest) {
+        let request = Request::Batch { calls: Borrowed(calls), never_back, read };
+        match self.ask_in_calls(&request, self.longest_step(), calls.len()) {
             Ok(Reply::Reals(v)) if v.len() == values.len() => {
                 values.copy_from_slice(&v);
                 Ok(())
