@@ -140,10 +140,9 @@ impl Held {
     fn remove(&self) {
         if [NEW, READY].map(|name| self.folder.remove_all(name)).iter().all(Result::is_ok) {
             drop(self.folder.remove_all(LOCK));
-            if self.folder.is_named(&self.home, &self.name) {
-                drop(self.home.remove_empty(&self.name));
-            } else if let Ok(home) = Folder::open(self.home.path()) {
-                // it has moved with the place of the folder
+            let is_gone = self.folder.is_named(&self.home, &self.name) && self.home.remove_empty(&self.name).is_ok();
+            // it has moved with the place of the folder, before or just now
+            if let Some(home) = (!is_gone).then(|| Folder::open(self.home.path())).and_then(Result::ok) {
                 drop(home.remove_empty(&self.name));
             }
         }
