@@ -147,7 +147,7 @@ impl Decision {
         self.base.data.records.iter().all(|r| !r.setup.imposed.is_empty())
     }
 
-    /// Whether what is missing may be learned as a function: the motion is imposed, and something is missing.
+    /// Whether the missing force may be learned as a function: the motion is imposed, and nothing missing is not the likeliest cause.
     pub fn may_learn(&self) -> bool {
         self.is_imposed() && !self.posterior.is_nothing()
     }

@@ -153,12 +153,13 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let limit = limit(data);
     let all = recordings(c, data, limit)?;
     let of = learn::learn(&all, &given, numbers)?;
-    let names_of = |s: &learn::Set| names(&s.law.classes, &given, of.rates_differ);
+    let names_of_classes = |c: &[usize]| names(c, &given, of.rates_differ);
+    let names_of = |s: &learn::Set| names_of_classes(&s.law.classes);
     let forms = Forms::new(d, &of);
-    let judged = d.posterior.with_unknown(ln_ahead_of_forms(d, &of, &forms), d.table.level);
+    let judged = d.posterior.with_unknown(forms.ln_behind(), d.table.level);
     let stands_for = |s: &learn::Set| {
-        let slow = learn::relaxes_instead(&s.law.classes).map(|c| (names(&c, &given, of.rates_differ), 0.5));
-        let stiffens = || Some((vec![learn::GROWS], grows(s, &given, &of, &forms)?));
+        let slow = learn::relaxes_instead(&s.law.classes).map(|c| (names_of_classes(&c), 0.5));
+        let stiffens = || Some((vec![learn::GROWS], forms.grows(s, &given)?));
         let instead = slow.or_else(stiffens);
         let share = instead.as_ref().map_or(0.0, |i| i.1);
         [(names_of(s), s.probability * (1.0 - share))]
@@ -198,23 +199,6 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     Some((learned, posterior))
 }
 
-/// ln of how much better the laws learned account for the recordings than the forms weighed do, the simulation as given among them,
-/// each form as likely as the decision's posterior has it. It is the evidence of a cause outside the vocabulary, which until
-/// something was learned had none of its own: an equation that leaves much of what a law of free shapes explains is not what is
-/// missing. 0 where no form was weighed.
-fn ln_ahead_of_forms(d: &Decision, of: &learn::Learned, forms: &Forms) -> f64 {
-    let of_form = |c: &Cause| Some((c.probability.ln(), forms.ln_weight(c.structure?)?));
-    let forms: Vec<(f64, f64)> = d.posterior.causes.iter().filter_map(of_form).collect();
-    let prior: Vec<f64> = forms.iter().map(|(p, _)| *p).collect();
-    let weight: Vec<f64> = forms.iter().map(|(p, w)| p + w).collect();
-    let ahead = of.ln_weight - (ln_sum(&weight) - ln_sum(&prior));
-    if ahead.is_finite() {
-        ahead
-    } else {
-        0.0
-    }
-}
-
 /// Forms by the measure of the laws learned.
 struct Forms<'a> {
     d: &'a Decision,
@@ -238,26 +222,42 @@ impl<'a> Forms<'a> {
         let left = (self.noise * ((w.chi2 / self.samples - 1.0).max(0.0) + of_means)).sqrt();
         // a limit of a reading is no law beside others: what it hides does not count where laws are learned
         let causes = w.names.iter().filter(|n| !limits_reading(&[n])).count();
-        let parameters = ELASTIC + self.d.base.parameters() as usize + w.parameters;
+        let parameters = ELASTIC + w.parameters;
         // recordings without any noise leave nothing to compare
         Some(self.of.ln_weight_of(causes, parameters, left, &self.d.table.learned)).filter(|ln| ln.is_finite())
     }
-}
 
-/// Probability that what a set adds to the simulation as given is a stiffness that grows: it holds no class, but its elastic law is a
-/// sum of several powers of the depth, where the simulation has one. It counts as a class against the simulation as given.
-fn grows(s: &learn::Set, given: &[usize], of: &learn::Learned, forms: &Forms) -> Option<f64> {
-    let powers = s.law.coefficients.first()?.iter().filter(|c| **c > 0.0).count();
-    let holds_it = given.iter().any(|c| ALL[*c].mechanism == Some(learn::GROWS));
-    if powers < 2 || holds_it || s.law.classes.iter().any(|c| !given.contains(c)) {
-        return None;
+    /// ln of how much better the laws learned account for the recordings than the forms do, the simulation as given among them, each
+    /// form as likely as the decision's posterior has it. It is the evidence of a cause outside the vocabulary, which until
+    /// something was learned had none of its own: an equation that leaves much of what a law of free shapes explains is not what
+    /// is missing. 0 where no form was weighed.
+    fn ln_behind(&self) -> f64 {
+        let of_form = |c: &Cause| Some((c.probability.ln(), self.ln_weight(c.structure?)?));
+        let (prior, weight): (Vec<f64>, Vec<f64>) = self.d.posterior.causes.iter().filter_map(of_form).unzip();
+        let both: Vec<f64> = prior.iter().zip(&weight).map(|(p, w)| p + w).collect();
+        let behind = self.of.ln_weight - (ln_sum(&both) - ln_sum(&prior));
+        if behind.is_finite() {
+            behind
+        } else {
+            0.0
+        }
     }
-    let ln_set = forms.d.table.learned.class + of.ln_weight + s.probability.ln();
-    let ln_given = forms.ln_weight(0)?;
-    Some(1.0 / (1.0 + (ln_given - ln_set).exp()))
+
+    /// Probability that what a set adds to the simulation as given is a stiffness that grows: it holds no class, but its elastic law
+    /// is a sum of several powers of the depth, where the simulation has one. It counts as a class against the simulation as
+    /// given. None where it is no such set.
+    fn grows(&self, s: &learn::Set, given: &[usize]) -> Option<f64> {
+        let powers = s.law.coefficients.first()?.iter().filter(|c| **c > 0.0).count();
+        let holds_it = given.iter().any(|c| ALL[*c].mechanism == Some(learn::GROWS));
+        if powers < 2 || holds_it || s.law.classes.iter().any(|c| !given.contains(c)) {
+            return None;
+        }
+        let ln_set = self.d.table.learned.class + self.of.ln_weight + s.probability.ln();
+        Some(1.0 / (1.0 + (self.ln_weight(0)? - ln_set).exp()))
+    }
 }
 
-/// Parameters of the elastic law of a form: stiffness and power.
+/// Parameters of the law k x^p that every form of a contact begins with: stiffness k and power p (Hertz 1882).
 const ELASTIC: usize = 2;
 
 /// Misfit of a fit in force, rms over the range of force read.

@@ -40,7 +40,7 @@ pub struct Learned {
     pub sets: Vec<Set>,
     /// ln weight of all sets together, as [`Learned::ln_weight_of`] has that of a law found otherwise.
     pub ln_weight: f64,
-    /// What the evidence was worked out with.
+    /// Samples, independent samples and discrepancy that the evidence of every set was worked out with.
     pub scale: Scale,
     /// Misfit of the elastic law alone, with what is given, rms over the range of force.
     pub elastic: f64,
