@@ -66,8 +66,35 @@ pub fn answer(text: &str) -> Result<(), Unprinted> {
 pub fn beside(text: &str) {
     if let Err(e) = answer(text) {
         if !e.is_closed() {
-            error(&e.to_string());
+            UNPRINTED.store(true, Ordering::Relaxed);
+            error(&cured(e.to_string(), &e.0));
         }
+    }
+}
+
+/// Whether [`beside`] could not print something, for another reason than that nobody reads.
+static UNPRINTED: AtomicBool = AtomicBool::new(false);
+
+/// Whether something could not be printed though somebody reads: the command has not done all it was to do.
+pub fn has_failed() -> bool {
+    UNPRINTED.load(Ordering::Relaxed)
+}
+
+/// What was said of an error of the system, with the cure where there is one.
+pub fn cured(said: String, e: &std::io::Error) -> String {
+    and_cure(said, input::cure(e))
+}
+
+/// The same of an error that may have one of the system below it.
+pub fn cured_of(said: String, e: &anyhow::Error) -> String {
+    let cure = e.chain().filter_map(|c| c.downcast_ref::<std::io::Error>()).find_map(input::cure);
+    and_cure(said, cure)
+}
+
+fn and_cure(said: String, cure: Option<&str>) -> String {
+    match cure.filter(|cure| !said.contains(cure)) {
+        Some(cure) => format!("{said}; {cure}"),
+        None => said,
     }
 }
 

@@ -5,7 +5,11 @@ use std::sync::mpsc::{channel, Sender};
 use std::sync::{Mutex, PoisonError};
 use std::thread::{available_parallelism, Builder};
 
-/// Threads that wait for their work in a pool; as many of `most` as the system gives, which may be none.
+/// Threads of a pool at most: more than there are processors gain nothing, and a system that runs out of memory for them says so too
+/// late.
+pub const MOST: usize = 256;
+
+/// Threads that wait for their work in a pool; as many of `most` as the system gives, which may be none, and [`MOST`] at most.
 fn waiting(most: usize) -> Vec<Sender<ThreadBuilder>> {
     let start = |_| {
         let (to, work) = channel::<ThreadBuilder>();
@@ -13,7 +17,7 @@ fn waiting(most: usize) -> Vec<Sender<ThreadBuilder>> {
         let started = Builder::new().spawn(move || work.recv().into_iter().for_each(ThreadBuilder::run));
         started.ok().map(|_| to)
     };
-    (0..most).map_while(start).collect()
+    (0..most.min(MOST)).map_while(start).collect()
 }
 
 /// Hands each thread that waits its part of a pool.

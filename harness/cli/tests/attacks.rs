@@ -511,3 +511,91 @@ fn a_large_file_of_a_manifest_that_is_hashed_keeps_no_command_that_is_to_end() {
     b.leaves_no_stage();
     assert_eq!(std::fs::metadata(b.at("out/report.html")).unwrap().len(), size);
 }
+
+#[test]
+#[cfg(unix)]
+fn an_empty_folder_that_is_named_like_a_stage_stays_and_one_of_a_killed_command_goes() {
+    use std::os::unix::fs::PermissionsExt;
+    let b = Bench::new();
+    let [mine, ours] =
+        ["out/.touchdown-stage-0011223344556677", "out/.touchdown-stage-0011223344556688"].map(|n| b.at(n));
+    for (folder, mode) in [(&mine, 0o755), (&ours, 0o700)] {
+        std::fs::create_dir(folder).unwrap();
+        std::fs::set_permissions(folder, std::fs::Permissions::from_mode(mode)).unwrap();
+    }
+    b.done();
+    assert!(mine.is_dir() && !ours.exists());
+}
+
+#[test]
+fn what_begins_as_rows_of_ours_and_is_a_users_is_kept() {
+    let b = Bench::new();
+    let system = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/contactor_system.toml");
+    let system = system.to_str().unwrap();
+    const NOTES: &str = "time [s],mine by hand\n1,2\nprecious notes\n";
+    for (name, more, code, kept) in [
+        ("results.partial.csv", &["--step", "1e-300"][..], 2, "results.partial.kept.csv"),
+        ("results.partial.csv.part", &[], 0, "results.partial.csv.kept.part"),
+        ("log.partial.txt", &["--step", "1e-300"], 2, "log.partial.txt"),
+    ] {
+        drop(std::fs::remove_dir_all(b.at("out")));
+        std::fs::create_dir(b.at("out")).unwrap();
+        std::fs::write(b.at("out").join(name), NOTES).unwrap();
+        let o = b.ends(b.command(&[&["run", system, "--out", "out"], more].concat()));
+        let said = String::from_utf8_lossy(&o.stderr).into_owned();
+        assert_eq!(o.status.code(), Some(code), "{name}: {said}");
+        let found: Vec<String> = std::fs::read_dir(b.at("out"))
+            .unwrap()
+            .flatten()
+            .filter(|e| std::fs::read_to_string(e.path()).is_ok_and(|t| t == NOTES))
+            .map(|e| e.file_name().to_string_lossy().into_owned())
+            .collect();
+        assert_eq!(found, [kept], "{said}");
+        // rows and logs of ours make room without a word
+        let again = b.ends(b.command(&[&["run", system, "--out", "out"], more].concat()));
+        assert_eq!(again.status.code(), Some(code));
+        assert!(!String::from_utf8_lossy(&again.stderr).contains("is kept as"), "{name}: {again:?}");
+    }
+}
+
+#[test]
+fn more_threads_than_a_system_has_are_no_reason_to_end() {
+    let b = Bench::new();
+    write_campaign(&b.at("campaign"), &Recipe { samples: 250, interval: 2.8e-5, seed: 1, ..Recipe::default() })
+        .unwrap();
+    let o = b.ends(b.command(&["diagnose", "campaign", "--out", "out", "--jobs", "20000", "--seconds", "0.01"]));
+    assert_eq!(o.status.code(), Some(3), "{o:?}");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn an_answer_that_cannot_be_printed_is_a_failure_with_a_cure() {
+    let b = Bench::new();
+    let full = || std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    for arguments in [&["run", "drop.toml", "--direct", "--json", "--out", "out"][..], &["--help"], &["--version"]] {
+        let mut c = b.command(arguments);
+        let o = c.stdout(full()).stderr(Stdio::piped()).spawn().unwrap().wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&o.stderr).into_owned();
+        assert_eq!(o.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains("standard output: ") && said.contains("make room there"), "{arguments:?}: {said}");
+    }
+}
+
+#[test]
+fn a_page_of_all_answers_and_a_register_that_cannot_be_written_are_failures() {
+    let b = Bench::new();
+    write_campaign(&b.at("campaign"), &Recipe { samples: 250, interval: 2.8e-5, seed: 1, ..Recipe::default() })
+        .unwrap();
+    let diagnose = |more: &[&str]| {
+        let o = b.ends(b.command(&[&["diagnose", "campaign", "--out", "out", "--seconds", "0.01"], more].concat()));
+        (o.status.code(), String::from_utf8_lossy(&o.stderr).into_owned())
+    };
+    std::fs::create_dir(b.at("out/index.html")).unwrap();
+    let (code, said) = diagnose(&[]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("index.html: cannot be written"), "{said}");
+    std::fs::create_dir_all(b.at("out/.touchdown-fleet/lost/campaign.json")).unwrap();
+    let (code, said) = diagnose(&["--shard", "1/1"]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("lost/campaign.json"), "{said}");
+}

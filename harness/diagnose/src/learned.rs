@@ -72,6 +72,7 @@ pub struct Learned {
 fn recordings(c: &Campaign, data: &Data, limit: Option<FlatTop>) -> Option<Vec<Recording>> {
     let force = Channel::Force.index();
     let at_limit = |v: f64| limit.is_some_and(|l| l.is_reached(v));
+    let values = c.values_of_levels();
     let orders = c.recordings.iter().map(|r| r.order);
     let of = |(rec, order): (&estimate::problem::Record, f64)| {
         let mut read = rec.y[force].clone()?;
@@ -93,6 +94,7 @@ fn recordings(c: &Campaign, data: &Data, limit: Option<FlatTop>) -> Option<Vec<R
             force: read,
             order,
             level: rec.level,
+            value: values.as_ref().and_then(|v| v.get(rec.level).copied()),
         })
     };
     data.records.iter().zip(orders).map(of).collect()
@@ -287,7 +289,7 @@ fn laws_without(
             [one] => vec![first_half(one)],
             _ => (0..all.len()).filter(|r| !out.contains(r)).map(|r| all[r].clone()).collect(),
         };
-        learn::learn(&seen, given, numbers).and_then(|l| Some(l.sets.into_iter().next()?.law))
+        learn::learn_to_predict(&seen, given, numbers).and_then(|l| Some(l.sets.into_iter().next()?.law))
     };
     let laws: Vec<Option<Law>> = groups.par_iter().map(without).collect();
     let of = |r: usize| laws[groups.iter().position(|out| out.contains(&r))?].clone();

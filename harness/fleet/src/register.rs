@@ -99,7 +99,8 @@ fn place(campaign: &str) -> Result<PathBuf> {
 /// As the file system gives them.
 pub fn lose(out: &Path, campaign: &str, why: &str) -> Result<()> {
     let text = serde_json::to_string_pretty(&Lost { campaign: campaign.into(), why: why.into() })? + "\n";
-    output::write_below(out, place(campaign)?, text.as_bytes())
+    let place = place(campaign)?;
+    output::write_below(out, &place, text.as_bytes()).map_err(|e| named(&out.join(place), e))
 }
 
 /// Strikes out what was written down of `campaign`, which has its answer now.
@@ -107,9 +108,20 @@ pub fn lose(out: &Path, campaign: &str, why: &str) -> Result<()> {
 /// # Errors
 /// As the file system gives them.
 pub fn find(out: &Path, campaign: &str) -> Result<()> {
-    match output::remove_below(out, place(campaign)?) {
-        Err(e) if e.kind() != ErrorKind::NotFound => Err(e),
+    let place = place(campaign)?;
+    match output::remove_below(out, &place) {
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(named(&out.join(place), e)),
         _ => Ok(()),
+    }
+}
+
+/// An error with the file that it is of and the cure.
+fn named(path: &Path, e: Error) -> Error {
+    let said = e.to_string();
+    let path = path.display().to_string();
+    match said.contains(&path) {
+        true => e,
+        false => Error::new(e.kind(), format!("{path}: {said}; move what has that name, or give another --out")),
     }
 }
 

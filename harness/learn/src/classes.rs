@@ -42,7 +42,7 @@ pub fn elastic(p: &Path, _: &Press) -> Vec<Vec<f64>> {
 }
 
 /// All classes, in the order in which they are tried.
-pub const ALL: [Class; 11] = [
+pub const ALL: [Class; 12] = [
     Class {
         name: "preload",
         mechanism: Some("contact_preload"),
@@ -145,7 +145,27 @@ pub const ALL: [Class; 11] = [
             press.levels.iter().flat_map(|l| of(*l)).collect()
         },
     },
+    Class {
+        name: "with the level",
+        mechanism: None,
+        also: &[],
+        depends: "the depth, and changes in proportion to the value of the level",
+        needs_rates: false,
+        shapes: |p, press| {
+            if press.values.is_none() {
+                return Vec::new();
+            }
+            // a law of the least level and one of the largest, and in between in proportion
+            let of = |share: f64| OWN.map(|d| p.each(|i| share * p.below(i).min(d)));
+            [1.0 - p.value, p.value].into_iter().flat_map(of).collect()
+        },
+    },
 ];
+
+/// Whether this class says nothing of a level that it was not learned from.
+pub fn is_of_seen_levels(class: usize) -> bool {
+    ALL[class].name == "of each level's own"
+}
 
 /// Depths from which on a force grows less.
 const YIELDS: [f64; 8] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.6, 0.8];

@@ -15,4 +15,4 @@ pub mod weigh;
 pub use classes::{relaxes_instead, Class, ALL, GROWS, PARTED_BY_RATES};
 pub use law::Law;
 pub use press::{highest, Press, Recording};
-pub use weigh::{learn, Learned, Numbers, Set};
+pub use weigh::{learn, learn_to_predict, Learned, Numbers, Set};

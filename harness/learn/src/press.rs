@@ -16,8 +16,9 @@ pub struct Recording {
     pub counts: Vec<bool>,
     /// Place in the order in which the recordings were taken.
     pub order: f64,
-    /// Index of its level.
+    /// Index of its level, and the value of that where levels have values.
     pub level: usize,
+    pub value: Option<f64>,
 }
 
 /// Share of a recording's samples, at its start, that may show what the force reads where nothing touches.
@@ -93,8 +94,9 @@ pub struct Press {
     pub pull: Option<(f64, f64)>,
     /// First and last place in the order.
     pub orders: (f64, f64),
-    /// Levels, each once.
+    /// Levels, each once; their least value and their largest, where they have values that differ.
     pub levels: Vec<usize>,
+    pub values: Option<(f64, f64)>,
 }
 
 /// Share of the range of force below which a contact is being left.
@@ -126,7 +128,10 @@ impl Press {
         let mut levels: Vec<usize> = recordings.iter().map(|r| r.level).collect();
         levels.sort_unstable();
         levels.dedup();
-        Some(Press { depth, force, rate, pull, orders, levels })
+        let values: Option<Vec<f64>> = recordings.iter().map(|r| r.value).collect();
+        let ends = |v: Vec<f64>| v.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(*x), b.max(*x)));
+        let values = values.map(ends).filter(|(a, b)| b > a);
+        Some(Press { depth, force, rate, pull, orders, levels, values })
     }
 }
 
@@ -150,9 +155,11 @@ pub struct Path {
     pub deepest: Vec<f64>,
     /// Whether its deepest point has been passed.
     pub leaving: Vec<bool>,
-    /// Place in the order, 0 to 1, and index of the level.
+    /// Place in the order, 0 to 1; index of the level, and its value from the least to the largest, 0 to 1, or beyond them by the
+    /// same way at most.
     pub order: f64,
     pub level: usize,
+    pub value: f64,
 }
 
 /// Share of a recording's largest rate over which its direction turns.
@@ -180,6 +187,10 @@ impl Path {
             leaving: (0..x.len()).map(|i| i > top).collect(),
             order: if last > first { (r.order - first) / (last - first) } else { 0.0 },
             level: r.level,
+            value: match (press.values, r.value) {
+                (Some((least, most)), Some(v)) => ((v - least) / (most - least)).clamp(-1.0, 2.0),
+                _ => 0.0,
+            },
             x,
         }
     }
@@ -211,6 +222,7 @@ mod tests {
             counts: Vec::new(),
             order: 1.0,
             level: 0,
+            value: None,
         }
     }
 

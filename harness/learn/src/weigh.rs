@@ -1,6 +1,6 @@
 //! Sets of classes, weighed by their evidence.
 
-use crate::classes::{elastic, ALL};
+use crate::classes::{elastic, is_of_seen_levels, ALL};
 use crate::fit::{Fit, Normal, Scale};
 use crate::law::Law;
 use crate::press::{Path, Press, Recording};
@@ -198,13 +198,28 @@ fn rates_differ(recordings: &[Recording], small: f64) -> bool {
 /// Learns what recordings of an imposed motion hold beyond an elastic law: sets of classes with their probabilities, and a law of
 /// each. The classes `given` are in every set. None where no force or no depth was read.
 pub fn learn(recordings: &[Recording], given: &[usize], numbers: &Numbers) -> Option<Learned> {
+    learn_of(recordings, given, numbers, &|_| true)
+}
+
+/// The same to predict levels that are not among the recordings: no class is learned that says nothing of them.
+pub fn learn_to_predict(recordings: &[Recording], given: &[usize], numbers: &Numbers) -> Option<Learned> {
+    learn_of(recordings, given, numbers, &|class| !is_of_seen_levels(class))
+}
+
+/// Of the classes that `may_be` there.
+fn learn_of(
+    recordings: &[Recording],
+    given: &[usize],
+    numbers: &Numbers,
+    may_be: &dyn Fn(usize) -> bool,
+) -> Option<Learned> {
     let most = (SAMPLES / recordings.len().max(1)).clamp(LEAST, MOST);
     let means: Vec<Recording> = recordings.iter().map(|r| r.in_means(most)).collect();
     if means.iter().any(|r| r.time.len() < 8) || means.is_empty() {
         return None;
     }
     let surfaces: Vec<Vec<f64>> = means.iter().map(Recording::surfaces).collect();
-    let every: Vec<usize> = (0..ALL.len()).collect();
+    let every: Vec<usize> = (0..ALL.len()).filter(|c| may_be(*c)).collect();
     let mut placed: Vec<(f64, Placed)> = (0..surfaces[0].len())
         .into_par_iter()
         .filter_map(|rule| {
@@ -231,7 +246,7 @@ pub fn learn(recordings: &[Recording], given: &[usize], numbers: &Numbers) -> Op
     let mut built_on = vec![least.clone()];
     for _ in 0..CLASSES {
         let with_one_more = |set: &Vec<usize>| {
-            let others = (0..ALL.len()).filter(|c| !set.contains(c));
+            let others = every.iter().copied().filter(|c| !set.contains(c));
             let with = |c: usize| {
                 let mut with = set.clone();
                 with.push(c);
@@ -301,6 +316,36 @@ mod tests {
             counts: Vec::new(),
             order: 1.0,
             level: 0,
+            value: None,
+        }
+    }
+
+    #[test]
+    fn a_threshold_that_the_level_sets_is_learned_with_the_level_and_predicts_one_not_seen() {
+        let of = |level: usize, top: f64| Recording {
+            level,
+            value: Some(top),
+            ..press(0, |x, _, _| (2e4 * x.max(0.0)).min(top))
+        };
+        let all: Vec<Recording> = [4.0, 8.0, 12.0, 16.0].iter().enumerate().map(|(i, t)| of(i, *t)).collect();
+        for out in 0..all.len() {
+            let seen: Vec<Recording> = (0..all.len()).filter(|r| *r != out).map(|r| all[r].clone()).collect();
+            let l = learn_to_predict(&seen, &[], &NUMBERS).unwrap();
+            let law = &l.sets[0].law;
+            let named: Vec<_> = l
+                .sets
+                .iter()
+                .take(3)
+                .map(|s| (s.probability, s.misfit, s.law.classes().map(|c| c.name).collect::<Vec<_>>()))
+                .collect();
+            assert!(law.classes().any(|c| c.name == "with the level"), "{out}: {named:?}");
+            assert!(law.classes.iter().all(|c| !is_of_seen_levels(*c)));
+            let off = |law: &Law| {
+                let (f, y) = (law.predict(&all[out]).0.all, &all[out].force);
+                f.iter().zip(y).map(|(a, b)| (a - b).powi(2)).sum::<f64>()
+            };
+            let without = l.sets.iter().find(|s| s.law.classes.is_empty()).unwrap();
+            assert!(off(law) < 0.5 * off(&without.law), "{out}: {} {}", off(law), off(&without.law));
         }
     }
 

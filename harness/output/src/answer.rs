@@ -236,8 +236,9 @@ impl Answer {
         if let Some(Place { above, name }) = place {
             let taken: Vec<OsString> = self.taken.iter().map(|(rows, _)| rows.name().into()).collect();
             let taken: Vec<&OsStr> = taken.iter().map(OsString::as_os_str).collect();
-            if let Some(kept) = gated(|| carry(there, &self.made, was, is, &taken))? {
-                drop(self.made.permit_as(there));
+            let carried = gated(|| carry(there, &self.made, was, is, &taken))?;
+            // a folder whose owner, group or access list the new one cannot have stays where it is
+            if let Some(kept) = carried.filter(|_| self.made.permit_as(there).is_ok()) {
                 // who waits for the folder waits on until what came there late has been moved
                 self.made.hold()?;
                 match gated(|| self.stage.folder().exchange(NEW, above, name)) {

@@ -420,10 +420,10 @@ impl Folder {
         }
     }
 
-    /// Gives the folder the permissions of another.
+    /// Gives the folder owner, group and permissions of another.
     ///
     /// # Errors
-    /// As the file system gives them.
+    /// As the file system gives them; where the other has attributes beside these, such as an access control list.
     pub fn permit_as(&self, other: &Folder) -> Result<()> {
         sys::permit_as(&self.handle, &other.handle)
     }
@@ -445,6 +445,11 @@ impl Folder {
             Err(e) if e.kind() == ErrorKind::NotFound => Ok(false),
             there => Ok(sys::identity_of(&there?)? == sys::identity(&self.handle)?),
         }
+    }
+
+    /// Whether it has the mode of those that [`Folder::make_private`] makes.
+    pub fn is_private(&self) -> bool {
+        sys::is_private(&self.handle)
     }
 
     /// Whether this process' user owns it.
@@ -661,7 +666,33 @@ mod sys {
     }
 
     pub fn permit_as(at: &Handle, other: &Handle) -> Result<()> {
-        Ok(fchmod(at, Mode::from_raw_mode(rustix::fs::fstat(other)?.st_mode))?)
+        let (is, was) = (rustix::fs::fstat(at)?, rustix::fs::fstat(other)?);
+        if has_attributes(other) {
+            return Err(std::io::ErrorKind::Unsupported.into());
+        }
+        let owner = (is.st_uid != was.st_uid).then(|| rustix::fs::Uid::from_raw(was.st_uid));
+        let group = (is.st_gid != was.st_gid).then(|| rustix::fs::Gid::from_raw(was.st_gid));
+        if owner.is_some() || group.is_some() {
+            rustix::fs::fchown(at, owner, group)?;
+        }
+        // the last: a change of owner takes bits of the mode away
+        Ok(fchmod(at, Mode::from_raw_mode(was.st_mode))?)
+    }
+
+    /// Whether a folder has attributes beside owner, group and mode, such as an access control list, that one in its place has not.
+    #[cfg(target_os = "linux")]
+    fn has_attributes(at: &Handle) -> bool {
+        let mut names = vec![0u8; 1 << 16];
+        match rustix::fs::flistxattr(at, &mut names) {
+            // labels of the system's security are those that it gives
+            Ok(n) => names[..n].split(|b| *b == 0).any(|name| !name.is_empty() && !name.starts_with(b"security.")),
+            Err(e) => e != Errno::NOTSUP,
+        }
+    }
+
+    #[cfg(not(target_os = "linux"))]
+    fn has_attributes(_: &Handle) -> bool {
+        false
     }
 
     pub fn identity(at: &Handle) -> Result<(u64, u64)> {
@@ -676,6 +707,10 @@ mod sys {
 
     pub fn is_own(at: &Handle) -> bool {
         rustix::fs::fstat(at).is_ok_and(|s| s.st_uid == user())
+    }
+
+    pub fn is_private(at: &Handle) -> bool {
+        rustix::fs::fstat(at).is_ok_and(|s| s.st_mode & 0o777 == 0o700)
     }
 
     pub fn try_hold(at: &Handle, how: Hold) -> Result<()> {
@@ -785,6 +820,10 @@ mod sys {
     }
 
     pub fn is_own(_: &Handle) -> bool {
+        true
+    }
+
+    pub fn is_private(_: &Handle) -> bool {
         true
     }
 

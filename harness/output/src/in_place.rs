@@ -35,6 +35,9 @@ pub fn replace(made: &Folder, new: &str, target: &Folder, is: &Manifest) -> Resu
     gated(|| made.rename(new, stage.folder(), READY))?;
     let finished = stage.folder().sync().and_then(|()| gated(|| finish(stage.folder(), target)));
     finished.map_err(|e| {
+        if !has_begun(stage.folder(), target).unwrap_or(true) {
+            return Error::new(e.kind(), format!("{e}; the answer before is whole"));
+        }
         stage.leave();
         let why =
             "some files are of this answer and some of the one before; the next command that writes there finishes it";
@@ -74,11 +77,11 @@ pub fn finish(stage: &Folder, target: &Folder) -> Result<Vec<Kept>> {
         if target.found(name)?.is_some() && !is_ours(target, name, was.as_ref())? && !is.find(target, name)? {
             kept.extend(keep(target, name, is_taken)?);
         }
-        ready.rename(name, target, name)?;
+        ready.rename(name, target, name).map_err(|e| refused(target, name, e))?;
     }
     for name in was.iter().flat_map(|w| w.files.keys()).filter(|n| !is.files.contains_key(*n)) {
         if is_ours(target, name, was.as_ref())? {
-            target.remove(name)?;
+            target.remove(name).map_err(|e| refused(target, name, e))?;
             let folders = Path::new(name).ancestors().skip(1).filter(|a| !a.as_os_str().is_empty());
             // a folder that holds something of the user's stays
             folders.take_while(|f| target.remove_empty(f).is_ok()).for_each(drop);
@@ -88,9 +91,18 @@ pub fn finish(stage: &Folder, target: &Folder) -> Result<Vec<Kept>> {
     if was.is_none() && target.found(Manifest::NAME)?.is_some() {
         kept.extend(keep(target, Manifest::NAME, is_taken)?);
     }
-    ready.rename(Manifest::NAME, target, Manifest::NAME)?;
+    ready.rename(Manifest::NAME, target, Manifest::NAME).map_err(|e| refused(target, Manifest::NAME, e))?;
     target.sync()?;
     Ok(kept)
+}
+
+/// That a file cannot be replaced, with its name; with the cure where it is another user's.
+fn refused(target: &Folder, name: &str, e: Error) -> Error {
+    let cure = match e.kind() {
+        ErrorKind::PermissionDenied => "; it is another user's, or may not be changed; give another --out",
+        _ => "",
+    };
+    Error::new(e.kind(), format!("{} cannot be replaced ({e}){cure}", target.path().join(name).display()))
 }
 
 fn is_file(ready: &Folder, name: &str) -> bool {

@@ -55,7 +55,7 @@ pub fn write_below(folder: &Path, name: impl AsRef<Path>, bytes: &[u8]) -> std::
     })
 }
 
-/// As [`write_below`], where a file that does not begin as `is_ours` says is kept under another name, which is
+/// As [`write_below`], where a file that is none of ours, as `is_ours` says of it, is kept under another name, which is
 /// returned.
 ///
 /// # Errors
@@ -64,12 +64,12 @@ pub fn write_keeping(
     folder: &Path,
     name: impl AsRef<Path>,
     bytes: &[u8],
-    is_ours: impl Fn(&[u8]) -> bool,
+    is_ours: impl Fn(std::fs::File) -> bool,
 ) -> std::io::Result<Option<Kept>> {
     place(folder, name.as_ref(), bytes, |staged, home, name| {
         let name = name.to_str().ok_or(std::io::ErrorKind::InvalidInput)?;
         let kept = match home.found(name)? {
-            Some(_) if !part::begins(home, name, &is_ours) => carry::keep(home, name, |_| false)?,
+            Some(_) if !part::is_one(home, name, &is_ours) => carry::keep(home, name, |_| false)?,
             _ => None,
         };
         staged.rename(NEW, home, name)?;

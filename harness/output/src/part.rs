@@ -6,7 +6,7 @@ use crate::folder::{try_hold, Folder, Hold, Kind};
 use crate::stage::{gated, is_named, parent};
 use std::ffi::OsStr;
 use std::fs::File;
-use std::io::{Error, ErrorKind, Read, Result};
+use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
 /// How the name of a file ends that is being written.
@@ -25,11 +25,11 @@ pub struct Part {
 
 impl Part {
     /// Makes `path` with `.part` behind it; its folders are made. What a process that was killed has left under that name goes
-    /// where it begins as `head` says; anything else is kept under another name, which is returned.
+    /// where it is one of ours, as `is_ours` says of the open file; anything else is kept under another name, which is returned.
     ///
     /// # Errors
     /// As the file system gives them; that another process is writing there, with the cure.
-    pub fn new(path: &Path, is_ours: impl Fn(&[u8]) -> bool) -> Result<(Part, Vec<Kept>)> {
+    pub fn new(path: &Path, is_ours: impl Fn(File) -> bool) -> Result<(Part, Vec<Kept>)> {
         let folder = Folder::made(parent(path))?;
         let name = path.file_name().and_then(OsStr::to_str).ok_or(ErrorKind::InvalidInput)?;
         let name = format!("{name}{END}");
@@ -93,14 +93,14 @@ impl Part {
     ///
     /// # Errors
     /// As the file system gives them.
-    pub fn leave(self, is_ours: impl Fn(&[u8]) -> bool) -> Result<Option<Kept>> {
+    pub fn leave(self, is_ours: impl Fn(File) -> bool) -> Result<Option<Kept>> {
         let name = self.name.strip_suffix(END).unwrap_or(&self.name).to_string();
         // an answer that takes the folder's place is waited for, and waits
         let _held = Folder::held(&self.folder, Hold::Alone)?;
         gated(|| {
             let folder = self.home()?;
             let kept = match folder.found(&name)? {
-                Some(_) if !begins(&folder, &name, &is_ours) => keep(&folder, &name, |_| false)?,
+                Some(_) if !is_one(&folder, &name, &is_ours) => keep(&folder, &name, |_| false)?,
                 _ => None,
             };
             folder.rename(&self.name, &folder, &name)?;
@@ -124,15 +124,14 @@ fn in_use(folder: &Folder, name: &str) -> Error {
     Error::new(ErrorKind::ResourceBusy, why)
 }
 
-/// Whether the file begins as ours do; an empty one does.
-pub fn begins(folder: &Folder, name: &str, is_ours: &impl Fn(&[u8]) -> bool) -> bool {
-    let mut head = Vec::new();
-    let read = folder.read(name).and_then(|f| f.take(64).read_to_end(&mut head));
-    read.is_ok() && (head.is_empty() || is_ours(&head))
+/// Whether the file is one of ours; an empty one is.
+pub fn is_one(folder: &Folder, name: &str, is_ours: &impl Fn(File) -> bool) -> bool {
+    let file = folder.read(name).and_then(|f| Ok((f.metadata()?.len(), f)));
+    file.is_ok_and(|(length, f)| length == 0 || is_ours(f))
 }
 
 /// Takes away what has the name of a part, or gives it another.
-fn make_room(folder: &Folder, name: &str, is_ours: &impl Fn(&[u8]) -> bool) -> Result<Option<Kept>> {
+fn make_room(folder: &Folder, name: &str, is_ours: &impl Fn(File) -> bool) -> Result<Option<Kept>> {
     let kind = folder.found(name)?.map(|f| f.kind);
     if kind == Some(Kind::Folder) {
         let why = format!("{} is in the way; move it, or give another --out", folder.path().join(name).display());
@@ -149,7 +148,7 @@ fn make_room(folder: &Folder, name: &str, is_ours: &impl Fn(&[u8]) -> bool) -> R
         if !is_named(&there, folder, name) {
             return Ok(None);
         }
-        if begins(folder, name, is_ours) {
+        if is_one(folder, name, is_ours) {
             folder.remove(name)?;
             return Ok(None);
         }

@@ -92,7 +92,7 @@ impl Drop for Scratch {
 
 /// Removes a temporary folder, the lock last: until then others see whose it is. What cannot be removed stays, with the lock.
 fn remove(home: &Folder, name: &OsStr, folder: &Folder) {
-    if folder.remove_all(CONTENT).is_ok() {
+    if folder.is_free(CONTENT) || folder.remove_all(CONTENT).is_ok() {
         drop(folder.remove(LOCK));
         drop(home.remove_empty(name));
     }
@@ -109,14 +109,14 @@ fn sweep(within: &Path) {
     }
 }
 
-/// Clears away a folder that is one of ours and whose process has ended. One without content is being made or is of somebody
-/// else, as is one with anything beside it, and what a link leads to.
+/// Clears away a folder that is one of ours and whose process has ended: its lock holds our mark, and nobody holds it. One without
+/// is being made or is of somebody else, as is one with anything beside, and what a link leads to.
 fn clear(home: &Folder, name: &OsStr) -> Result<()> {
     let folder = home.folder(name)?;
     let is = |name: &str, kind: Kind| matches!(folder.found(name), Ok(Some(f)) if f.kind == kind && f.is_own);
     let is_one = folder.is_own()
-        && is(CONTENT, Kind::Folder)
         && is(LOCK, Kind::File)
+        && (is(CONTENT, Kind::Folder) || folder.is_free(CONTENT))
         && folder.names()?.iter().all(|n| n == LOCK || n == CONTENT);
     if is_one {
         let mut lock = folder.read(LOCK)?;
@@ -137,6 +137,9 @@ mod tests {
         let left = temporary.path().join("touchdown-fmu-0011223344556677");
         std::fs::create_dir_all(left.join(CONTENT).join("binaries")).unwrap();
         std::fs::write(left.join(LOCK), MARK).unwrap();
+        let begun = temporary.path().join("touchdown-own-8899aabbccddeeff");
+        std::fs::create_dir(&begun).unwrap();
+        std::fs::write(begun.join(LOCK), MARK).unwrap();
         let live = Scratch::within(temporary.path(), "fmu").unwrap();
         std::fs::write(live.path().join("x"), "").unwrap();
         // a user's folder of such a name, and one that a link leads to
@@ -151,7 +154,7 @@ mod tests {
         #[cfg(unix)]
         std::os::unix::fs::symlink(elsewhere.path(), temporary.path().join("touchdown-fmu-0011223344556699")).unwrap();
         sweep(temporary.path());
-        assert!(!left.exists());
+        assert!(!left.exists() && !begun.exists());
         assert!(
             live.path().join("x").exists() && own.iter().all(|o| o.exists()) && elsewhere.path().join(LOCK).exists()
         );

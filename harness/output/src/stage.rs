@@ -228,8 +228,12 @@ fn clear(home: &Folder, name: &OsStr) -> Result<()> {
         return Ok(());
     }
     if stage.is_free(LOCK) {
-        // its process was killed before it made the lock, or after it removed it; else this fails
-        return home.remove_empty(name);
+        // its process was killed before it made the lock, or after it removed it; else this fails, or it is a user's, who gave it the
+        // mode that folders have
+        return match stage.is_private() {
+            true => home.remove_empty(name),
+            false => Ok(()),
+        };
     }
     let mut lock = stage.read(LOCK)?;
     // what was cleared away since is another's, who may have made a stage of that name

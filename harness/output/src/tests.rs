@@ -464,7 +464,7 @@ fn a_temporary_folder_goes_whatever_its_modes_are() {
 fn a_second_writer_of_the_same_rows_is_refused_and_what_is_not_rows_is_kept() {
     let t = tempfile::tempdir().unwrap();
     let path = t.path().join("out/rows");
-    let new = || Part::new(&path, |head| head.starts_with(b"time"));
+    let new = || Part::new(&path, |f| begins(f, "time"));
     let (first, _) = new().unwrap();
     let e = new().unwrap_err().to_string();
     assert!(e.contains("is being written by another process; wait for its end, or give another --out"), "{e}");
@@ -477,7 +477,7 @@ fn a_second_writer_of_the_same_rows_is_refused_and_what_is_not_rows_is_kept() {
     std::fs::write(&path, "mine too").unwrap();
     let (rows, kept) = new().unwrap();
     assert_eq!(kept.len(), 1);
-    assert_eq!(rows.leave(|head| head.starts_with(b"time")).unwrap().map(|k| k.kept_as), Some("rows.kept".into()));
+    assert_eq!(rows.leave(|f| begins(f, "time")).unwrap().map(|k| k.kept_as), Some("rows.kept".into()));
     let all = texts(&[("rows", ""), ("rows.kept", "mine too"), ("rows.kept.part", "mine")]);
     assert_eq!(files(path.parent().unwrap()), all);
 }
@@ -566,10 +566,15 @@ fn a_file_of_a_list_that_is_larger_than_anything_we_write_is_not_hashed() {
     assert_eq!(std::fs::metadata(place.join("x.kept")).unwrap().len(), size);
 }
 
+fn begins(mut file: std::fs::File, with: &str) -> bool {
+    let mut text = String::new();
+    std::io::Read::read_to_string(&mut file, &mut text).is_ok() && text.starts_with(with)
+}
+
 #[test]
-fn a_file_that_does_not_begin_as_ours_is_kept_beside() {
+fn a_file_that_is_none_of_ours_is_kept_beside() {
     let t = tempfile::tempdir().unwrap();
-    let put = |text: &str| write_keeping(t.path(), "x.txt", text.as_bytes(), |h| h.starts_with(b"ours")).unwrap();
+    let put = |text: &str| write_keeping(t.path(), "x.txt", text.as_bytes(), |f| begins(f, "ours")).unwrap();
     assert!(put("ours 1").is_none() && put("ours 2").is_none());
     std::fs::write(t.path().join("x.txt"), "mine").unwrap();
     assert_eq!(put("ours 3").map(|k| k.kept_as).as_deref(), Some("x.kept.txt"));
@@ -641,4 +646,21 @@ fn one_file_takes_the_place_of_files_alone() {
     assert_eq!(std::fs::read_to_string(dir.path().join("precious")).unwrap(), "mine");
     crate::write(&dir.path().join("precious"), b"new").unwrap();
     assert_eq!(std::fs::read_to_string(dir.path().join("precious")).unwrap(), "new");
+}
+
+#[test]
+#[cfg(unix)]
+fn a_folder_keeps_its_owner_and_its_group_and_a_user_without_the_right_to_give_them_away_writes_file_by_file() {
+    use std::os::unix::fs::{chown, MetadataExt};
+    let t = tempfile::tempdir().unwrap();
+    let place = t.path().join("a");
+    answer(&place, &[("x", "1")]);
+    if chown(&place, Some(4321), Some(5432)).is_err() {
+        eprintln!("skipped: this user cannot give a folder to another");
+        return;
+    }
+    answer(&place, &[("x", "2")]);
+    let m = std::fs::metadata(&place).unwrap();
+    assert_eq!((m.uid(), m.gid()), (4321, 5432));
+    assert_eq!(files(&place), texts(&[("x", "2")]));
 }

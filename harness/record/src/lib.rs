@@ -313,6 +313,23 @@ pub struct Campaign {
 }
 
 impl Campaign {
+    /// Values of the levels: the numbers that they are, or that their texts begin with where the rest is the same in all, as in
+    /// "5 N" and "10 N". None where a level has none.
+    pub fn values_of_levels(&self) -> Option<Vec<f64>> {
+        if self.levels.iter().all(|l| l.0.is_finite()) {
+            return Some(self.levels.iter().map(|l| l.0).collect());
+        }
+        let is_of_a_number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+');
+        let parts = |text: &str| {
+            let rest = text.trim_start_matches(is_of_a_number);
+            let value: f64 = text[..text.len() - rest.len()].parse().ok()?;
+            Some((value, rest.trim().to_string()))
+        };
+        let parted: Vec<(f64, String)> = self.levels.iter().map(|l| parts(l.1.trim())).collect::<Option<_>>()?;
+        let first = parted.first()?.1.clone();
+        parted.iter().all(|p| p.1 == first).then(|| parted.iter().map(|p| p.0).collect())
+    }
+
     /// Of recordings in a folder, whose levels are called by their index: nothing else is known of it.
     pub fn of(folder: &str, kind: Kind, recordings: Vec<Recording>) -> Campaign {
         let levels = recordings.iter().map(|r| r.level + 1).max().unwrap_or(0);

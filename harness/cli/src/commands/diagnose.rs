@@ -3,6 +3,7 @@
 use super::fmus::Fmus;
 use super::form::Form;
 use super::terminal::Terminal;
+use crate::place;
 use crate::print::{self, Shown};
 use crate::progress::deadline;
 use crate::tasks::diagnose::{diagnose, Answer, Options};
@@ -46,7 +47,7 @@ pub struct Arguments {
     /// Diagnose each campaign as if it were the only one: hold no sensors against those of another, and write no page of all
     #[arg(long)]
     alone: bool,
-    /// Threads; with --shard processes at once, of a thread each (default: one a processor)
+    /// Threads, 256 at most; with --shard processes at once, of a thread each (default: one a processor)
     #[arg(long)]
     jobs: Option<usize>,
     /// Simulate and judge N whole campaigns without the effect for the false-alarm probability, some seconds each
@@ -143,7 +144,10 @@ fn share(a: &Arguments, of: Shard) -> Result<ExitCode> {
         text + &format!("answers: {}; touchdown merge puts them together\n", a.out.shown())
     };
     print::beside(&a.form.of(&done, words)?);
-    Ok(done.batch.exit_code())
+    Ok(match done.unregistered {
+        true => ExitCode::from(2),
+        false => done.batch.exit_code(),
+    })
 }
 
 pub fn run(a: &Arguments) -> Result<ExitCode> {
@@ -174,7 +178,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         print::error(&batch.unfinished(&a.out));
     }
     if let Some(Err(e)) = &done.page {
-        print::warning(&format!("{}: {e}", a.out.join("index.html").shown()));
+        print::error(&print::cured_of(format!("{}: {e:#}", place::unwritten(&a.out.join("index.html"))), e));
     }
     let words = |_: &Vec<Answer>| {
         let place = match &done.page {
@@ -185,5 +189,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         batch.summary() + &place
     };
     print::beside(&a.form.of(&done.answers, words)?);
-    Ok(batch.exit_code())
+    Ok(match &done.page {
+        Some(Err(_)) => ExitCode::from(2),
+        _ => batch.exit_code(),
+    })
 }

@@ -4,6 +4,7 @@ use crate::place;
 use crate::print::{self, Shown};
 use anyhow::{Context, Result};
 use clap_mangen::Man;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -41,7 +42,10 @@ const HEAD: &[u8] = b"\n.TH touchdown";
 /// Writes the page of `command` and of all below it, and keeps what has their names and is none; their files' names.
 fn write(command: &clap::Command, folder: &Path) -> Result<Vec<String>> {
     let (file, roff) = page(command)?;
-    let is_page = |head: &[u8]| head.windows(HEAD.len()).any(|w| w == HEAD);
+    let is_page = |file: std::fs::File| {
+        let mut head = Vec::new();
+        file.take(64).read_to_end(&mut head).is_ok() && head.windows(HEAD.len()).any(|w| w == HEAD)
+    };
     let kept =
         output::write_keeping(folder, &file, &roff, is_page).with_context(|| place::unwritten(&folder.join(&file)))?;
     kept.iter().for_each(|k| print::warning(&format!("{}: {}", folder.shown(), k.note())));

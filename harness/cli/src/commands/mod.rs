@@ -152,18 +152,29 @@ const DIED_CODE: u8 = 4;
 
 /// Runs the command line; exit code 2 for bad input.
 pub fn main() -> ExitCode {
-    run_parsed(Cli::parse())
+    match Cli::try_parse() {
+        Ok(command_line) => run_parsed(command_line),
+        Err(e) => refused(&e),
+    }
+}
+
+/// Prints why a command line was not taken; help and version, which are no errors, are printed where they belong.
+fn refused(e: &clap::Error) -> ExitCode {
+    match e.print() {
+        Err(unprinted) if unprinted.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::from(CLOSED_CODE),
+        Err(unprinted) => {
+            print::error(&print::cured(format!("standard output: {unprinted}"), &unprinted));
+            ExitCode::from(2)
+        }
+        Ok(()) => ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2)),
+    }
 }
 
 /// Runs the command line of these words, the first of which stands for the program; as [`main`].
 pub fn main_of(words: Vec<String>) -> ExitCode {
     match Cli::try_parse_from(words) {
         Ok(command_line) => run_parsed(command_line),
-        Err(e) => {
-            // help and version are no errors, and are printed where they belong
-            drop(e.print());
-            ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2))
-        }
+        Err(e) => refused(&e),
     }
 }
 
@@ -171,6 +182,10 @@ fn run_parsed(command_line: Cli) -> ExitCode {
     end_cleanly();
     let done = command(command_line);
     print::warnings(&output::finished());
+    let done = done.map(|code| match print::has_failed() && code == ExitCode::SUCCESS {
+        true => ExitCode::from(2),
+        false => code,
+    });
     done.unwrap_or_else(|e| {
         // what failed because the process is being ended is no failure of its own
         if output::is_ending() && interrupted() {
@@ -179,12 +194,7 @@ fn run_parsed(command_line: Cli) -> ExitCode {
         if e.downcast_ref::<Unprinted>().is_some_and(Unprinted::is_closed) {
             return ExitCode::from(CLOSED_CODE);
         }
-        let said = format!("{e:#}");
-        let of_system = e.chain().filter_map(|c| c.downcast_ref::<std::io::Error>()).find_map(input::cure);
-        match of_system.filter(|cure| !said.contains(*cure)) {
-            Some(cure) => print::error(&format!("{said}; {cure}")),
-            None => print::error(&said),
-        }
+        print::error(&print::cured_of(format!("{e:#}"), &e));
         let died = e.chain().filter_map(|c| c.downcast_ref::<host::HostError>()).any(host::HostError::is_death);
         match died {
             true if interrupted() => interrupted_code(),

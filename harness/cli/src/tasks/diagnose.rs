@@ -4,7 +4,7 @@ use super::batch::Batch;
 use super::Follow;
 use crate::campaign::{content, of_campaign};
 use crate::place;
-use crate::print::Shown;
+use crate::print::{self, Shown};
 use crate::progress::deadline;
 use anyhow::{anyhow, Context, Result};
 use diagnose::bootstrap::Null;
@@ -182,7 +182,7 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
                 }
                 Err(e) => {
                     batch.failed.push(c.folder.clone());
-                    follow.error(&format!("{}: {e}", place::unwritten(&dir)));
+                    follow.error(&print::cured(format!("{}: {e}", place::unwritten(&dir)), &e));
                 }
             },
             Some(Err(Failure::Interrupted)) => {
@@ -205,7 +205,8 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
     }
     follow.end();
     let page = (!answers.is_empty() && !o.alone).then(|| {
-        answer::write_index(&o.out)?;
+        let written = answer::write_index(&o.out)?;
+        place::notes(&o.out, &written).for_each(|n| follow.warning(&n));
         Ok(o.out.join("index.html"))
     });
     Ok(Answers { unread: false, answers, batch, page })
@@ -265,6 +266,8 @@ fn input(
 /// The answer of an earlier run in `dir`; None where it is not whole, or not of this `input`.
 fn finished(c: &Campaign, dir: &Path, input: Option<&str>) -> Option<Answer> {
     let m = Manifest::read(dir).filter(|m| input.is_some() && m.input.as_deref() == input && m.is_whole(dir))?;
+    // what the manifest does not list may be anybody's
+    m.files.get("verdict.json")?;
     let text = input::text(&dir.join("verdict.json"), ANSWER).ok()?;
     let verdict = serde_json::from_str(&text).ok().filter(|_| m.command == "diagnose")?;
     Some(Answer { campaign: c.dir.clone(), answer: dir.to_path_buf(), verdict: Answered::Earlier(verdict) })

@@ -3,7 +3,7 @@
 use super::batch::Batch;
 use super::Follow;
 use crate::place;
-use crate::print::Shown;
+use crate::print::{self, Shown};
 use anyhow::{bail, ensure, Context, Result};
 use fleet::register::{self, Member};
 use fleet::shard::Shard;
@@ -14,6 +14,7 @@ use std::ffi::OsString;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -47,6 +48,9 @@ pub struct Share {
     pub worked: usize,
     /// Most memory that one of the processes had resident, bytes; None where the platform does not report it.
     pub memory: Option<f64>,
+    /// Whether it could not be written down of a campaign why it has no answer, or that it has one.
+    #[serde(skip)]
+    pub unregistered: bool,
 }
 
 /// Time that a process has beyond its seconds to answer that they were up: a share of them, and seconds.
@@ -133,10 +137,11 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Share> {
     let began = Instant::now();
     let next = Mutex::new(part.iter());
     let share = Mutex::new(Share { fleet: fleet.len(), ..Share::default() });
+    let unregistered = AtomicBool::new(false);
     let work = || loop {
         let member = next.lock().unwrap_or_else(PoisonError::into_inner).next();
         let Some(m) = member else { break };
-        let came = if follow.stopped() { Came::Left } else { one(o, m, follow) };
+        let came = if follow.stopped() { Came::Left } else { one(o, m, &unregistered, follow) };
         let mut s = share.lock().unwrap_or_else(PoisonError::into_inner);
         s.worked += usize::from(!matches!(came, Came::Left | Came::UpToDate));
         let list = match came {
@@ -162,6 +167,7 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Share> {
     share.seconds = began.elapsed().as_secs_f64();
     share.memory = memory_of_children();
     share.batch.sort();
+    share.unregistered = unregistered.into_inner();
     Ok(share)
 }
 
@@ -177,13 +183,14 @@ enum Came {
 }
 
 /// Diagnoses a campaign in a process of its own, and writes down why where it is lost.
-fn one(o: &Options, m: &Member, follow: &Arc<dyn Follow>) -> Came {
-    let lose = |why: &str| {
-        let written = register::lose(&o.out, &m.campaign, why);
+fn one(o: &Options, m: &Member, unregistered: &AtomicBool, follow: &Arc<dyn Follow>) -> Came {
+    let registered = |written: std::io::Result<()>| {
         if let Err(e) = written {
-            follow.error(&format!("{}: {e}", place::unwritten(&o.out)));
+            unregistered.store(true, Ordering::Relaxed);
+            follow.error(&print::cured(format!("{}: {e}", place::unwritten(&o.out)), &e));
         }
     };
+    let lose = |why: &str| registered(register::lose(&o.out, &m.campaign, why));
     if let Err(e) = answer::check_folder(&o.out.join(&m.campaign)) {
         lose(&e.to_string());
         follow.error(&format!("{}: {e}", o.out.join(&m.campaign).shown()));
@@ -217,11 +224,7 @@ fn one(o: &Options, m: &Member, follow: &Arc<dyn Follow>) -> Came {
             follow.error(&format!("{}: {why}", m.campaign));
         }
         Came::Waits => lose("its other replicates are not there yet"),
-        _ => {
-            if let Err(e) = register::find(&o.out, &m.campaign) {
-                follow.error(&format!("{}: {e}", place::unwritten(&o.out)));
-            }
-        }
+        _ => registered(register::find(&o.out, &m.campaign)),
     }
     came
 }

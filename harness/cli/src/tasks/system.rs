@@ -6,10 +6,27 @@ use crate::place;
 use crate::print::{self, Shown};
 use anyhow::{Context, Result};
 use host::master::{are_rows, build, run as step, Sink, System};
+use sha2::{Digest, Sha256};
+use std::io::Read;
 
 /// What FMUs have logged of a run that ended with an error, and its first line.
 const PARTIAL_LOG: &str = "log.partial.txt";
-const LOG: &str = "What the FMUs have logged until the run ended with an error:";
+const LOG: &str = "What the FMUs have logged until the run ended with an error; SHA-256 of the lines below: ";
+
+/// The text of a log that stays after an error: its first line holds the hash of the others.
+fn partial_log(lines: &str) -> String {
+    format!("{LOG}{}\n{lines}", output::hexadecimal(&Sha256::digest(lines)))
+}
+
+/// Bytes of a log that are read at most to see whose it is.
+const LONGEST_LOG: u64 = 1 << 28;
+
+/// Whether a file is such a log, as it was written.
+fn is_partial_log(file: std::fs::File) -> bool {
+    let mut text = String::new();
+    let read = file.take(LONGEST_LOG).read_to_string(&mut text);
+    read.is_ok() && text.split_once('\n').is_some_and(|(_, lines)| text == partial_log(lines))
+}
 
 /// Runs a system file or an SSP archive: results.csv (or .parquet), log.txt, summary.json. Rows are in
 /// results.partial.csv.part while it runs, and in results.partial.csv where it ends with an error; the answer before stays
@@ -74,8 +91,7 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
         let kept = part.leave(are_rows).with_context(|| place::unwritten(&rows))?;
         kept.iter().for_each(|k| follow.warning(&format!("{}: {}", out.shown(), k.note())));
         if !log.is_empty() {
-            let text = format!("{LOG}\n{log}");
-            let kept = output::write_keeping(out, PARTIAL_LOG, text.as_bytes(), |h| h.starts_with(LOG.as_bytes()))
+            let kept = output::write_keeping(out, PARTIAL_LOG, partial_log(&log).as_bytes(), is_partial_log)
                 .with_context(|| place::unwritten(&out.join(PARTIAL_LOG)))?;
             kept.iter().for_each(|k| follow.warning(&format!("{}: {}", out.shown(), k.note())));
         }

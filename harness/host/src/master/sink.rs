@@ -5,10 +5,11 @@ use output::{Kept, Part};
 use parquet::basic::{Repetition, Type as Physical};
 use parquet::data_type::DoubleType;
 use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -28,9 +29,55 @@ pub struct Sink {
     line: String,
 }
 
-/// Whether a file begins as one of rows does.
-pub fn are_rows(head: &[u8]) -> bool {
-    head.starts_with(b"time [s]") || head.starts_with(b"\"time [s]") || head.starts_with(b"PAR1")
+/// What the first column is called, and a table of rows in Parquet.
+const TIME: &str = "time [s]";
+const TABLE: &str = "results";
+
+/// Whether a file holds rows that a [`Sink`] has written and nothing else: nothing else may be taken away. Of Parquet only a whole
+/// file can be known.
+pub fn are_rows(file: File) -> bool {
+    let mut head = Vec::new();
+    let Ok(mut whole) = file.try_clone() else { return false };
+    let read = file.take(4).read_to_end(&mut head).and_then(|_| whole.seek(SeekFrom::Start(0)));
+    match read {
+        Ok(_) if head == b"PAR1" => is_parquet_of_rows(whole).unwrap_or(false),
+        Ok(_) => are_lines_of_rows(BufReader::new(whole)).unwrap_or(false),
+        Err(_) => false,
+    }
+}
+
+fn is_parquet_of_rows(file: File) -> parquet::errors::Result<bool> {
+    let reader = SerializedFileReader::new(file)?;
+    let schema = reader.metadata().file_metadata().schema_descr();
+    let of_doubles = schema.columns().iter().all(|c| c.physical_type() == Physical::DOUBLE);
+    Ok(of_doubles && schema.name() == TABLE && schema.columns().first().is_some_and(|c| c.name() == TIME))
+}
+
+/// A head, and lines of as many numbers as it has columns, each as [`Sink::row`] writes it; the last may be cut anywhere.
+fn are_lines_of_rows(mut lines: impl BufRead) -> std::io::Result<bool> {
+    let mut line = Vec::new();
+    lines.read_until(b'\n', &mut line)?;
+    let mut head = csv::ReaderBuilder::new().has_headers(false).from_reader(line.as_slice());
+    let columns = match head.records().next() {
+        Some(Ok(names)) if names.get(0) == Some(TIME) => names.len(),
+        _ => return Ok(false),
+    };
+    let is_number =
+        |text: &str| text == "NaN" || text.ends_with("inf") || text.contains('e') && text.parse::<f64>().is_ok();
+    loop {
+        line.clear();
+        if lines.read_until(b'\n', &mut line)? == 0 {
+            return Ok(true);
+        }
+        let Ok(text) = std::str::from_utf8(&line) else { return Ok(false) };
+        let is_row = match text.strip_suffix('\n') {
+            Some(row) => row.split(',').count() == columns && row.split(',').all(is_number),
+            None => text.chars().all(|c| c.is_ascii_digit() || "+-.e,NaNinf".contains(c)),
+        };
+        if !is_row {
+            return Ok(false);
+        }
+    }
 }
 
 impl Sink {
@@ -49,7 +96,7 @@ impl Sink {
                 let field = Type::primitive_type_builder(name, Physical::DOUBLE).with_repetition(Repetition::REQUIRED);
                 fields.push(Arc::new(field.build()?));
             }
-            let schema = Arc::new(Type::group_type_builder("results").with_fields(fields).build()?);
+            let schema = Arc::new(Type::group_type_builder(TABLE).with_fields(fields).build()?);
             let properties = Arc::new(WriterProperties::builder().set_dictionary_enabled(false).build());
             let writer = Box::new(SerializedFileWriter::new(file, schema, properties)?);
             Form::Parquet { writer, columns: vec![Vec::new(); head.len()] }

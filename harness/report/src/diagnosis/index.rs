@@ -2,7 +2,7 @@
 
 use crate::fleet;
 use chart::{lead, Page};
-use output::Answer;
+use output::{Answer, Committed};
 use std::io::Read;
 use std::path::Path;
 
@@ -19,11 +19,11 @@ fn finding(dir: &Path) -> Option<String> {
     lead(&String::from_utf8_lossy(&head))
 }
 
-/// Writes `out`/index.html, which lists all answers in `out`.
+/// Writes `out`/index.html, which lists all answers in `out`; what was found in its way is to be reported.
 ///
 /// # Errors
 /// As the file system gives them; and where an index.html is there that is none of ours.
-pub fn write(out: &Path) -> std::io::Result<()> {
+pub fn write(out: &Path) -> std::io::Result<Committed> {
     fleet::check(out)?;
     let mut answers: Vec<(String, String)> = Vec::new();
     for entry in std::fs::read_dir(out)? {
@@ -42,7 +42,7 @@ pub fn write(out: &Path) -> std::io::Result<()> {
     }
     let answer = Answer::amend(out, "diagnose")?;
     answer.write(fleet::INDEX, page.html().as_bytes())?;
-    answer.commit().map(drop)
+    answer.commit()
 }
 
 /// A folder's name in a link.
