@@ -231,7 +231,7 @@ fn end_what_is_possible(tried: &mut [Tried], given: f64, table: &Table) {
 /// and the likeliest of those with something beside it. What they predict of levels not seen counts as it does of names; `given`:
 /// the misfit over range of what the simulation as given predicts.
 pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Table, given: f64) -> Vec<Force> {
-    let mut tried = alone(base, terms(base, 0), stands_in, |_| 0.0);
+    let (mut tried, noise) = alone(base, terms(base, 0), stands_in, |_| 0.0);
     predict(&mut tried, given, table);
     let alone = tried.iter().zip(probabilities(&tried, given, table)).enumerate();
     let alone = alone.filter(|(_, (t, _))| !t.depends.is_empty() && !t.is_worse(given));
@@ -243,6 +243,7 @@ pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Table, given: f6
             tried[first] = better;
         }
         tried.extend(pairs);
+        tried = in_less_noise(base, tried, noise);
         predict(&mut tried, given, table);
     }
     forces(base, tried, given, table)
@@ -254,7 +255,8 @@ pub fn learn_beside(named: &Fitted, table: &Table, given: f64) -> Vec<Force> {
     let origins: Vec<Origin> = named.structure.terms().iter().map(|t| t.mechanism.origin).collect();
     let elsewhere: Vec<_> = terms(named, 0).into_iter().filter(|(of, _)| !origins.contains(&of.origin())).collect();
     let ln_prior = ln_prior_of_second(elsewhere.len(), table);
-    let mut tried = alone(named, elsewhere, Some(named), |depends| if depends.is_empty() { 0.0 } else { ln_prior });
+    let (mut tried, _) =
+        alone(named, elsewhere, Some(named), |depends| if depends.is_empty() { 0.0 } else { ln_prior });
     predict(&mut tried, given, table);
     forces(named, tried, given, table)
 }
@@ -265,24 +267,59 @@ fn ln_prior_of_second(many: usize, table: &Table) -> f64 {
 }
 
 /// Every force of `terms` learned beside `from`, and what `stands_in` for one, fitted and weighed. What no shape explains counts as
-/// noise, as much as the shape that explains most leaves: else every shape would be bent to follow it.
+/// noise, as much as the shape that explains most leaves: else every shape would be bent to follow it. With them how much larger its
+/// variance is than that of the recordings' own.
 fn alone(
     from: &Fitted,
     terms: Vec<(Dependence, Term)>,
     stands_in: Option<&Fitted>,
     ln_prior: impl Fn(&[Dependence]) -> f64 + Sync,
-) -> Vec<Tried> {
+) -> (Vec<Tried>, f64) {
     let tried: Vec<(Vec<Dependence>, Fitted)> =
         terms.into_par_iter().map(|(of, term)| (vec![of], beside(from, term))).collect();
     let tried = tried.into_iter().chain(stands_in.map(|f| (Vec::new(), f.clone())));
     let tried: Vec<_> = tried.filter(|(_, f)| f.chi2().is_finite()).collect();
-    let Some((_, best)) = tried.iter().min_by(|a, b| a.1.chi2().total_cmp(&b.1.chi2())) else { return Vec::new() };
-    let wider = Arc::new(widened(&from.data, best.overdispersion_up_to(f64::INFINITY).max(1.0)));
-    let again = |(depends, f): (Vec<Dependence>, Fitted)| {
-        let start = evaluated(&wider, &f.structure, f.point());
-        let ln_prior = ln_prior(&depends);
-        Tried::new(depends, None, Fitted::from(&wider, f.structure, start, &OPTIONS), ln_prior)
+    let Some((_, best)) = tried.iter().min_by(|a, b| a.1.chi2().total_cmp(&b.1.chi2())) else {
+        return (Vec::new(), 1.0);
     };
+    let noise = left(best);
+    let wider = Arc::new(widened(&from.data, noise));
+    let again = |(depends, f): (Vec<Dependence>, Fitted)| {
+        let ln_prior = ln_prior(&depends);
+        Tried::new(depends, None, fitted_again(&wider, f), ln_prior)
+    };
+    (tried.into_par_iter().filter_map(again).collect(), noise)
+}
+
+/// By how much the variance of the noise would have to be larger to hold what a fit leaves; at least 1.
+fn left(f: &Fitted) -> f64 {
+    f.overdispersion_up_to(f64::INFINITY).max(1.0)
+}
+
+/// A fit to the same recordings with other noise, from where it has come to.
+fn fitted_again(data: &Arc<Data>, f: Fitted) -> Fitted {
+    let start = evaluated(data, &f.structure, f.point());
+    Fitted::from(data, f.structure, start, &OPTIONS)
+}
+
+/// A fit as it is, held against other noise.
+fn held_against(data: &Arc<Data>, f: &Fitted) -> Fitted {
+    let mut of = f.on(data.clone());
+    of.fit.point = evaluated(data, &f.structure, f.point());
+    of
+}
+
+/// What was tried beside `base`, all fitted and weighed anew where one leaves less than counted as `noise` so far, its variance over
+/// that of the recordings' own: what is explained is none. Of several levels it stays, for there a shape that follows those seen too
+/// closely predicts the others worse.
+fn in_less_noise(base: &Fitted, tried: Vec<Tried>, noise: f64) -> Vec<Tried> {
+    let Some(best) = tried.iter().min_by(|a, b| a.fitted.chi2().total_cmp(&b.fitted.chi2())) else { return tried };
+    let least = left(&held_against(&base.data, &best.fitted));
+    if least >= noise || base.data.levels().len() > 1 {
+        return tried;
+    }
+    let less = Arc::new(widened(&base.data, least));
+    let again = |t: Tried| Tried::new(t.depends, t.beside, fitted_again(&less, t.fitted), t.ln_prior);
     tried.into_par_iter().filter_map(again).collect()
 }
 
@@ -309,8 +346,7 @@ fn forces(from: &Fitted, tried: Vec<Tried>, given: f64, table: &Table) -> Vec<Fo
     }
     let force = |(t, probability): (Tried, f64)| {
         let loss = Some(&t).filter(|_| probability > POSSIBLE).and_then(Tried::loss);
-        let mut fitted = t.fitted.on(from.data.clone());
-        fitted.fit.point = evaluated(&from.data, &t.fitted.structure, t.fitted.point());
+        let fitted = held_against(&from.data, &t.fitted);
         let (misfit, heldout) = (misfit(&fitted), t.heldout);
         Force { depends: t.depends, beside: t.beside, misfit, fitted, probability, heldout, loss }
     };

@@ -236,3 +236,17 @@ fn a_level_goes_with_its_last_recording() {
     assert_eq!(c.levels.iter().map(|l| l.0).collect::<Vec<_>>(), [0.01, 0.03]);
     assert_eq!(c.recordings.iter().map(|r| r.level).collect::<Vec<_>>(), [0, 1]);
 }
+
+#[test]
+fn levels_have_the_values_that_their_names_begin_with_where_the_rest_is_the_same() {
+    let of = |names: &[&str]| {
+        let mut c = record::Campaign::of("x", record::Kind::Indentation, Vec::new());
+        c.levels = names.iter().map(|n| (f64::NAN, n.to_string())).collect();
+        c.values_of_levels()
+    };
+    assert_eq!(of(&["5 N threshold", "10 N threshold"]), Some(vec![5.0, 10.0]));
+    assert_eq!(of(&["-0.5 mm", "2e", "3 mm"]), None);
+    assert_eq!(of(&["soft", "hard"]), None);
+    let numbers = record::Campaign::of("x", record::Kind::DropTest, Vec::new());
+    assert_eq!(numbers.values_of_levels(), Some(Vec::new()));
+}
