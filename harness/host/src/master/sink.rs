@@ -63,7 +63,7 @@ fn are_lines_of_rows(mut lines: impl BufRead) -> std::io::Result<bool> {
         _ => return Ok(false),
     };
     let is_number =
-        |text: &str| text == "NaN" || text.ends_with("inf") || text.contains('e') && text.parse::<f64>().is_ok();
+        |text: &str| matches!(text, "NaN" | "inf" | "-inf") || text.contains('e') && text.parse::<f64>().is_ok();
     loop {
         line.clear();
         if lines.read_until(b'\n', &mut line)? == 0 {
@@ -183,6 +183,36 @@ fn flush(writer: &mut SerializedFileWriter<File>, columns: &mut [Vec<f64>]) -> R
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_are_known_by_all_that_a_file_holds() {
+        let dir = tempfile::tempdir().unwrap();
+        let is = |bytes: &[u8]| {
+            std::fs::write(dir.path().join("f"), bytes).unwrap();
+            are_rows(File::open(dir.path().join("f")).unwrap())
+        };
+        // as written, cut anywhere, without rows yet
+        assert!(
+            is(b"time [s],x\n0e0,1.5e-3\n1e-3,NaN\n") && is(b"time [s],\"a,b\"\n0e0,-inf\n2e-") && is(b"time [s],x\n")
+        );
+        for mine in [
+            "time [s],x\n1,2\n",
+            "time [s],x\n0e0,1e0\nmy notes\n",
+            "time [s],x\n0e0,1e0,2e0\n",
+            "time [s],x\n0e0,no inf\n",
+            "t,x\n",
+            "PAR1",
+        ] {
+            assert!(!is(mine.as_bytes()), "{mine}");
+        }
+        for parquet in [true, false] {
+            let path = dir.path().join("rows");
+            let mut sink = Sink::new(&path, &["time [s]", "x"].map(String::from), parquet).unwrap();
+            sink.row(&[0.0, f64::NAN]).unwrap();
+            assert!(sink.finish().unwrap().leave(are_rows).unwrap().is_none());
+            assert!(are_rows(File::open(path).unwrap()), "{parquet}");
+        }
+    }
 
     #[test]
     fn names_with_commas_and_quotes_stand_in_one_cell_each() {
