@@ -80,12 +80,12 @@ pub fn has_failed() -> bool {
     UNPRINTED.load(Ordering::Relaxed)
 }
 
-/// What was said of an error of the system, with the cure where there is one.
+/// The message `said` of an error of the system, with its cure where there is one.
 pub fn cured(said: String, e: &std::io::Error) -> String {
     and_cure(said, input::cure(e))
 }
 
-/// The same of an error that may have one of the system below it.
+/// As [`cured`], of an error that may have one of the system among its causes.
 pub fn cured_of(said: String, e: &anyhow::Error) -> String {
     let cure = e.chain().filter_map(|c| c.downcast_ref::<std::io::Error>()).find_map(input::cure);
     and_cure(said, cure)

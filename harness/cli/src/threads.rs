@@ -7,7 +7,7 @@ use std::thread::{available_parallelism, Builder};
 
 /// Threads of a pool at most: more than there are processors gain nothing, and a system that runs out of memory for them says so too
 /// late.
-pub const MOST: usize = 256;
+const MOST: usize = 256;
 
 /// Threads that wait for their work in a pool; as many of `most` as the system gives, which may be none, and [`MOST`] at most.
 fn waiting(most: usize) -> Vec<Sender<ThreadBuilder>> {

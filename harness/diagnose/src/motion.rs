@@ -309,13 +309,16 @@ fn held_against(data: &Arc<Data>, f: &Fitted) -> Fitted {
     of
 }
 
-/// What was tried beside `base`, all fitted and weighed anew where one leaves less than counted as `noise` so far, its variance over
-/// that of the recordings' own: what is explained is none. Of several levels it stays, for there a shape that follows those seen too
-/// closely predicts the others worse.
+/// The forces `tried` beside `base`, all fitted and weighed anew where one leaves less than counted as `noise` so far, its variance
+/// over that of the recordings' own: what a force explains is no noise. Of several levels the noise stays, for there a shape that
+/// follows those seen too closely predicts the others worse.
 fn in_less_noise(base: &Fitted, tried: Vec<Tried>, noise: f64) -> Vec<Tried> {
+    if base.data.levels().len() > 1 {
+        return tried;
+    }
     let Some(best) = tried.iter().min_by(|a, b| a.fitted.chi2().total_cmp(&b.fitted.chi2())) else { return tried };
     let least = left(&held_against(&base.data, &best.fitted));
-    if least >= noise || base.data.levels().len() > 1 {
+    if least >= noise {
         return tried;
     }
     let less = Arc::new(widened(&base.data, least));

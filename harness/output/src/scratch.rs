@@ -92,7 +92,7 @@ impl Drop for Scratch {
 
 /// Removes a temporary folder, the lock last: until then others see whose it is. What cannot be removed stays, with the lock.
 fn remove(home: &Folder, name: &OsStr, folder: &Folder) {
-    if folder.is_free(CONTENT) || folder.remove_all(CONTENT).is_ok() {
+    if folder.remove_all(CONTENT).is_ok() {
         drop(folder.remove(LOCK));
         drop(home.remove_empty(name));
     }
@@ -109,8 +109,8 @@ fn sweep(within: &Path) {
     }
 }
 
-/// Clears away a folder that is one of ours and whose process has ended: its lock holds our mark, and nobody holds it. One without
-/// is being made or is of somebody else, as is one with anything beside, and what a link leads to.
+/// Clears away a folder that is one of ours and whose process has ended: its lock holds our mark, and nobody holds it. One without such a
+/// lock is being made or is of somebody else, as is one with anything beside lock and content, and what a link leads to.
 fn clear(home: &Folder, name: &OsStr) -> Result<()> {
     let folder = home.folder(name)?;
     let is = |name: &str, kind: Kind| matches!(folder.found(name), Ok(Some(f)) if f.kind == kind && f.is_own);

@@ -650,7 +650,7 @@ fn one_file_takes_the_place_of_files_alone() {
 
 #[test]
 #[cfg(unix)]
-fn a_folder_keeps_its_owner_and_its_group_and_a_user_without_the_right_to_give_them_away_writes_file_by_file() {
+fn a_folder_that_an_answer_is_put_into_keeps_its_owner_and_its_group() {
     use std::os::unix::fs::{chown, MetadataExt};
     let t = tempfile::tempdir().unwrap();
     let place = t.path().join("a");

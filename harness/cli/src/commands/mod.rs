@@ -161,11 +161,7 @@ pub fn main() -> ExitCode {
 /// Prints why a command line was not taken; help and version, which are no errors, are printed where they belong.
 fn refused(e: &clap::Error) -> ExitCode {
     match e.print() {
-        Err(unprinted) if unprinted.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::from(CLOSED_CODE),
-        Err(unprinted) => {
-            print::error(&print::cured(format!("standard output: {unprinted}"), &unprinted));
-            ExitCode::from(2)
-        }
+        Err(unprinted) => failed(&Unprinted::from(unprinted).into()),
         Ok(()) => ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2)),
     }
 }
@@ -186,22 +182,25 @@ fn run_parsed(command_line: Cli) -> ExitCode {
         true => ExitCode::from(2),
         false => code,
     });
-    done.unwrap_or_else(|e| {
-        // what failed because the process is being ended is no failure of its own
-        if output::is_ending() && interrupted() {
-            return interrupted_code();
-        }
-        if e.downcast_ref::<Unprinted>().is_some_and(Unprinted::is_closed) {
-            return ExitCode::from(CLOSED_CODE);
-        }
-        print::error(&print::cured_of(format!("{e:#}"), &e));
-        let died = e.chain().filter_map(|c| c.downcast_ref::<host::HostError>()).any(host::HostError::is_death);
-        match died {
-            true if interrupted() => interrupted_code(),
-            true => ExitCode::from(DIED_CODE),
-            false => ExitCode::from(2),
-        }
-    })
+    done.unwrap_or_else(|e| failed(&e))
+}
+
+/// Reports why a command failed; its exit code.
+fn failed(e: &anyhow::Error) -> ExitCode {
+    // what failed because the process is being ended is no failure of its own
+    if output::is_ending() && interrupted() {
+        return interrupted_code();
+    }
+    if e.downcast_ref::<Unprinted>().is_some_and(Unprinted::is_closed) {
+        return ExitCode::from(CLOSED_CODE);
+    }
+    print::error(&print::cured_of(format!("{e:#}"), e));
+    let died = e.chain().filter_map(|c| c.downcast_ref::<host::HostError>()).any(host::HostError::is_death);
+    match died {
+        true if interrupted() => interrupted_code(),
+        true => ExitCode::from(DIED_CODE),
+        false => ExitCode::from(2),
+    }
 }
 
 /// Runs one command given as words, as a shell would.

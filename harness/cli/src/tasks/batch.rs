@@ -20,6 +20,9 @@ pub struct Batch {
     pub failed: Vec<String>,
     /// The one that was under way when the user ended the command, and those not begun.
     pub left: Vec<String>,
+    /// Whether the page of all answers, or the fleet's register, could not be written; reported as an error.
+    #[serde(skip)]
+    pub unlisted: bool,
 }
 
 impl Batch {
@@ -70,7 +73,7 @@ impl Batch {
     pub fn exit_code(&self) -> ExitCode {
         match self {
             b if !b.left.is_empty() => interrupted_code(),
-            b if !b.failed.is_empty() => ExitCode::from(2),
+            b if !b.failed.is_empty() || b.unlisted => ExitCode::from(2),
             b if !b.unjudged.is_empty() => ExitCode::from(UNJUDGED_CODE),
             _ => ExitCode::SUCCESS,
         }
@@ -94,6 +97,8 @@ mod tests {
 
     #[test]
     fn of_a_single_campaign_its_answer_is_enough() {
+        let b = Batch { unlisted: true, ..Batch::default() };
+        assert_eq!(format!("{:?}", b.exit_code()), format!("{:?}", ExitCode::from(2)));
         let b = Batch { unjudged: of(&["a"]), ..Batch::default() };
         assert_eq!(b.summary(), "");
         assert_eq!(format!("{:?}", b.exit_code()), format!("{:?}", ExitCode::from(3)));

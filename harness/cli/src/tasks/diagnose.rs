@@ -209,6 +209,7 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
         place::notes(&o.out, &written).for_each(|n| follow.warning(&n));
         Ok(o.out.join("index.html"))
     });
+    batch.unlisted = matches!(page, Some(Err(_)));
     Ok(Answers { unread: false, answers, batch, page })
 }
 

@@ -48,9 +48,6 @@ pub struct Share {
     pub worked: usize,
     /// Most memory that one of the processes had resident, bytes; None where the platform does not report it.
     pub memory: Option<f64>,
-    /// Whether it could not be written down of a campaign why it has no answer, or that it has one.
-    #[serde(skip)]
-    pub unregistered: bool,
 }
 
 /// Time that a process has beyond its seconds to answer that they were up: a share of them, and seconds.
@@ -167,7 +164,7 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Share> {
     share.seconds = began.elapsed().as_secs_f64();
     share.memory = memory_of_children();
     share.batch.sort();
-    share.unregistered = unregistered.into_inner();
+    share.batch.unlisted = unregistered.into_inner();
     Ok(share)
 }
 

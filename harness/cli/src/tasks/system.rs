@@ -5,7 +5,7 @@ use super::Follow;
 use crate::place;
 use crate::print::{self, Shown};
 use anyhow::{Context, Result};
-use host::master::{are_rows, build, run as step, Sink, System};
+use host::master::{are_rows, build, run as step, Sink, System, TIME};
 use sha2::{Digest, Sha256};
 use std::io::Read;
 
@@ -50,7 +50,7 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
         false => ("results.csv", "results.partial.csv"),
     };
     let rows = out.join(partial);
-    let mut head: Vec<String> = vec!["time [s]".into()];
+    let mut head: Vec<String> = vec![TIME.into()];
     head.extend(b.columns.iter().map(|c| c.head.clone()));
     let mut sink = Sink::new(&rows, &head, parquet || b.parquet)?;
     sink.kept().iter().for_each(|k| follow.warning(&format!("{}: {}", out.shown(), k.note())));

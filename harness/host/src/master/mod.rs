@@ -23,6 +23,6 @@ pub use drive::{run, Moment, Outcome};
 pub use export::export_ssp;
 pub use network::{Feed, Input, Map, Network, Output, Part};
 pub use options::{Adapt, Bond, Inputs, Lookahead, Method, Options, Shape, Touch};
-pub use sink::{are_rows, Sink};
+pub use sink::{are_rows, Sink, TIME};
 pub use slave::{Abilities, FmuSlave, Slave};
 pub use system::{files_of, Component, Connection, Master, System};

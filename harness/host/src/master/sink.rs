@@ -29,8 +29,9 @@ pub struct Sink {
     line: String,
 }
 
-/// What the first column is called, and a table of rows in Parquet.
-const TIME: &str = "time [s]";
+/// Name of the first column of every table of rows.
+pub const TIME: &str = "time [s]";
+/// Name of such a table in Parquet.
 const TABLE: &str = "results";
 
 /// Whether a file holds rows that a [`Sink`] has written and nothing else: nothing else may be taken away. Of Parquet only a whole
