@@ -121,7 +121,8 @@ pub fn deadline(seconds: Option<f64>) -> Result<Option<Instant>> {
     let Some(seconds) = seconds else { return Ok(None) };
     ensure!(
         seconds > 0.0 && seconds < 1e9,
-        "--seconds {seconds:e} is no time to work in; give more than 0 and less than 1e9"
+        "--seconds {} is no time to work in; give more than 0 and less than 1e9",
+        format!("{seconds:?}").trim_end_matches(".0")
     );
     Ok(Some(Instant::now() + Duration::from_secs_f64(seconds)))
 }
