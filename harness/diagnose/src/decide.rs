@@ -4,9 +4,11 @@
 use super::candidate::Candidate;
 use super::evidence::Evidences;
 use super::heldout::{folds, held_out, windows, Folds, HeldOut};
-use super::learned::{learned, Learned, Named};
+use super::learned::{largest_force, learned, Learned, Named, CURE};
 use super::material::remainder;
 use super::motion::{learn, learn_beside, Force, Loss};
+use super::order::trend;
+use super::phases::of_force;
 use super::posterior::{limits_reading, Cause, Posterior, POSSIBLE, UNKNOWN};
 use super::propose::Pool;
 use super::table::Table;
@@ -58,8 +60,8 @@ pub struct Decision {
     pub forces: Vec<Force>,
     /// Index of the one of them that the recordings are simulated with; None where none is.
     taken: Option<usize>,
-    /// Names of the mechanisms that this force is the class of.
-    losses: Vec<Named>,
+    /// Mechanisms named for the class of what was learned in motion: of this force, and of the stiffness.
+    by_class: Vec<Named>,
 }
 
 impl Decision {
@@ -114,7 +116,7 @@ impl Decision {
             learned: None,
             forces: Vec::new(),
             taken: None,
-            losses: Vec::new(),
+            by_class: Vec::new(),
             base,
             chosen,
             singles,
@@ -134,7 +136,7 @@ impl Decision {
 
     /// Names that were given for what was learned, with no form.
     pub fn names_by_shape(&self) -> &[Named] {
-        self.learned.as_ref().map_or(&self.losses, |l| &l.names)
+        self.learned.as_ref().map_or(&self.by_class, |l| &l.names)
     }
 
     /// Whether what was learned takes the place of every form.
@@ -172,6 +174,29 @@ impl Decision {
         } else {
             self.learn_the_unknown();
         }
+        self.learn_order();
+    }
+
+    /// Names a stiffness that follows the order of the recordings, whatever else is missing; not where the simulation holds such a
+    /// course, or one was found.
+    fn learn_order(&mut self) {
+        let Some(t) = trend(&self.base.data, self.table.learned.class) else { return };
+        let name = t.mechanism.name;
+        let candidates = self.base.structure.base().candidates();
+        if self.chosen.structure.has(|h| h.depends_on_history) || candidates.iter().all(|c| c.name() != name) {
+            return;
+        }
+        self.posterior = self.posterior.with_another(name, t.probability, self.table.level);
+        if self.posterior.likely_names().contains(&name) {
+            self.by_class.push(Named {
+                mechanism: t.mechanism,
+                probability: self.posterior.of(name),
+                also_possible: Vec::new(),
+                size: ("change_of_stiffness", t.change.exp_m1(), "1"),
+                cure: t.mechanism.cure,
+                shares: of_force(self.simulated()),
+            });
+        }
     }
 
     fn learn_beside_names(&mut self) {
@@ -187,8 +212,8 @@ impl Decision {
         for (name, share) in self.losses_by_name() {
             self.posterior = self.posterior.with_beside(&names, name, share, self.table.level);
         }
-        self.losses = self.likely_losses();
-        self.unexplained |= self.losses.is_empty();
+        self.by_class = self.likely_losses();
+        self.unexplained |= self.by_class.is_empty();
     }
 
     fn learn_the_unknown(&mut self) {
@@ -211,7 +236,7 @@ impl Decision {
             let sets = by_name.into_iter().map(|(name, share)| (vec![name], share)).chain([(vec![UNKNOWN], rest)]);
             self.posterior = self.posterior.refined(sets, self.table.level);
         }
-        self.losses = self.likely_losses();
+        self.by_class = self.likely_losses();
     }
 
     /// Names of what the forces learned are the class of, with their probability given that one of the forces is right.
@@ -235,7 +260,8 @@ impl Decision {
             mechanism: l.mechanism,
             probability: self.posterior.of(l.mechanism.name),
             also_possible: l.also_possible.to_vec(),
-            largest: l.largest,
+            size: largest_force(l.largest),
+            cure: CURE,
             shares: l.shares,
         };
         loss.into_iter().map(named).collect()

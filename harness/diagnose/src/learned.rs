@@ -23,6 +23,11 @@ pub const CURE: &str =
     "HysteresisContact.fmu does not hold the shape that was learned: take the force over depth, on the way \
                         in and back, from learned/law.csv into a table of your simulator.";
 
+/// Largest force of a mechanism by the law learned, N; 0 where that does without it: the size of a [`Named`].
+pub const fn largest_force(largest: f64) -> (&'static str, f64, &'static str) {
+    ("largest_force", largest, "N")
+}
+
 /// A mechanism that is named for the class that was learned.
 #[derive(Clone)]
 pub struct Named {
@@ -30,8 +35,10 @@ pub struct Named {
     pub probability: f64,
     /// Names that these recordings cannot part from it.
     pub also_possible: Vec<&'static str>,
-    /// Its largest force by the law learned, N; 0 where that does without it.
-    pub largest: f64,
+    /// What is known of its size: name, value and unit.
+    pub size: (&'static str, f64, &'static str),
+    /// What to do about it.
+    pub cure: &'static str,
     /// Share of its action in approach, loading, unloading and after.
     pub shares: [f64; 4],
 }
@@ -352,7 +359,8 @@ impl Learned {
                 mechanism,
                 probability: posterior.of(name),
                 also_possible: Vec::new(),
-                largest,
+                size: largest_force(largest),
+                cure: CURE,
                 shares,
             });
         }
@@ -365,7 +373,8 @@ impl Learned {
         let also = ALL.iter().filter(|c| c.mechanism == Some(name)).flat_map(|c| c.also).copied();
         let also_possible = if is_tied { learn::PARTED_BY_RATES.1.to_vec() } else { also.collect() };
         let (largest, shares) = self.action(&of);
-        Some(Named { mechanism, probability: posterior.of(name), also_possible, largest, shares })
+        let size = largest_force(largest);
+        Some(Named { mechanism, probability: posterior.of(name), also_possible, size, cure: CURE, shares })
     }
 
     /// The force that a limit hides: the most, N, and the share of its squares by phase.

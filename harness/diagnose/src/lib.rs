@@ -26,6 +26,7 @@ pub mod map;
 pub mod material;
 pub mod motion;
 pub mod next;
+mod order;
 pub mod phases;
 pub mod plausible;
 pub mod posterior;

@@ -33,9 +33,9 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
             [one] => v.push(one.cure.into()),
             all => v.extend(all.iter().map(|m| format!("{}: {}", plain(m.name), m.cure))),
         }
-        if !d.names_by_shape().is_empty() {
-            v.push(super::learned::CURE.into());
-        }
+        let mut by_shape: Vec<String> = d.names_by_shape().iter().map(|n| n.cure.into()).collect();
+        by_shape.dedup();
+        v.extend(by_shape);
         v.extend(at_bonds(c, d, f));
         v.extend(on_body(c, f));
     }

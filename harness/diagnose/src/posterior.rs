@@ -196,6 +196,20 @@ impl Posterior {
         Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
     }
 
+    /// The same with `name` missing besides, with a probability of `share`, whatever else is: of an unknown cause it is what is known.
+    /// Nothing missing stays as it is.
+    pub fn with_another(&self, name: &'static str, share: f64, level: f64) -> Posterior {
+        let mut causes = self.causes.clone();
+        for c in self.causes.iter().filter(|c| !c.names.is_empty() && !c.names.contains(&name)) {
+            let known: &[&'static str] = if c.is_unknown() { &[] } else { &c.names };
+            add(&mut causes, sorted(&[known, &[name]].concat()), share * c.probability);
+        }
+        for c in causes.iter_mut().filter(|c| !c.names.is_empty() && !c.names.contains(&name)) {
+            c.probability *= 1.0 - share;
+        }
+        Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
+    }
+
     /// Probabilities of alternatives that are as likely beforehand, by their ln evidence, as differences of it count here; all
     /// zero where none is finite.
     pub fn shares(&self, ln: &[f64]) -> Vec<f64> {

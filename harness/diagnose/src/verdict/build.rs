@@ -8,7 +8,7 @@ use crate::evidence::LARGE;
 use crate::evidence::{self, Evidences};
 use crate::experiment;
 use crate::findings::Findings;
-use crate::learned::{self, Named, CURE, OF_ITS_OWN};
+use crate::learned::{self, Named, OF_ITS_OWN};
 use crate::map;
 use crate::motion::{misfit, Force};
 use crate::next;
@@ -182,17 +182,18 @@ fn missing(d: &Decision, f: &Findings, i: usize) -> Missing {
 /// A name of what was learned, with no form.
 fn by_shape(n: &Named) -> Missing {
     let m = n.mechanism;
-    let largest = Parameter { value: n.largest, unit: "N", ci95: None, held: false };
+    let (size, value, unit) = n.size;
+    let size_of = Parameter { value, unit, ci95: None, held: false };
     Missing {
         mechanism: m.name,
         form: OF_ITS_OWN,
         probability: n.probability,
-        parameters: BTreeMap::from([("largest_force".to_string(), largest)]),
+        parameters: BTreeMap::from([(size.to_string(), size_of)]),
         intervals_by: "none: a shape that was learned has no interval",
         also_possible: n.also_possible.clone(),
-        text: format!("{}. {CURE}", m.sentence),
+        text: format!("{}. {}", m.sentence, n.cure),
         sentence: m.sentence,
-        cure: CURE,
+        cure: n.cure,
         equation: m.equation,
         source: m.source,
         tie: None,
