@@ -4,18 +4,20 @@
 use super::candidate::Candidate;
 use super::evidence::Evidences;
 use super::heldout::{folds, held_out, windows, Folds, HeldOut};
-use super::learned::{largest_force, learned, Learned, Named, CURE};
+use super::learned::{learned, Learned, Named, Size, CURE};
 use super::material::remainder;
 use super::motion::{learn, learn_beside, Force, Loss};
 use super::order::trend;
 use super::phases::of_force;
 use super::posterior::{limits_reading, Cause, Posterior, POSSIBLE, UNKNOWN};
 use super::propose::Pool;
+use super::rings;
 use super::table::Table;
 use estimate::fitted::Fitted;
 use estimate::problem::Options;
 use estimate::structure::Term;
 use mechanisms::latent_force::MECHANISM as LATENT;
+use mechanisms::mechanism::Mechanism;
 use record::Campaign;
 
 /// Structures at most whose predictions of levels not seen are worked out.
@@ -175,6 +177,7 @@ impl Decision {
             self.learn_the_unknown();
         }
         self.learn_order();
+        self.learn_ringing();
     }
 
     /// Names a stiffness that follows the order of the recordings, whatever else is missing; not where the simulation holds such a
@@ -192,11 +195,53 @@ impl Decision {
                 mechanism: t.mechanism,
                 probability: self.posterior.of(name),
                 also_possible: Vec::new(),
-                size: ("change_of_stiffness", t.change.exp_m1(), "1"),
+                size: Size {
+                    name: "change_of_stiffness",
+                    value: t.change.exp_m1(),
+                    unit: "1",
+                    ci95: Some(t.ci95.map(f64::exp_m1)),
+                },
                 cure: t.mechanism.cure,
                 shares: of_force(self.simulated()),
             });
         }
+    }
+
+    /// Names what rings on the body after the contact; not where the simulation holds something that rings.
+    fn learn_ringing(&mut self) {
+        if self.chosen.structure.has(|h| h.rings) {
+            return;
+        }
+        let Some(found) = rings::rings(self.simulated()) else { return };
+        let Some(first) = found.modes.first() else { return };
+        let candidates = self.base.structure.base().candidates();
+        let mut ringing: Vec<&'static Mechanism> = candidates.iter().map(|t| t.mechanism).collect();
+        ringing.retain(|m| m.hints.rings && m.named);
+        ringing.dedup_by_key(|m| m.name);
+        // which of them, by what each explains alone
+        let alone = |m: &&Mechanism| {
+            let of = self.evidence.structures.iter().filter(|w| w.names == [m.name]);
+            of.map(|w| self.table.mass(w)).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let shares = self.posterior.shares(&ringing.iter().map(alone).collect::<Vec<f64>>());
+        let possible = |of: &(&&'static Mechanism, f64)| of.1 > POSSIBLE;
+        let possible: Vec<(&'static Mechanism, f64)> =
+            ringing.iter().zip(shares).filter(possible).map(|(m, share)| (*m, share)).collect();
+        for (mechanism, share) in &possible {
+            let probability = found.probability(&self.table.learned) * share;
+            self.posterior = self.posterior.with_another(mechanism.name, probability, self.table.level);
+        }
+        let likely = self.posterior.likely_names();
+        let Some((mechanism, _)) = possible.iter().find(|(m, _)| likely.contains(&m.name)) else { return };
+        let others = possible.iter().map(|(m, _)| m.name).filter(|n| *n != mechanism.name);
+        self.by_class.push(Named {
+            mechanism,
+            probability: self.posterior.of(mechanism.name),
+            also_possible: others.collect(),
+            size: Size { name: "frequency", value: first.frequency, unit: "Hz", ci95: Some(first.ci95) },
+            cure: rings::CURE,
+            shares: [0.0, 0.0, 0.0, 1.0],
+        });
     }
 
     fn learn_beside_names(&mut self) {
@@ -260,7 +305,7 @@ impl Decision {
             mechanism: l.mechanism,
             probability: self.posterior.of(l.mechanism.name),
             also_possible: l.also_possible.to_vec(),
-            size: largest_force(l.largest),
+            size: Size::largest_force(l.largest),
             cure: CURE,
             shares: l.shares,
         };

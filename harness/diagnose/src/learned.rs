@@ -23,9 +23,21 @@ pub const CURE: &str =
     "HysteresisContact.fmu does not hold the shape that was learned: take the force over depth, on the way \
                         in and back, from learned/law.csv into a table of your simulator.";
 
-/// Largest force of a mechanism by the law learned, N; 0 where that does without it: the size of a [`Named`].
-pub const fn largest_force(largest: f64) -> (&'static str, f64, &'static str) {
-    ("largest_force", largest, "N")
+/// A number by which a mechanism without a form is told.
+#[derive(Clone, Copy, Debug)]
+pub struct Size {
+    pub name: &'static str,
+    pub value: f64,
+    pub unit: &'static str,
+    /// 95 % interval; None where there is none.
+    pub ci95: Option<[f64; 2]>,
+}
+
+impl Size {
+    /// The largest force by the law learned, N; 0 where that does without the mechanism.
+    pub const fn largest_force(largest: f64) -> Size {
+        Size { name: "largest_force", value: largest, unit: "N", ci95: None }
+    }
 }
 
 /// A mechanism that is named for the class that was learned.
@@ -35,8 +47,7 @@ pub struct Named {
     pub probability: f64,
     /// Names that these recordings cannot part from it.
     pub also_possible: Vec<&'static str>,
-    /// What is known of its size: name, value and unit.
-    pub size: (&'static str, f64, &'static str),
+    pub size: Size,
     /// What to do about it.
     pub cure: &'static str,
     /// Share of its action in approach, loading, unloading and after.
@@ -359,7 +370,7 @@ impl Learned {
                 mechanism,
                 probability: posterior.of(name),
                 also_possible: Vec::new(),
-                size: largest_force(largest),
+                size: Size::largest_force(largest),
                 cure: CURE,
                 shares,
             });
@@ -373,7 +384,7 @@ impl Learned {
         let also = ALL.iter().filter(|c| c.mechanism == Some(name)).flat_map(|c| c.also).copied();
         let also_possible = if is_tied { learn::PARTED_BY_RATES.1.to_vec() } else { also.collect() };
         let (largest, shares) = self.action(&of);
-        let size = largest_force(largest);
+        let size = Size::largest_force(largest);
         Some(Named { mechanism, probability: posterior.of(name), also_possible, size, cure: CURE, shares })
     }
 

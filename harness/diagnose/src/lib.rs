@@ -32,6 +32,8 @@ pub mod plausible;
 pub mod posterior;
 pub mod predictions;
 pub mod propose;
+mod pulse;
+mod rings;
 pub mod rivals;
 pub mod run;
 pub mod search;

@@ -618,6 +618,22 @@ mod tests {
     }
 
     #[test]
+    fn what_is_missing_besides_parts_every_cause_but_nothing_and_is_what_is_known_of_the_unknown() {
+        let cause = |names: &[&'static str], probability: f64| Cause {
+            names: names.to_vec(),
+            probability,
+            structure: Some(0),
+            large: 0.0,
+        };
+        let causes = vec![cause(&[UNKNOWN], 0.6), cause(&["gravity"], 0.3), cause(&[], 0.1)];
+        let p = Posterior { causes, credible: 3, ..Posterior::default() };
+        let parted = p.with_another("fluid_drag", 0.75, 0.95);
+        assert!((parted.of("fluid_drag") - 0.675).abs() < 1e-12 && (parted.of("gravity") - 0.3).abs() < 1e-12);
+        assert!((parted.unknown() - 0.15).abs() < 1e-12 && (parted.nothing() - 0.1).abs() < 1e-12, "{parted:?}");
+        assert!((parted.of_set(&["fluid_drag"]) - 0.45).abs() < 1e-12);
+    }
+
+    #[test]
     fn the_calibration_can_be_read() {
         let t = Table::calibrated();
         assert!((0.5..1.0).contains(&t.level) && t.temperature.is_finite());

@@ -17,7 +17,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; in the rig's model hang the mass given here on the body by its spring and damper.",
     forms,
     acts: Acts::Rider,
-    hints: Hints { strongly_nonlinear: true, ..Hints::PLAIN },
+    hints: Hints { strongly_nonlinear: true, rings: true, ..Hints::PLAIN },
 };
 
 /// A mass on a spring and a damper on the body, taken out of the moving mass.

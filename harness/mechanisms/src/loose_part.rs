@@ -16,7 +16,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; in the rig's model split the body as given here, or fasten the part.",
     forms,
     acts: Acts::Rider,
-    hints: Hints { strongly_nonlinear: true, ..Hints::PLAIN },
+    hints: Hints { strongly_nonlinear: true, rings: true, ..Hints::PLAIN },
 };
 
 /// A part loose inside the body, taken out of the moving mass.

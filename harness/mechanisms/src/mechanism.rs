@@ -120,6 +120,8 @@ pub struct Hints {
     pub limits_reading: bool,
     /// Whether it depends on the recordings taken before, so that a fresh spot shows it.
     pub depends_on_history: bool,
+    /// Whether it swings on when nothing touches the body any more, which its acceleration shows.
+    pub rings: bool,
     /// Whether it stands in for the unknown with so many parameters that it absorbs some of everything.
     pub is_flexible: bool,
     /// Names that no recordings of this kind distinguish from it.
@@ -138,6 +140,7 @@ impl Hints {
         is_calibration: false,
         limits_reading: false,
         depends_on_history: false,
+        rings: false,
         is_flexible: false,
         collinear_with: &[],
         opposite_of: &[],

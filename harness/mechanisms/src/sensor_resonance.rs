@@ -16,7 +16,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     cure: "The contact element is right; simulate the transducer's tip mass and stiffness, or mount it stiffer.",
     forms,
     acts: Acts::Push,
-    hints: Hints { strongly_nonlinear: true, ..Hints::PLAIN },
+    hints: Hints { strongly_nonlinear: true, rings: true, ..Hints::PLAIN },
 };
 
 /// The transducer's tip before its spring, taken out of the moving mass.

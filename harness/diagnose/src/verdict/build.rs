@@ -182,13 +182,12 @@ fn missing(d: &Decision, f: &Findings, i: usize) -> Missing {
 /// A name of what was learned, with no form.
 fn by_shape(n: &Named) -> Missing {
     let m = n.mechanism;
-    let (size, value, unit) = n.size;
-    let size_of = Parameter { value, unit, ci95: None, held: false };
+    let size = Parameter { value: n.size.value, unit: n.size.unit, ci95: n.size.ci95, held: false };
     Missing {
         mechanism: m.name,
         form: OF_ITS_OWN,
         probability: n.probability,
-        parameters: BTreeMap::from([(size.to_string(), size_of)]),
+        parameters: BTreeMap::from([(n.size.name.to_string(), size)]),
         intervals_by: "none: a shape that was learned has no interval",
         also_possible: n.also_possible.clone(),
         text: format!("{}. {}", m.sentence, n.cure),
@@ -461,7 +460,8 @@ fn by_action(d: &Decision) -> Vec<(usize, [f64; 4])> {
     by_strongest(&each).into_iter().map(|i| (i, each[i])).collect()
 }
 
-/// Where the `terms` chosen sit, in their order; then where what stays unexplained does, if nothing stands in for it.
+/// Where what is missing sits: the `terms` chosen that have a name and what has a name and no form, in the order of both; then what
+/// stands in for the unexplained, or where that sits if nothing does.
 fn places(c: &Campaign, d: &Decision, f: &Findings, terms: &[(usize, [f64; 4])]) -> Vec<Place> {
     let missing = "what is missing";
     let all = d.chosen.structure.terms();
@@ -471,8 +471,10 @@ fn places(c: &Campaign, d: &Decision, f: &Findings, terms: &[(usize, [f64; 4])])
         let cause = Located { origin: m.origin.name(), what: if m.named { m.name } else { missing }, bond };
         place(c, d, f, &cause, shares)
     };
-    let mut v: Vec<Place> = terms.iter().map(of_term).collect();
+    let (named, standing_in): (Vec<_>, Vec<_>) = terms.iter().partition(|(i, _)| all[*i].mechanism.named);
+    let mut v: Vec<Place> = named.into_iter().map(of_term).collect();
     v.extend(d.names_by_shape().iter().map(|n| of_shape(c, d, n)));
+    v.extend(standing_in.into_iter().map(of_term));
     if d.unexplained && terms.iter().all(|(i, _)| all[*i].mechanism.named) {
         if d.excess_scatter.is_some() {
             let cause = Located { origin: Origin::Contact.name(), what: "what differs between recordings", bond: None };
