@@ -52,6 +52,13 @@ impl Place<'_> {
         }
         let refused = |why: String, cure: &str| Unwritable::Refused { place: place.clone(), why, cure: cure.into() };
         const ANOTHER: &str = "give --out a place that can";
+        if path.file_name().is_none() && !path.exists() {
+            return Err(refused("it ends in no name".into(), "give --out a path that ends in a name"));
+        }
+        // a name that no file can have, links that lead to each other
+        if let Some((e, cure)) = path.metadata().err().and_then(|e| input::cure(&e).map(|cure| (e, cure))) {
+            return Err(refused(e.to_string(), cure));
+        }
         if path.is_symlink() && !path.exists() {
             return Err(refused("it is a link that leads nowhere".into(), ANOTHER));
         }
@@ -101,6 +108,28 @@ pub fn unwritten(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_place_that_no_file_can_be_at_is_refused_with_its_cure() {
+        let t = tempfile::tempdir().unwrap();
+        let refused = |path: &Path| {
+            let of = |place: Place<'_>| place.check().unwrap_err().to_string();
+            [of(Place::File(path)), of(Place::Folder(path))]
+        };
+        for said in refused(&t.path().join("o".repeat(256))) {
+            assert!(said.contains("give a shorter one"), "{said}");
+        }
+        for said in refused(&t.path().join("none/..")) {
+            assert!(said.contains("ends in no name"), "{said}");
+        }
+        if cfg!(target_os = "linux") {
+            std::os::unix::fs::symlink(t.path().join("b"), t.path().join("a")).unwrap();
+            std::os::unix::fs::symlink(t.path().join("a"), t.path().join("b")).unwrap();
+            for said in [refused(&t.path().join("a")), refused(&t.path().join("a/x"))].concat() {
+                assert!(said.contains("lead to each other"), "{said}");
+            }
+        }
+    }
 
     #[test]
     fn what_is_in_the_way_is_named() {

@@ -200,6 +200,7 @@ impl Decision {
                     value: t.change.exp_m1(),
                     unit: "1",
                     ci95: Some(t.ci95.map(f64::exp_m1)),
+                    by: "Student's t",
                 },
                 cure: t.mechanism.cure,
                 shares: of_force(self.simulated()),
@@ -238,7 +239,13 @@ impl Decision {
             mechanism,
             probability: self.posterior.of(mechanism.name),
             also_possible: others.collect(),
-            size: Size { name: "frequency", value: first.frequency, unit: "Hz", ci95: Some(first.ci95) },
+            size: Size {
+                name: "frequency",
+                value: first.frequency,
+                unit: "Hz",
+                ci95: Some(first.ci95),
+                by: "likelihood",
+            },
             cure: rings::CURE,
             shares: [0.0, 0.0, 0.0, 1.0],
         });

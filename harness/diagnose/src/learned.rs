@@ -31,12 +31,20 @@ pub struct Size {
     pub unit: &'static str,
     /// 95 % interval; None where there is none.
     pub ci95: Option<[f64; 2]>,
+    /// What the interval is by.
+    pub by: &'static str,
 }
 
 impl Size {
     /// The largest force by the law learned, N; 0 where that does without the mechanism.
     pub const fn largest_force(largest: f64) -> Size {
-        Size { name: "largest_force", value: largest, unit: "N", ci95: None }
+        Size {
+            name: "largest_force",
+            value: largest,
+            unit: "N",
+            ci95: None,
+            by: "none: a shape that was learned has no interval",
+        }
     }
 }
 

@@ -127,6 +127,12 @@ pub fn is_out_of_files(e: &Error) -> bool {
     cfg!(unix) && matches!(e.raw_os_error(), Some(23 | 24))
 }
 
+/// Whether links of a path lead to each other.
+fn is_loop(e: &Error) -> bool {
+    // ELOOP has no stable name in the standard library
+    cfg!(target_os = "linux") && e.raw_os_error() == Some(40)
+}
+
 /// What is to be done about an error of the system that has nothing to do with the file: room, memory, limits.
 pub fn cure(e: &Error) -> Option<&'static str> {
     match e.kind() {
@@ -134,6 +140,8 @@ pub fn cure(e: &Error) -> Option<&'static str> {
         ErrorKind::FileTooLarge => Some("the limit for the size of a file is too small; raise it, as with ulimit -f"),
         ErrorKind::ReadOnlyFilesystem => Some("it is on a file system that is only read; take another place"),
         ErrorKind::OutOfMemory => Some("close other programs, or raise the limit of memory, as with ulimit -v"),
+        ErrorKind::InvalidFilename => Some("the name is too long for the file system; give a shorter one"),
+        _ if is_loop(e) => Some("links in it lead to each other; give the place that they were to lead to"),
         _ if is_out_of_files(e) => Some("too many files are open for the limit; raise it, as with ulimit -n"),
         _ => None,
     }

@@ -116,3 +116,27 @@ impl RecordError {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct RecordErrors(pub Vec<RecordError>);
+
+/// Faults of a campaign that are each told, at most.
+pub(crate) const TOLD: usize = 1000;
+
+impl RecordErrors {
+    /// The first of `errors`, and how many more there are in the campaign file `path`; where the last of them says that already, all.
+    pub(crate) fn first(mut errors: Vec<RecordError>, path: &Path) -> RecordErrors {
+        if errors.len() <= TOLD + 1 {
+            return RecordErrors(errors);
+        }
+        let more = errors.len() - TOLD;
+        errors.truncate(TOLD);
+        errors.push(RecordError::untold(more, path));
+        RecordErrors(errors)
+    }
+}
+
+impl RecordError {
+    /// That there are `more` faults than are told.
+    pub(crate) fn untold(more: usize, path: &Path) -> RecordError {
+        let what = format!("{more} faults more are not told");
+        RecordError::new(Section::FormatKey, path, 0, what, "correct those that are, and see what is left")
+    }
+}

@@ -1,6 +1,6 @@
 //! The keys of campaign.toml: which there are, what their values have to be, and where they stand.
 
-use crate::error::Section;
+use crate::error::{Section, TOLD};
 use crate::{units, words, RecordError};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -25,8 +25,6 @@ pub(crate) enum Rule {
 
 /// Largest value: squares of more leave the range of a double.
 const LARGEST: f64 = 1e100;
-/// Faults of a file that are each told, at most.
-const TOLD: usize = 1000;
 /// Longest name of a column, bytes.
 const NAME: usize = 64;
 
@@ -310,9 +308,7 @@ impl Reader<'_> {
     /// What is wrong, and last how much more is.
     fn told(mut self) -> Vec<RecordError> {
         if self.more > 0 {
-            let what = format!("{} faults more are not told", self.more);
-            let cure = "correct those that are, and see what is left";
-            self.errors.push(RecordError::new(Section::FormatKey, self.path, 0, what, cure));
+            self.errors.push(RecordError::untold(self.more, self.path));
         }
         self.errors
     }

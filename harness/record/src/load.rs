@@ -25,7 +25,7 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
         let cure = input::cure(&e).unwrap_or("name a folder that holds a campaign.toml of format recordings/1");
         RecordErrors(vec![RecordError::new(Section::FormatKey, &path, 0, format!("cannot be read ({e})"), cure)])
     })?;
-    let (document, errors) = keys::read(&path, &text).map_err(RecordErrors)?;
+    let (document, errors) = keys::read(&path, &text).map_err(|e| RecordErrors::first(e, &path))?;
     let mut c = Check { path: &path, errors };
     let kind = c.head(&document);
     let (rig, sim) = (&document.rig, &document.simulation);
@@ -80,7 +80,7 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
             Err(e) => c.errors.extend(e),
         }
     }
-    let Some(kind) = kind.filter(|_| c.errors.is_empty()) else { return Err(RecordErrors(c.errors)) };
+    let Some(kind) = kind.filter(|_| c.errors.is_empty()) else { return Err(RecordErrors::first(c.errors, &path)) };
     let folder = dir
         .canonicalize()
         .ok()
@@ -297,10 +297,11 @@ impl Check<'_> {
 
 /// Two recordings that say they were taken at once.
 fn same_order(recordings: &[Entries]) -> Option<String> {
-    let orders: Vec<(f64, &str)> =
-        recordings.iter().filter_map(|r| Some((r.number("order")?, r.text("file")?))).collect();
-    let again = |i: usize| orders[..i].iter().find(|o| o.0 == orders[i].0).map(|o| (o.1, orders[i].1, o.0));
-    let (a, b, order) = (0..orders.len()).find_map(again)?;
+    let mut first: BTreeMap<u64, &str> = BTreeMap::new();
+    let orders = recordings.iter().filter_map(|r| Some((r.number("order")?, r.text("file")?)));
+    // zero is one order, whatever its sign
+    let again = |(order, file): (f64, _)| Some((first.insert((order + 0.0).to_bits(), file)?, file, order));
+    let (a, b, order) = { orders }.find_map(again)?;
     Some(format!(
         "{a} and {b} both have order {order}: give orders as they were taken; two campaigns belong in two folders."
     ))

@@ -282,7 +282,10 @@ fn process(o: &Options, m: &Member, follow: &Arc<dyn Follow>) -> Result<Ended> {
     }
     command.envs(o.environment.iter().map(|(name, value)| (name, value)));
     command.env("NO_COLOR", "1").stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    let mut child = command.spawn().with_context(|| format!("{} does not start", program.to_string_lossy()))?;
+    let mut child = command.spawn().with_context(|| {
+        let cure = "the limit of processes may be too small; raise it, as with ulimit -u";
+        format!("{} does not start; {cure}", program.to_string_lossy())
+    })?;
     let (mut said, mut errors) = (Heard::of(child.stdout.take())?, Heard::of(child.stderr.take())?);
     let late = o.seconds.map(|s| Instant::now() + Duration::from_secs_f64(s * (1.0 + BEYOND.0) + BEYOND.1));
     let (mut was_late, mut left) = (false, false);

@@ -188,7 +188,7 @@ fn by_shape(n: &Named) -> Missing {
         form: OF_ITS_OWN,
         probability: n.probability,
         parameters: BTreeMap::from([(n.size.name.to_string(), size)]),
-        intervals_by: "none: a shape that was learned has no interval",
+        intervals_by: n.size.by,
         also_possible: n.also_possible.clone(),
         text: format!("{}. {}", m.sentence, n.cure),
         sentence: m.sentence,
