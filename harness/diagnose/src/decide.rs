@@ -11,14 +11,14 @@ use super::order::trend;
 use super::phases::of_force;
 use super::posterior::{limits_reading, Cause, Posterior, POSSIBLE, UNKNOWN};
 use super::propose::Pool;
-use super::rings;
+use super::rings::{rings, Rings};
 use super::table::Table;
 use estimate::fitted::Fitted;
 use estimate::problem::Options;
 use estimate::structure::Term;
 use mechanisms::latent_force::MECHANISM as LATENT;
 use mechanisms::mechanism::Mechanism;
-use record::Campaign;
+use record::{Campaign, Channel};
 
 /// Structures at most whose predictions of levels not seen are worked out.
 const PREDICTED: usize = 6;
@@ -180,75 +180,52 @@ impl Decision {
         self.learn_ringing();
     }
 
+    /// Mechanisms of the vocabulary that may be missing in the simulation as given.
+    fn candidates(&self) -> Vec<&'static Mechanism> {
+        let mut all: Vec<&'static Mechanism> =
+            self.base.structure.base().candidates().iter().map(|t| t.mechanism).filter(|m| m.named).collect();
+        all.dedup_by_key(|m| m.name);
+        all
+    }
+
     /// Names a stiffness that follows the order of the recordings, whatever else is missing; not where the simulation holds such a
     /// course, or one was found.
     fn learn_order(&mut self) {
-        let Some(t) = trend(&self.base.data, self.table.learned.class) else { return };
-        let name = t.mechanism.name;
-        let candidates = self.base.structure.base().candidates();
-        if self.chosen.structure.has(|h| h.depends_on_history) || candidates.iter().all(|c| c.name() != name) {
+        let Some(found) = trend(&self.base.data, self.table.learned.class) else { return };
+        let name = found.mechanism.name;
+        if self.chosen.structure.has(|h| h.depends_on_history) || self.candidates().iter().all(|m| m.name != name) {
             return;
         }
-        self.posterior = self.posterior.with_another(name, t.probability, self.table.level);
+        self.posterior = self.posterior.with_another(name, found.probability, self.table.level);
         if self.posterior.likely_names().contains(&name) {
-            self.by_class.push(Named {
-                mechanism: t.mechanism,
-                probability: self.posterior.of(name),
-                also_possible: Vec::new(),
-                size: Size {
-                    name: "change_of_stiffness",
-                    value: t.change.exp_m1(),
-                    unit: "1",
-                    ci95: Some(t.ci95.map(f64::exp_m1)),
-                    by: "Student's t",
-                },
-                cure: t.mechanism.cure,
-                shares: of_force(self.simulated()),
-            });
+            self.by_class.push(found.named(self.posterior.of(name), of_force(self.simulated())));
         }
     }
 
-    /// Names what rings on the body after the contact; not where the simulation holds something that rings.
+    /// Names what rings on after the contact; not where the simulation holds something that rings. Which of the mechanisms that do it
+    /// is goes by what each explains alone.
     fn learn_ringing(&mut self) {
         if self.chosen.structure.has(|h| h.rings) {
             return;
         }
-        let Some(found) = rings::rings(self.simulated()) else { return };
-        let Some(first) = found.modes.first() else { return };
-        let candidates = self.base.structure.base().candidates();
-        let mut ringing: Vec<&'static Mechanism> = candidates.iter().map(|t| t.mechanism).collect();
-        ringing.retain(|m| m.hints.rings && m.named);
-        ringing.dedup_by_key(|m| m.name);
-        // which of them, by what each explains alone
+        let of = |channel| Some((channel, rings(self.simulated(), channel)?));
+        let Some((channel, found)) = [Channel::Acceleration, Channel::Force].into_iter().find_map(of) else { return };
+        let may_ring = |m: &&'static Mechanism| Rings::may_be_of(m, channel);
+        let ringing: Vec<&'static Mechanism> = self.candidates().into_iter().filter(may_ring).collect();
         let alone = |m: &&Mechanism| {
             let of = self.evidence.structures.iter().filter(|w| w.names == [m.name]);
             of.map(|w| self.table.mass(w)).fold(f64::NEG_INFINITY, f64::max)
         };
         let shares = self.posterior.shares(&ringing.iter().map(alone).collect::<Vec<f64>>());
-        let possible = |of: &(&&'static Mechanism, f64)| of.1 > POSSIBLE;
-        let possible: Vec<(&'static Mechanism, f64)> =
-            ringing.iter().zip(shares).filter(possible).map(|(m, share)| (*m, share)).collect();
-        for (mechanism, share) in &possible {
+        let possible: Vec<_> = ringing.into_iter().zip(shares).filter(|(_, share)| *share > POSSIBLE).collect();
+        for (m, share) in &possible {
             let probability = found.probability(&self.table.learned) * share;
-            self.posterior = self.posterior.with_another(mechanism.name, probability, self.table.level);
+            self.posterior = self.posterior.with_another(m.name, probability, self.table.level);
         }
         let likely = self.posterior.likely_names();
         let Some((mechanism, _)) = possible.iter().find(|(m, _)| likely.contains(&m.name)) else { return };
-        let others = possible.iter().map(|(m, _)| m.name).filter(|n| *n != mechanism.name);
-        self.by_class.push(Named {
-            mechanism,
-            probability: self.posterior.of(mechanism.name),
-            also_possible: others.collect(),
-            size: Size {
-                name: "frequency",
-                value: first.frequency,
-                unit: "Hz",
-                ci95: Some(first.ci95),
-                by: "likelihood",
-            },
-            cure: rings::CURE,
-            shares: [0.0, 0.0, 0.0, 1.0],
-        });
+        let others = possible.iter().map(|(m, _)| m.name).filter(|n| *n != mechanism.name).collect();
+        self.by_class.push(found.named(mechanism, self.posterior.of(mechanism.name), others));
     }
 
     fn learn_beside_names(&mut self) {

@@ -4,6 +4,7 @@
 //! the speed add up to ln of the duration.
 
 use crate::evidence::ln_sum;
+use crate::learned::{Named, Size};
 use crate::pulse::Pulse;
 use estimate::problem::{Data, Record};
 use mechanisms::mechanism::Mechanism;
@@ -20,6 +21,21 @@ pub struct Trend {
     /// Change of ln stiffness from the first recording to the last, of a contact k x, with its 95 % interval, 1.
     pub change: f64,
     pub ci95: [f64; 2],
+}
+
+impl Trend {
+    /// It as a name without a form, with its probability and its share of action by phase.
+    pub fn named(&self, probability: f64, shares: [f64; 4]) -> Named {
+        let size = Size {
+            name: "change_of_stiffness",
+            value: self.change.exp_m1(),
+            unit: "1",
+            ci95: Some(self.ci95.map(f64::exp_m1)),
+            by: "Student's t",
+        };
+        let mechanism = self.mechanism;
+        Named { mechanism, probability, also_possible: Vec::new(), size, cure: mechanism.cure, shares }
+    }
 }
 
 /// One recording: its level, the recordings before it, ln of its change of momentum or speed and of its duration.

@@ -1,9 +1,11 @@
-//! Whether a body rings on when nothing touches it: damped oscillations in its acceleration after the impact, that follow the
-//! impact alike in every recording. Nothing of the contact makes them, whatever its law; they are the class of what swings on the
-//! body or in the transducer.
+//! Whether a body or a transducer rings on when nothing touches any more: damped oscillations in the acceleration or the force read
+//! after the impact, that follow the impact alike in every recording. Nothing of the contact makes them, whatever its law; they are
+//! the class of what swings on the body or in the transducer.
 
+use crate::learned::{Named, Size};
 use crate::pulse::Pulse;
 use estimate::fitted::Fitted;
+use mechanisms::mechanism::{Mechanism, Origin};
 use rayon::prelude::*;
 use record::Channel;
 use std::f64::consts::PI;
@@ -26,7 +28,7 @@ pub struct Mode {
 }
 
 /// What to do about what rings, its frequency known and its mass not.
-pub const CURE: &str =
+const CURE: &str =
     "The contact element is right; find what swings at this frequency and fasten it, or hang a mass with this \
                         frequency on the body in the rig's model.";
 /// Half of the 95 % quantile of chi squared of one degree of freedom.
@@ -37,6 +39,18 @@ impl Rings {
     pub fn probability(&self, numbers: &learn::Numbers) -> f64 {
         let ln = numbers.class + self.ln_factor / numbers.temperature;
         1.0 / (1.0 + (-ln).exp())
+    }
+
+    /// Whether `mechanism` may ring in `channel`: in a force that is read while nothing touches, the transducer alone.
+    pub fn may_be_of(mechanism: &Mechanism, channel: Channel) -> bool {
+        mechanism.hints.rings && (channel == Channel::Acceleration || mechanism.origin == Origin::Chain)
+    }
+
+    /// It as `mechanism` without a form, with that one's probability and the others that it may be: after the contact it shows.
+    pub fn named(&self, mechanism: &'static Mechanism, probability: f64, also_possible: Vec<&'static str>) -> Named {
+        let (value, ci95) = self.modes.first().map_or((f64::NAN, None), |m| (m.frequency, Some(m.ci95)));
+        let size = Size { name: "frequency", value, unit: "Hz", ci95, by: "likelihood" };
+        Named { mechanism, probability, also_possible, size, cure: CURE, shares: [0.0, 0.0, 0.0, 1.0] }
     }
 }
 
@@ -60,12 +74,12 @@ const TAILS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 const OF_MODE: f64 = 4.0;
 const OF_TAIL: f64 = 2.0;
 
-/// What rings in the acceleration read after the impacts that `f` simulates; None where there is no flight, or nothing that rings.
-pub fn rings(f: &Fitted) -> Option<Rings> {
+/// What rings in `channel` after the impacts that `f` simulates; None where there is no flight, or nothing that rings.
+pub fn rings(f: &Fitted, channel: Channel) -> Option<Rings> {
     let mut durations = Vec::new();
     let flights: Vec<Flight> = (0..f.data.records.len())
         .filter_map(|r| {
-            let (flight, duration) = flight(f, r)?;
+            let (flight, duration) = flight(f, r, channel)?;
             durations.push(duration);
             Some(flight)
         })
@@ -78,12 +92,12 @@ pub fn rings(f: &Fitted) -> Option<Rings> {
 }
 
 /// The flight after the first impact of recording `r`, until the simulation touches again, and the duration of the impact, s.
-fn flight(f: &Fitted, r: usize) -> Option<(Flight, f64)> {
+fn flight(f: &Fitted, r: usize, channel: Channel) -> Option<(Flight, f64)> {
     let rec = &f.data.records[r];
-    let pulse = Pulse::new(rec, Channel::Acceleration)?;
+    let pulse = Pulse::new(rec, channel)?;
     let (trace, _) = f.predict(r);
-    let (time, y) = (&rec.setup.time, rec.y[Channel::Acceleration.index()].as_deref()?);
-    let weight = &rec.weight[Channel::Acceleration.index()];
+    let (time, y) = (&rec.setup.time, rec.y[channel.index()].as_deref()?);
+    let weight = &rec.weight[channel.index()];
     let flies = |i: usize| trace.position[i] < 0.0;
     let first = (pulse.end..time.len()).find(|i| flies(*i))?;
     let end = (first..time.len()).find(|i| !flies(*i) || time[*i] > pulse.middle + LONGEST * pulse.duration);

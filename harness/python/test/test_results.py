@@ -124,9 +124,51 @@ def test_names_lead_into_no_other_folder_and_links_are_not_written_through(tmp_p
     for name in ["campaign.toml", "r01.csv"]:
         (tmp_path / "c" / name).unlink(missing_ok=True)
         (tmp_path / "c" / name).symlink_to(precious)
-    td.Campaign.of(course, folder=tmp_path / "c")
+        with pytest.raises(FileExistsError, match="is in the way"):
+            td.Campaign.of(course, folder=tmp_path / "c")
     assert precious.read_text() == "mine"
     assert sorted(f.name for f in (tmp_path / "c").iterdir()) == ["campaign.toml", "r01.csv"]
+
+
+def test_files_of_the_users_own_stay_and_those_made_before_are_replaced(tmp_path: Path) -> None:
+    def course(top: float) -> pa.Table:
+        return pa.table({"time": [0.0, 1.0], "force": [0.0, top]})
+
+    for name in ["r01.csv", "campaign.toml"]:
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / name).write_text("mine")
+        with pytest.raises(FileExistsError, match=f"{name} is in the way, and was not made by Campaign.of; give another"):
+            td.Campaign.of(course(1.0), folder=folder)
+        assert [(f.name, f.read_text()) for f in folder.iterdir()] == [(name, "mine")]
+    for top in [1.0, 2.0]:
+        made = td.Campaign.of(course(top), folder=tmp_path / "again")
+        assert f"1,{top:g}" in (made.folder / "r01.csv").read_text()
+    with pytest.raises(ValueError, match="moving_mass is nan"):
+        td.Campaign.of(course(1.0), mass=float("nan"), folder=tmp_path / "none")
+    assert not (tmp_path / "none").exists()
+
+
+def test_arrays_of_every_kind_are_taken_or_refused_and_stay_as_they_are() -> None:
+    time, force = np.arange(4.0), np.array([0.0, 2.0, 1.0, 0.0])
+    plain = td.Campaign.of(pa.table({"time": time, "force": force}), mass=0.5, speed=1.0)
+    wanted = (plain.folder / "r01.csv").read_bytes()
+    fixed = force.copy()
+    fixed.flags.writeable = False
+    strided = np.repeat(force, 2)[::2]
+    objects = force.astype(object)
+    for column in [fixed, strided, objects, force.astype(np.float32), force.astype(">f8").astype(float)]:
+        made = td.Campaign.of(pd.DataFrame({"time": time, "force": column}), mass=0.5, speed=np.array(1.0, dtype=object))
+        assert (made.folder / "r01.csv").read_bytes() == wanted
+    assert not fixed.flags.writeable and (fixed == force).all() and objects.dtype == object
+    for mixed in [[0.0, "two", 1.0, None], [0.0, {}, 1.0, 2.0]]:
+        with pytest.raises((TypeError, ValueError, pa.ArrowInvalid, td.TouchdownError)):
+            td.diagnose(pd.DataFrame({"time": time, "force": mixed}), mass=0.5, speed=1.0)
+    for wrong in ["1 m/s", [None], {}, [[1.0, 2.0]]]:
+        with pytest.raises((TypeError, ValueError), match="speed"):
+            td.Campaign.of(pa.table({"time": time, "force": force}), speed=wrong)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="moving_mass is 'heavy'; give a number"):
+        td.Campaign.of(pa.table({"time": time, "force": force}), mass="heavy")  # type: ignore[arg-type]
 
 
 def test_numbers_of_numpy_are_numbers_and_those_that_are_none_are_refused() -> None:

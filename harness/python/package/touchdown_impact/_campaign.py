@@ -114,8 +114,9 @@ class Campaign(Tabular):
         terms: what the simulation holds beside k x^p, names of `touchdown mechanisms`. k, p, mu_d: its law, where it is
         calibrated. folder: where the campaign is written; a temporary folder that goes with it unless given.
 
-        Raises: ValueError for as many values as there are no recordings, and for one that is not finite; TypeError for what is no table; OSError where the
-        folder cannot be written. What is wrong with the recordings is reported where they are used.
+        Raises: ValueError for as many values as there are no recordings, and for one that is not finite; TypeError for what is no
+        table, or no number; FileExistsError where `folder` holds files of these names that a call like this has not made; OSError
+        where it cannot be written. What is wrong with the recordings is reported where they are used.
         """
         named = _named(frames)
         temporary = None
@@ -123,7 +124,6 @@ class Campaign(Tabular):
             temporary = tempfile.TemporaryDirectory(prefix="touchdown-")
             folder = Path(temporary.name) / _plain(name)
         folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
         given: dict[str, Each] = {
             "order": order if order is not None else list(range(1, len(named) + 1)),
             "level": level,
@@ -135,18 +135,23 @@ class Campaign(Tabular):
             "spring_preload": preload,
         }
         each = {key: _each(key, value, len(named)) for key, value in given.items() if value is not None}
-        lines = ['format = "recordings/1"', "", "[campaign]"]
+        lines = [_OURS, 'format = "recordings/1"', "", "[campaign]"]
         lines += _keys(name=name, kind=kind, material=material)
         lines += ["", "[rig]"] + _keys(moving_mass=mass, travel=travel, return_spring_rate=spring_rate)
         lines += ["", "[simulation]"] + _keys(terms=None if terms is None else list(terms), k=k, p=p, mu_d=mu_d)
+        files: dict[str, bytes] = {}
         for i, (file, frame) in enumerate(named.items()):
             text = io.BytesIO()
             pyarrow.csv.write_csv(
                 _renamed(frame), text, pyarrow.csv.WriteOptions(quoting_style="none", delimiter=",")
             )
-            _write(folder / file, text.getbuffer())
+            files[file] = text.getvalue()
             lines += ["", "[[recording]]"] + _keys(file=file, **{key: values[i] for key, values in each.items()})
-        _write(folder / "campaign.toml", ("\n".join(lines) + "\n").encode())
+        files["campaign.toml"] = ("\n".join(lines) + "\n").encode()
+        folder.mkdir(parents=True, exist_ok=True)
+        _keep_off(folder, files)
+        for file, data in files.items():
+            _write(folder / file, data)
         made = cls(folder)
         made._temporary = temporary
         return made
@@ -270,7 +275,25 @@ def _plain(name: str) -> str:
     return plain if plain.strip(". ") else "campaign"
 
 
-def _write(path: Path, data: bytes | memoryview) -> None:
+#: What a campaign.toml that this module has written begins with.
+_OURS = "# Written by touchdown_impact."
+
+
+def _keep_off(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Nothing, where `files` may be written into `folder`: what is there was made here, or is the same."""
+    listed = folder / "campaign.toml"
+    if listed.is_file() and not listed.is_symlink():
+        with open(listed, "rb") as f:
+            if f.read(len(_OURS)) == _OURS.encode():
+                return
+    for name, data in files.items():
+        path = folder / name
+        there = os.path.lexists(path)
+        if there and (path.is_symlink() or not path.is_file() or path.read_bytes() != data):
+            raise FileExistsError(f"{path} is in the way, and was not made by Campaign.of; give another folder, or move it")
+
+
+def _write(path: Path, data: bytes) -> None:
     """Writes a file beside its place and renames it there: what a link there leads to stays as it is."""
     with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".touchdown-", delete=False) as made:
         try:
@@ -301,11 +324,15 @@ def _renamed(frame: Frame) -> pa.Table:
 
 def _each(key: str, value: Each, count: int) -> list[float]:
     """A value for each of so many recordings."""
-    if isinstance(value, Sequence) or isinstance(value, np.ndarray):
-        if len(value) != count:
-            raise ValueError(f"{key}: {len(value)} values for {count} recordings; give one, or one for each")
-        return [float(v) for v in value]
-    return [float(cast(float, value))] * count
+    several = isinstance(value, Sequence) and not isinstance(value, str)
+    values = list(np.ravel(np.asarray(value, dtype=object))) if several or isinstance(value, np.ndarray) else [value]
+    if several and len(values) != count or len(values) not in (1, count):
+        raise ValueError(f"{key}: {len(values)} values for {count} recordings; give one, or one for each")
+    try:
+        numbers = [float(cast(float, v)) for v in values]
+    except (TypeError, ValueError):
+        raise TypeError(f"{key} is {value!r}; give a number, or one for each recording") from None
+    return numbers if len(numbers) == count else numbers * count
 
 
 def _keys(**values: Any) -> list[str]:
@@ -315,9 +342,13 @@ def _keys(**values: Any) -> list[str]:
 
 def _toml(key: str, value: Any) -> str:
     if isinstance(value, (bool, str, list)):
-        return json.dumps(value, ensure_ascii=False)
+        # TOML escapes one character more than JSON
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     # numbers of numpy are no numbers of JSON
-    number = int(value) if isinstance(value, (int, np.integer)) else float(value)
+    try:
+        number = int(value) if isinstance(value, (int, np.integer)) else float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{key} is {value!r}; give a number") from None
     if not np.isfinite(number):
         raise ValueError(f"{key} is {number}; give a finite number")
     return json.dumps(number)
