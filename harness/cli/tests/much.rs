@@ -40,9 +40,10 @@ fn a_recording_of_very_many_columns_is_refused_in_a_line() {
     let said = complaint(&wide(100_000), "");
     assert!(said.contains("r.csv:1: 100000 columns, more than the 16384 that are read"), "{said:.1000}");
     assert!(said.len() < 1000, "{}", said.len());
-    // as many as there may be, none of them known
+    // as many as there may be, none of them known: the first are told, the others counted
     let said = complaint(&wide(16_000), "");
-    assert!(said.contains("column \"a15999\" is not known"), "{said:.1000}");
+    assert!(said.contains("column \"a999\" is not known") && !said.contains("\"a15999\""), "{said:.1000}");
+    assert!(said.contains("faults more are not told"), "{said:.1000}");
 }
 
 #[test]

@@ -233,4 +233,26 @@ mod tests {
         assert!(follows(&by_level, PRIOR).unwrap().probability < 0.5);
         assert!(follows(&by_level[..3], PRIOR).is_none());
     }
+
+    #[test]
+    fn a_campaign_whose_contact_hardens_says_so_by_its_pulses_and_one_whose_contact_stays_does_not() {
+        let of = |share: f64| {
+            let dir = tempfile::tempdir().unwrap();
+            let mut recipe = plant::recipe::Recipe::default();
+            let course = mechanisms::wear::Course::Linear;
+            recipe.physics.cyclic_hardening.0 =
+                mechanisms::wear::CyclicChange { share, course, ..mechanisms::wear::CyclicChange::default() };
+            plant::recipe::write_campaign(dir.path(), &recipe).unwrap();
+            // of one level, so that the durations at all speeds are held against each other
+            let listed = dir.path().join("campaign.toml");
+            let text = std::fs::read_to_string(&listed).unwrap();
+            std::fs::write(&listed, text.replace("[[recording]]\n", "[[recording]]\nlevel = 1\n")).unwrap();
+            let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
+            trend(&estimate::prepare::Prepared::new(&campaign).unwrap().data, PRIOR).unwrap()
+        };
+        let found = of(0.5);
+        assert_eq!(found.mechanism.name, "cyclic_hardening");
+        assert!(found.probability > 0.8 && found.ci95[0] > 0.0, "{} {:?}", found.probability, found.ci95);
+        assert!(of(0.0).probability < 0.5, "{}", of(0.0).probability);
+    }
 }

@@ -8,6 +8,7 @@ use estimate::fitted::Fitted;
 use mechanisms::mechanism::{Mechanism, Origin};
 use rayon::prelude::*;
 use record::Channel;
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// What rings after the contact.
@@ -54,8 +55,9 @@ impl Rings {
     }
 }
 
-/// The reading of one flight over the impulse before it, and the time since that, in durations of the pulse.
+/// The reading of one flight over the impulse before it, and the time since the middle of that, in mean durations of the pulses.
 struct Flight {
+    level: usize,
     time: Vec<f64>,
     read: Vec<f64>,
 }
@@ -70,28 +72,23 @@ const LEAST: usize = 24;
 const DAMPING: [f64; 5] = [0.005, 0.02, 0.05, 0.1, 0.2];
 /// Times, in durations of the pulse, within which a reading may come back to its zero without ringing.
 const TAILS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
-/// Parameters of a mode: frequency, damping, and two amplitudes; of a tail: time constant and amplitude.
-const OF_MODE: f64 = 4.0;
-const OF_TAIL: f64 = 2.0;
-
 /// What rings in `channel` after the impacts that `f` simulates; None where there is no flight, or nothing that rings.
 pub fn rings(f: &Fitted, channel: Channel) -> Option<Rings> {
-    let mut durations = Vec::new();
-    let flights: Vec<Flight> = (0..f.data.records.len())
-        .filter_map(|r| {
-            let (flight, duration) = flight(f, r, channel)?;
-            durations.push(duration);
-            Some(flight)
-        })
-        .collect();
-    let duration = durations.iter().sum::<f64>() / durations.len() as f64;
+    let (mut flights, mut durations) = (Vec::new(), Vec::new());
+    for (flight, duration) in (0..f.data.records.len()).filter_map(|r| flight(f, r, channel)) {
+        flights.push(flight);
+        durations.push(duration);
+    }
+    let mean = durations.iter().sum::<f64>() / durations.len() as f64;
+    flights.iter_mut().flat_map(|f| &mut f.time).for_each(|t| *t /= mean);
     let (ln_factor, angular) = modes(&flights)?;
-    let hertz = |w: f64| w / (2.0 * PI * duration);
+    let hertz = |w: f64| w / (2.0 * PI * mean);
     let mode = |[low, w, high]: [f64; 3]| Mode { frequency: hertz(w), ci95: [hertz(low), hertz(high)] };
     Some(Rings { ln_factor, modes: angular.into_iter().map(mode).collect() })
 }
 
-/// The flight after the first impact of recording `r`, until the simulation touches again, and the duration of the impact, s.
+/// The flight after the first impact of recording `r`, until the simulation touches again, its time in s; with the duration of the
+/// impact, s.
 fn flight(f: &Fitted, r: usize, channel: Channel) -> Option<(Flight, f64)> {
     let rec = &f.data.records[r];
     let pulse = Pulse::new(rec, channel)?;
@@ -102,21 +99,21 @@ fn flight(f: &Fitted, r: usize, channel: Channel) -> Option<(Flight, f64)> {
     let first = (pulse.end..time.len()).find(|i| flies(*i))?;
     let end = (first..time.len()).find(|i| !flies(*i) || time[*i] > pulse.middle + LONGEST * pulse.duration);
     let kept = (first..end.unwrap_or(time.len())).filter(|i| weight[*i] > 0.0 && y[*i].is_finite());
-    let of = |i: usize| ((time[i] - pulse.middle) / pulse.duration, y[i] * pulse.duration / pulse.impulse);
+    let of = |i: usize| (time[i] - pulse.middle, y[i] * pulse.duration / pulse.impulse);
     let (time, read): (Vec<f64>, Vec<f64>) = kept.map(of).unzip();
-    (time.len() >= LEAST).then_some((Flight { time, read }, pulse.duration))
+    (time.len() >= LEAST).then_some((Flight { level: rec.level, time, read }, pulse.duration))
 }
 
-/// Columns over all flights, one after the other, without what a parabola of each flight explains.
-struct Columns<'a> {
-    flights: &'a [Flight],
+/// Flights of one level: impacts alike, which what swings answers alike.
+struct Alike<'a> {
+    flights: Vec<&'a Flight>,
     /// Orthonormal polynomials of every flight.
     smooth: Vec<[Vec<f64>; 3]>,
 }
 
-impl Columns<'_> {
-    fn new(flights: &[Flight]) -> Columns<'_> {
-        let smooth = |f: &Flight| {
+impl<'a> Alike<'a> {
+    fn new(flights: Vec<&'a Flight>) -> Alike<'a> {
+        let smooth = |f: &&Flight| {
             let mut all: [Vec<f64>; 3] = std::array::from_fn(|p| f.time.iter().map(|t| t.powi(p as i32)).collect());
             for p in 0..3 {
                 let (before, from) = all.split_at_mut(p);
@@ -126,12 +123,13 @@ impl Columns<'_> {
             }
             all
         };
-        Columns { flights, smooth: flights.iter().map(smooth).collect() }
+        Alike { smooth: flights.iter().map(smooth).collect(), flights }
     }
 
-    /// A column whose values in a flight are those of `of`.
+    /// A column over the flights, one after the other, whose values in a flight are those of `of`, without what a parabola of each
+    /// flight explains.
     fn column(&self, of: impl Fn(&Flight) -> Vec<f64>) -> Vec<f64> {
-        let alone = |(f, smooth): (&Flight, &[Vec<f64>; 3])| {
+        let alone = |(f, smooth): (&&Flight, &[Vec<f64>; 3])| {
             let mut v = of(f);
             smooth.iter().for_each(|q| project_out(&mut v, q));
             v
@@ -139,57 +137,81 @@ impl Columns<'_> {
         self.flights.iter().zip(&self.smooth).flat_map(alone).collect()
     }
 
-    /// The two columns of a mode of angular frequency `w` and damping ratio `zeta`.
-    fn mode(&self, w: f64, zeta: f64) -> Vec<Vec<f64>> {
+    /// `y` of all flights as that of each.
+    fn parted(&self, y: &[f64]) -> Vec<Vec<f64>> {
+        let mut rest = y;
+        let of = |f: &&Flight| {
+            let (own, further) = rest.split_at(f.time.len());
+            rest = further;
+            own.to_vec()
+        };
+        self.flights.iter().map(of).collect()
+    }
+
+    /// What a mode of angular frequency `w` and damping ratio `zeta` leaves of `y`.
+    fn without_mode(&self, y: &[f64], w: f64, zeta: f64) -> Vec<f64> {
         let of = |phase: f64| {
             self.column(|f| f.time.iter().map(|t| (-zeta * w * t).exp() * (w * t - phase).cos()).collect())
         };
-        vec![of(0.0), of(PI / 2.0)]
+        without(y, &[of(0.0), of(PI / 2.0)])
+    }
+
+    /// What a zero that comes back within `time` leaves of `y`.
+    fn without_tail(&self, y: &[f64], time: f64) -> Vec<f64> {
+        without(y, &[self.column(|f| f.time.iter().map(|t| (-t / time).exp()).collect())])
     }
 }
 
-/// ln Bayes factor (Schwarz 1978) of the modes that `flights` hold, in durations of the pulse, against none, and their angular
-/// frequencies between the ends of their 95 % intervals (by likelihood: Wilks 1938), the strongest first; None where they are too few or hold nothing.
+/// ln Bayes factor (Schwarz 1978) of the modes that `flights` hold against none, and their angular frequencies between the ends of
+/// their 95 % intervals (by likelihood: Wilks 1938), the strongest first, in their unit of time; None where they are too few or hold
+/// nothing. A mode has one frequency and one damping, and at every level an amplitude and a phase.
 fn modes(flights: &[Flight]) -> Option<(f64, Vec<[f64; 3]>)> {
     let longest = flights.iter().map(|f| f.time[f.time.len() - 1] - f.time[0]).fold(0.0, f64::max);
     let step = flights.iter().map(|f| (f.time[1] - f.time[0]).abs()).fold(f64::MAX, f64::min);
     if flights.is_empty() || longest <= 0.0 || step <= 0.0 {
         return None;
     }
-    let columns = Columns::new(flights);
-    let mut left = columns.column(|f| f.read.clone());
-    let n = left.len() as f64;
-    let whole = dot(&left, &left);
+    let mut levels: BTreeMap<usize, Vec<&Flight>> = BTreeMap::new();
+    flights.iter().for_each(|f| levels.entry(f.level).or_default().push(f));
+    let levels: Vec<Alike<'_>> = levels.into_values().map(Alike::new).collect();
+    let mut left: Vec<Vec<f64>> = levels.iter().map(|l| l.column(|f| f.read.clone())).collect();
+    let n = left.iter().map(Vec::len).sum::<usize>() as f64;
+    let each = |left: &[Vec<f64>], of: &dyn Fn(&Alike<'_>, &[f64]) -> Vec<f64>| -> Vec<Vec<f64>> {
+        levels.iter().zip(left).map(|(l, y)| of(l, y)).collect()
+    };
+    let whole = squares(&left);
     if whole <= 0.0 {
         return None;
     }
+    let penalty = |parameters: usize| 0.5 * (parameters * levels.len()) as f64 * n.ln();
     // a zero that comes back is no ringing
-    let tail = |of: &f64| columns.column(|f| f.time.iter().map(|t| (-t / of).exp()).collect());
-    let tails = TAILS.iter().map(|of| without(&left, &[tail(of)]));
-    let best = tails.min_by(|a, b| dot(a, a).total_cmp(&dot(b, b)));
-    if let Some(best) = best.filter(|b| n * (whole / dot(b, b)).ln() > OF_TAIL * n.ln()) {
+    let tails = TAILS.iter().map(|time| each(&left, &|l, y| l.without_tail(y, *time)));
+    let best = tails.min_by(|a, b| squares(a).total_cmp(&squares(b)));
+    if let Some(best) = best.filter(|b| 0.5 * n * (whole / squares(b)).ln() > 0.5 * n.ln() + penalty(1)) {
         left = best;
     }
-    let smooth = dot(&left, &left);
     // from two periods a flight to a little below the highest frequency sampled, two steps a natural width
     let (low, high, by) = (4.0 * PI / longest, 0.8 * PI / step, PI / (2.0 * longest));
-    let tried: Vec<(f64, f64)> = (0..)
-        .map(|i| low + by * f64::from(i))
-        .take_while(|w| *w < high)
-        .flat_map(|w| DAMPING.map(|z| (w, z)))
-        .collect();
-    let (mut found, mut used): (Vec<(f64, [f64; 3])>, f64) = (Vec::new(), smooth);
+    let grid: Vec<f64> = (0..).map(|i| low + by * f64::from(i)).take_while(|w| *w < high).collect();
+    let tried: Vec<(f64, f64)> = grid.iter().flat_map(|w| DAMPING.map(|zeta| (*w, zeta))).collect();
+    let alone: Vec<Alike<'_>> = levels.iter().flat_map(|l| &l.flights).map(|f| Alike::new(vec![*f])).collect();
+    let (mut found, mut used): (Vec<(f64, [f64; 3])>, f64) = (Vec::new(), squares(&left));
     let mut factor = 0.0f64;
     for _ in 0..MODES {
-        let rest = |(w, zeta): &(f64, f64)| {
-            let better = without(&left, &columns.mode(*w, *zeta));
-            (*w, *zeta, dot(&better, &better))
-        };
+        let rest = |(w, zeta): &(f64, f64)| (*w, *zeta, squares(&each(&left, &|l, y| l.without_mode(y, *w, *zeta))));
         let rests: Vec<(f64, f64, f64)> = tried.par_iter().map(rest).collect();
         let Some((w, zeta, rest)) = rests.iter().copied().min_by(|a, b| a.2.total_cmp(&b.2)) else { break };
-        let better = without(&left, &columns.mode(w, zeta));
-        let independent = independent(&better, flights);
-        let more = 0.5 * independent * (used / rest).ln() - 0.5 * OF_MODE * n.ln();
+        let better = each(&left, &|l, y| l.without_mode(y, w, zeta));
+        let independent = independent(&better, &levels);
+        // hum has been there before the impact: it dies out in no flight, and has a phase of its own in each
+        let each_alone: Vec<Vec<f64>> = levels.iter().zip(&left).flat_map(|(l, y)| l.parted(y)).collect();
+        let hum = |w: &f64| -> f64 {
+            let of = |(a, y): (&Alike<'_>, &Vec<f64>)| a.without_mode(y, *w, 0.0);
+            alone.iter().zip(&each_alone).map(of).map(|y| dot(&y, &y)).sum()
+        };
+        let least = grid.par_iter().map(hum).reduce(|| f64::INFINITY, f64::min);
+        let hums = 0.5 * independent * (used / least).ln() - (0.5 + alone.len() as f64) * n.ln();
+        let more = 0.5 * independent * (used / rest).ln() - n.ln() - penalty(2) - hums.max(0.0);
         if !more.is_finite() || more <= 0.0 {
             break;
         }
@@ -205,14 +227,17 @@ fn modes(flights: &[Flight]) -> Option<(f64, Vec<[f64; 3]>)> {
 }
 
 /// Samples that are independent, of residuals whose neighbours are alike (an autoregression of first order; Bartlett 1935).
-fn independent(left: &[f64], flights: &[Flight]) -> f64 {
-    let (mut at, mut products) = (0, 0.0);
-    for f in flights {
-        products += left[at..at + f.time.len()].windows(2).map(|w| w[0] * w[1]).sum::<f64>();
-        at += f.time.len();
+fn independent(left: &[Vec<f64>], levels: &[Alike<'_>]) -> f64 {
+    let mut products = 0.0;
+    for (y, l) in left.iter().zip(levels) {
+        let mut at = 0;
+        for f in &l.flights {
+            products += y[at..at + f.time.len()].windows(2).map(|w| w[0] * w[1]).sum::<f64>();
+            at += f.time.len();
+        }
     }
-    let alike = (products / dot(left, left)).clamp(0.0, 0.999);
-    left.len() as f64 * (1.0 - alike) / (1.0 + alike)
+    let alike = (products / squares(left)).clamp(0.0, 0.999);
+    left.iter().map(Vec::len).sum::<usize>() as f64 * (1.0 - alike) / (1.0 + alike)
 }
 
 /// What least squares by `columns` leave of `y`.
@@ -238,6 +263,10 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+fn squares(of: &[Vec<f64>]) -> f64 {
+    of.iter().map(|v| dot(v, v)).sum()
+}
+
 /// Takes the part along the unit vector `q` out of `v`.
 fn project_out(v: &mut [f64], q: &[f64]) {
     let share = dot(v, q);
@@ -256,7 +285,7 @@ mod tests {
         let mut flight = |r: usize| {
             let time: Vec<f64> = (0..120).map(|i| 1.0 + 0.1 * f64::from(i)).collect();
             let read = time.iter().map(|t| of(r, *t) + noise * (rng.random::<f64>() - 0.5)).collect();
-            Flight { time, read }
+            Flight { level: r / 3, time, read }
         };
         (0..5).map(&mut flight).collect()
     }
@@ -290,5 +319,31 @@ mod tests {
         let columns = [vec![1.0, 1.0, 1.0, 1.0], vec![0.0, 1.0, 2.0, 3.0], vec![2.0, 2.0, 2.0, 2.0]];
         let left = without(&y, &columns);
         assert!(columns.iter().all(|c| dot(c, &left).abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_mass_that_rides_on_the_body_rings_at_the_frequency_of_the_pair_and_a_body_alone_does_not() {
+        let of = |ride: f64, w: f64| {
+            let dir = tempfile::tempdir().unwrap();
+            let mut recipe = plant::recipe::Recipe::default();
+            // as short as rings show best
+            recipe.physics.law.scale_stiffness(30.0);
+            recipe.physics.law.hysteresis_damping.coefficient *= 30.0;
+            let riding = &mut recipe.physics.attached_mass;
+            (riding.mass, riding.stiffness, riding.damping) = (ride, ride * w * w, 0.02 * ride * w);
+            plant::recipe::write_campaign(dir.path(), &recipe).unwrap();
+            let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
+            let prepared = estimate::prepare::Prepared::new(&campaign).unwrap();
+            let base = Fitted::base(&prepared.data, &prepared.structure, &prepared.guess);
+            (rings(&base, Channel::Acceleration), recipe.physics.mass)
+        };
+        let (ride, w) = (0.1, 1.2e4);
+        let (found, mass) = of(ride, w);
+        let found = found.unwrap();
+        let numbers = crate::table::Table::calibrated().learned;
+        assert!(found.probability(&numbers) > 0.9, "{found:?}");
+        let frequency = w * (mass / (mass - ride)).sqrt() / (2.0 * PI);
+        assert!((found.modes[0].frequency / frequency - 1.0).abs() < 0.03, "{found:?} {frequency}");
+        assert!(of(0.0, w).0.is_none_or(|r| r.probability(&numbers) < 0.5));
     }
 }
