@@ -100,6 +100,18 @@ pub fn notes<'a>(folder: &'a Path, answer: &'a Committed) -> impl Iterator<Item 
     output::finished().into_iter().chain(answer.notes().map(|n| format!("{}: {n}", folder.shown())))
 }
 
+/// Sees that `out` is none of the files that are read for it.
+///
+/// # Errors
+/// The one that it is.
+pub fn is_none_of<'a>(out: &Path, mut inputs: impl Iterator<Item = &'a Path>) -> Result<()> {
+    let Ok(there) = out.canonicalize() else { return Ok(()) };
+    match inputs.find(|i| i.canonicalize().is_ok_and(|i| i == there)) {
+        Some(_) => anyhow::bail!("{}: --out is a file that is read for it; give another name", out.shown()),
+        None => Ok(()),
+    }
+}
+
 /// That nothing could be written to `path`.
 pub fn unwritten(path: &Path) -> String {
     format!("{}: cannot be written", path.shown())

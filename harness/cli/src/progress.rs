@@ -62,8 +62,9 @@ fn catch_signals() {
     use signal_hook::iterator::Signals;
     let (ready, is_ready) = channel();
     let wait = move || {
-        let hangup = Some(SIGHUP).filter(|s| !is_ignored(*s));
-        let signals = Signals::new(hangup.into_iter().chain([SIGINT, SIGTERM]));
+        // a shell without a terminal has what it starts in the background ignore SIGINT, which asks for an end all the same
+        let asked = [SIGHUP, SIGTERM].into_iter().filter(|s| !is_ignored(*s));
+        let signals = Signals::new(asked.chain([SIGINT]));
         // nobody waits for it who has ended meanwhile
         let _ = ready.send(());
         if let Ok(mut signals) = signals {

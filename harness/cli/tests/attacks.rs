@@ -599,3 +599,87 @@ fn a_page_of_all_answers_and_a_register_that_cannot_be_written_are_failures() {
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("lost/campaign.json"), "{said}");
 }
+
+#[test]
+fn an_archive_takes_the_place_of_no_file_of_somebodys_and_of_none_that_it_is_made_of() {
+    let b = Bench::new();
+    let done = |arguments: &[&str]| {
+        let o = b.ends(b.command(arguments));
+        (o.status.code(), String::from_utf8_lossy(&o.stderr).into_owned())
+    };
+    let (code, said) = done(&["pack", "--out", "notes.txt"]);
+    assert!(code == Some(0) && said.contains("is kept as notes.kept.txt"), "{said}");
+    assert_eq!(text(&b.at("notes.kept.txt")), MINE);
+    // one of ours is replaced
+    assert_eq!(done(&["pack", "--out", "notes.txt"]), (Some(0), String::from("notes.txt: linux64\n")));
+    assert!(!b.at("notes.kept-2.txt").exists());
+    let system =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/contactor_system.toml"))
+            .unwrap();
+    std::fs::write(b.at("s.toml"), system.replace("touchdown:contact", "mine.fmu")).unwrap();
+    assert_eq!(done(&["pack", "--out", "mine.fmu"]).0, Some(0));
+    let fmu = std::fs::read(b.at("mine.fmu")).unwrap();
+    for input in ["s.toml", "mine.fmu", "./mine.fmu"] {
+        let (code, said) = done(&["export-ssp", "s.toml", "--out", input]);
+        assert!(code == Some(2) && said.contains("--out is a file that is read for it; give another name"), "{said}");
+    }
+    let packs = ["pack", "--binary", "linux64=mine.fmu", "--out", "mine.fmu"];
+    assert_eq!(done(&packs).0, Some(2));
+    assert!(std::fs::read(b.at("mine.fmu")).unwrap() == fmu && text(&b.at("s.toml")).contains("mine.fmu"));
+    for _ in 0..2 {
+        let (code, said) = done(&["export-ssp", "s.toml", "--out", "precious/a"]);
+        assert!(code == Some(0), "{said}");
+    }
+    assert_eq!(text(&b.at("precious/a.kept")), MINE);
+    assert!(!b.at("precious/a.kept-2").exists());
+}
+
+#[test]
+fn an_archive_of_components_with_long_names_can_be_opened_again() {
+    let b = Bench::new();
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/contactor_system.toml");
+    let long = "n".repeat(300);
+    let system = std::fs::read_to_string(examples).unwrap();
+    let system =
+        system.replace("name = \"bar\"", &format!("name = \"{long}\"")).replace("\"bar.", &format!("\"{long}."));
+    std::fs::write(b.at("s.toml"), system).unwrap();
+    for arguments in [&["export-ssp", "s.toml", "--out", "s.ssp"][..], &["run", "s.ssp", "--out", "of_s"]] {
+        let o = b.ends(b.command(arguments));
+        assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
+    }
+}
+
+#[test]
+fn rows_that_were_written_stay_where_the_rest_finds_no_room() {
+    let b = Bench::new();
+    let system = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/contactor_system.toml");
+    let system = system.to_str().unwrap();
+    for form in ["", " --parquet"] {
+        let mut c = Command::new("sh");
+        let program = env!("CARGO_BIN_EXE_touchdown");
+        let line = format!("ulimit -f 200; exec {program} run {system} --step 1e-5{form} --out rows");
+        c.args(["-c", &line]).current_dir(b.folder.path());
+        let o = b.ends(c);
+        let said = String::from_utf8_lossy(&o.stderr);
+        assert!(o.status.code() == Some(2) && said.contains("ulimit -f"), "{said}");
+        let rows = b.at("rows/results.partial.csv");
+        match form {
+            "" => assert!(said.contains("the results so far are in") && text(&rows).lines().count() > 100, "{said}"),
+            _ => assert!(said.contains("the results so far are lost"), "{said}"),
+        }
+    }
+}
+
+#[test]
+fn a_list_of_no_campaigns_and_a_file_given_twice_are_refused() {
+    let b = Bench::new();
+    std::fs::write(b.at("none"), "").unwrap();
+    let o = b.ends(b.command(&["diagnose", "--list", "none", "--out", "out"]));
+    assert_eq!(o.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&o.stderr).contains("no campaign is given"));
+    let rows: String = (0..60).map(|i| format!("{},{}\n", i, i % 7)).collect();
+    std::fs::write(b.at("a.csv"), format!("time [s],force [N]\n{rows}")).unwrap();
+    let o = b.ends(b.command(&["import", "a.csv", "./a.csv", "--height", "5mm", "--mass", "0.3", "--out", "c"]));
+    assert_eq!(o.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&o.stderr).contains("./a.csv: is given twice; give every file once"));
+}

@@ -168,6 +168,8 @@ impl Fleet {
                     None => drop(all.insert(a.campaign.clone(), a)),
                     // another folder may know why
                     Some(there) if known && there.state == State::Lost(NEVER.into()) => *there = a,
+                    // it was diagnosed again, and that was lost: what was answered before holds no more
+                    Some(there) if known && there.folder == a.folder => *there = a,
                     Some(_) => {}
                 }
             }
@@ -520,6 +522,21 @@ pub(crate) mod tests {
         let lost: Vec<_> = f.lost().map(|(a, why)| (a.campaign.as_str(), why)).collect();
         assert!(lost.len() == 1 && lost[0].0 == "many" && lost[0].1.contains("more than 1000 columns"), "{lost:?}");
         assert!((f.answers[1].judged().unwrap().probability_of("wear") - 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_answer_of_before_does_not_hide_that_the_last_diagnosis_was_lost() {
+        let t = tempfile::tempdir().unwrap();
+        let (one, other) = (t.path().join("one"), t.path().join("other"));
+        for out in [&one, &other] {
+            write(out, "a", &verdict(None, 0.5, 0.01, serde_json::json!({})));
+        }
+        register::lose(&one, "a", "its process was killed").unwrap();
+        let lost = |outs: &[PathBuf]| Fleet::read(outs).unwrap().lost().map(|l| l.1.to_string()).collect::<Vec<_>>();
+        assert_eq!(lost(std::slice::from_ref(&one)), ["its process was killed"]);
+        // the answer that counts is the first folder's
+        assert_eq!(lost(&[one.clone(), other.clone()]), ["its process was killed"]);
+        assert!(lost(&[other, one]).is_empty());
     }
 
     #[test]

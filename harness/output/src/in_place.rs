@@ -73,10 +73,16 @@ pub fn finish(stage: &Folder, target: &Folder) -> Result<Vec<Kept>> {
     let Some(is) = Manifest::of(&ready) else { return Ok(kept) };
     let was = Manifest::of(target);
     let is_taken = |n: &str| is.files.contains_key(n);
+    // what is in the way goes first: where it cannot be moved, nothing has begun
     for name in is.files.keys().map(String::as_str).filter(|n| is_file(&ready, n)) {
         if target.found(name)?.is_some() && !is_ours(target, name, was.as_ref())? && !is.find(target, name)? {
-            kept.extend(keep(target, name, is_taken)?);
+            kept.extend(keep(target, name, is_taken).map_err(|e| refused(target, name, e))?);
         }
+    }
+    if was.is_none() && target.found(Manifest::NAME)?.is_some() {
+        kept.extend(keep(target, Manifest::NAME, is_taken).map_err(|e| refused(target, Manifest::NAME, e))?);
+    }
+    for name in is.files.keys().map(String::as_str).filter(|n| is_file(&ready, n)) {
         ready.rename(name, target, name).map_err(|e| refused(target, name, e))?;
     }
     for name in was.iter().flat_map(|w| w.files.keys()).filter(|n| !is.files.contains_key(*n)) {
@@ -88,9 +94,6 @@ pub fn finish(stage: &Folder, target: &Folder) -> Result<Vec<Kept>> {
         }
     }
     target.sync()?;
-    if was.is_none() && target.found(Manifest::NAME)?.is_some() {
-        kept.extend(keep(target, Manifest::NAME, is_taken)?);
-    }
     ready.rename(Manifest::NAME, target, Manifest::NAME).map_err(|e| refused(target, Manifest::NAME, e))?;
     target.sync()?;
     Ok(kept)

@@ -77,6 +77,19 @@ pub fn write_keeping(
     })
 }
 
+/// As [`write_keeping`], to `path`.
+///
+/// # Errors
+/// As [`write()`].
+pub fn write_keeping_at(
+    path: &Path,
+    bytes: &[u8],
+    is_ours: impl Fn(std::fs::File) -> bool,
+) -> std::io::Result<Option<Kept>> {
+    let name = path.file_name().ok_or(std::io::ErrorKind::InvalidInput)?;
+    write_keeping(parent(path), Path::new(name), bytes, is_ours)
+}
+
 /// As [`write()`], where nothing has that name yet.
 ///
 /// # Errors

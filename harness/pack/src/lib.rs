@@ -2,12 +2,14 @@
 //!
 //! The same input gives the same bytes: no clock, no path, no order of a file system gets in.
 
+mod archive;
 mod description;
 mod documentation;
 pub mod generate;
 mod label;
 mod library;
 
+pub use archive::is_archive_of_ours;
 pub use label::Label;
 pub use library::{is_ours, library, lies_at, program, whole, Binary};
 
@@ -214,13 +216,15 @@ impl Model {
         self.labelled(starts, binaries, &Label::default())
     }
 
-    /// Writes an FMU to `out` with the libraries given and `starts` as start values.
+    /// Writes an FMU to `out` with the libraries given and `starts` as start values. What lies there and is no FMU of ours is kept
+    /// under another name, which is returned.
     ///
     /// # Errors
     /// As [`Model::archive`]; a file that cannot be written (none is left half-written).
-    pub fn pack(&self, out: &Path, starts: &[(String, f64)], binaries: &[Binary]) -> Result<()> {
+    pub fn pack(&self, out: &Path, starts: &[(String, f64)], binaries: &[Binary]) -> Result<Option<output::Kept>> {
         let bytes = self.archive(starts, binaries)?;
-        output::write(out, &bytes).with_context(|| format!("{}: cannot be written", out.display()))
+        output::write_keeping_at(out, &bytes, |f| is_archive_of_ours(f, "modelDescription.xml"))
+            .with_context(|| format!("{}: cannot be written", out.display()))
     }
 
     /// Packs the model of this machine into a folder, for a run of its own.

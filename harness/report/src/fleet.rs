@@ -366,7 +366,12 @@ fn all(page: Page, out: &Path, fleet: &Fleet) -> Page {
 
 /// The link from a page in `out` to the report of `a`.
 fn report(out: &Path, a: &Answer) -> String {
-    let whole = |p: &Path| p.canonicalize().unwrap_or_else(|_| p.to_path_buf());
+    // of a folder that is not there yet, that of the nearest above it which is
+    let whole = |p: &Path| {
+        let p = std::path::absolute(p).unwrap_or_else(|_| p.to_path_buf());
+        let there = p.ancestors().find_map(|a| Some((a.canonicalize().ok()?, p.strip_prefix(a).ok()?)));
+        there.map_or(p.clone(), |(above, below)| above.join(below))
+    };
     let (from, to) = (whole(out), whole(&a.folder).join("report.html"));
     let common = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
     let up = from.components().skip(common).map(|_| Component::ParentDir);
@@ -453,6 +458,9 @@ mod tests {
             state: judged(None, 0.1),
         };
         assert_eq!(report(&here, &a), "../node%201/answers/c/report.html");
+        // a page's folder need not be there yet
+        assert_eq!(report(&t.path().join("new/page"), &a), "../../node%201/answers/c/report.html");
+        assert_eq!(report(&there.join("page"), &a), "../c/report.html");
     }
 
     #[test]

@@ -52,6 +52,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         all_platforms: a.all_platforms,
         platforms: a.platforms.clone(),
     };
-    print::beside(&a.form.of(&packed(&o)?, |p| format!("{}: {}\n", p.fmu.shown(), p.platforms.join(", ")))?);
+    let done = packed(&o)?;
+    done.kept.iter().for_each(|k| print::warning(k));
+    print::beside(&a.form.of(&done, |p| format!("{}: {}\n", p.fmu.shown(), p.platforms.join(", ")))?);
     Ok(ExitCode::SUCCESS)
 }

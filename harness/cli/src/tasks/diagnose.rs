@@ -143,6 +143,9 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
         }
     }
     if campaigns.is_empty() {
+        if batch.failed.is_empty() {
+            follow.error("no campaign is given; name folders, or list them");
+        }
         return Ok(Answers { unread: true, batch, ..Answers::default() });
     }
     for c in &campaigns {

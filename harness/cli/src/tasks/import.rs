@@ -6,6 +6,7 @@ use anyhow::{anyhow, bail, ensure, Context, Result};
 use import::{amount, look_at, parse_map, plan, File, Missing, Outcome, Pattern, Plan, Table};
 use record::Kind;
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Which files, and what is known of them; texts as the flags of `touchdown import` have them.
@@ -223,6 +224,19 @@ pub fn words(t: &Taken) -> String {
     lines.join("\n")
 }
 
+/// Sees that no file is given twice, by whatever path: it would count as another recording.
+///
+/// # Errors
+/// The first that is.
+fn given_once(files: &[PathBuf]) -> Result<()> {
+    let mut seen = BTreeSet::new();
+    let again = |f: &&PathBuf| f.canonicalize().is_ok_and(|there| !seen.insert(there));
+    match files.iter().find(again) {
+        Some(f) => bail!("{}: is given twice; give every file once, for each is a recording of its own", f.shown()),
+        None => Ok(()),
+    }
+}
+
 /// Asks the user for what no file holds; whether everything was answered.
 pub type Ask<'a> = &'a mut dyn FnMut(&[Missing], &mut import::Options) -> Result<bool>;
 
@@ -234,6 +248,7 @@ pub fn imported(options: &Options, ask: Option<Ask<'_>>, follow: &dyn Follow) ->
     let mut o = options.read()?;
     let out = options.out.as_deref().context("give a folder for the campaign")?;
     ensure!(!out.exists(), "{}: is there already; give another --out, or move it away", out.shown());
+    given_once(&options.files)?;
     follow.begin("import: looking at files", options.files.len() as u64);
     let mut files = Vec::new();
     let mut faults = Vec::new();

@@ -1,9 +1,10 @@
 //! A model of this workspace packed as an FMU.
 
+use crate::place;
 use anyhow::{Context, Result};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What to pack.
 #[derive(Clone, Debug, Default)]
@@ -29,6 +30,9 @@ pub struct Packed {
     pub platforms: Vec<String>,
     /// Start values given, SI.
     pub starts: BTreeMap<String, f64>,
+    /// That a file in its place was none of ours, and what it is called now.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kept: Option<String>,
 }
 
 /// Packs a model.
@@ -50,7 +54,9 @@ pub fn packed(o: &Options) -> Result<Packed> {
     } else {
         o.binaries.iter().map(|b| pack::library(b)).collect::<Result<Vec<_>>>()?
     };
-    model.pack(&o.out, &starts, &binaries)?;
+    let files = o.binaries.iter().filter_map(|b| Some(Path::new(b.split_once('=')?.1)));
+    place::is_none_of(&o.out, files)?;
+    let kept = model.pack(&o.out, &starts, &binaries)?.map(|k| k.note());
     let platforms = binaries.into_iter().map(|b| b.platform).collect();
-    Ok(Packed { fmu: o.out.clone(), platforms, starts: starts.into_iter().collect() })
+    Ok(Packed { fmu: o.out.clone(), platforms, starts: starts.into_iter().collect(), kept })
 }

@@ -80,16 +80,17 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     follow.end();
     follow.hands_out();
     // what was computed stays, whatever came between
-    let part = sink.finish().with_context(|| place::unwritten(&rows))?;
+    let (part, written) = sink.finish();
     let mut log = String::new();
     for p in &b.network.parts {
         for line in p.slave.log() {
             log += &format!("{}: {}\n", p.name, print::spelled_out(&line.to_string()));
         }
     }
-    let left = if done.is_err() {
-        let kept = part.leave(are_rows).with_context(|| place::unwritten(&rows))?;
-        kept.iter().for_each(|k| follow.warning(&format!("{}: {}", out.shown(), k.note())));
+    let has_rows = part.is_some();
+    let left = if done.is_err() || written.is_err() {
+        let kept = part.map(|p| p.leave(are_rows)).transpose().with_context(|| place::unwritten(&rows))?;
+        kept.iter().flatten().for_each(|k| follow.warning(&format!("{}: {}", out.shown(), k.note())));
         if !log.is_empty() {
             let kept = output::write_keeping(out, PARTIAL_LOG, partial_log(&log).as_bytes(), is_partial_log)
                 .with_context(|| place::unwritten(&out.join(PARTIAL_LOG)))?;
@@ -97,14 +98,17 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
         }
         None
     } else {
-        Some(part)
+        part
     };
     let order: Vec<String> = b.network.stepping_order().into_iter().map(String::from).collect();
     let notes = std::mem::take(&mut b.notes);
     for c in b.end() {
         follow.warning(&format!("{c}; the results are not touched by it"));
     }
-    let so_far = || format!("the results so far are in {}", rows.shown());
+    let so_far = || match has_rows {
+        true => format!("the results so far are in {}", rows.shown()),
+        false => "the results so far are lost".to_string(),
+    };
     let done = match done {
         Err(_) if follow.stopped() => {
             let words = format!("interrupted; {}\n", so_far());
@@ -112,6 +116,7 @@ pub(super) fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
         }
         done => done.with_context(|| format!("{}: {}", path.shown(), so_far()))?,
     };
+    written.with_context(|| format!("{}; {}", place::unwritten(out), so_far()))?;
     let summary = serde_json::json!({
         "system": s.title(),
         "order": order,

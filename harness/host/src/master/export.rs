@@ -85,6 +85,9 @@ fn listed(indent: &str, name: &str, entries: &str) -> String {
     format!("{indent}<{name}>\n{entries}{indent}</{name}>\n")
 }
 
+/// Longest name of a component that an FMU's file has, characters: with what parts it from others it fits every file system.
+const LONGEST_NAME: usize = 100;
+
 /// Writes the system as an SSP 1.0 archive to `out`, components in the order they are stepped. What not every host heeds of
 /// it.
 ///
@@ -107,9 +110,11 @@ pub fn export_ssp(s: &System, out: &Path) -> Result<Vec<String>> {
         let Some(k) = s.fmu.iter().position(|c| c.name.get_ref() == name) else { bail!("{name}: no such FMU") };
         let (c, d) = (&s.fmu[k], built.fmus[k].description());
         // what a URI and every file system take as it is
-        let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).collect();
+        let plain = name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' });
+        let plain: String = plain.take(LONGEST_NAME).collect();
         let mut source = format!("resources/{plain}.fmu");
-        while sources.contains(&source) {
+        // some file systems part no names by case
+        while sources.iter().any(|s| s.eq_ignore_ascii_case(&source)) {
             source.insert(source.len() - ".fmu".len(), '_');
         }
         sources.push(source.clone());
@@ -160,9 +165,10 @@ pub fn export_ssp(s: &System, out: &Path) -> Result<Vec<String>> {
     let elements = listed("    ", "ssd:Elements", &elements);
     let connections = listed("    ", "ssd:Connections", &connections);
     let enumerations = enumerations.written();
+    let tool = env!("CARGO_PKG_VERSION");
     let ssd = format!(
         r#"<?xml version="1.0" encoding="UTF-8"?>
-<ssd:SystemStructureDescription xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" xmlns:oms="https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd" name="{name}" version="1.0">
+<ssd:SystemStructureDescription xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" xmlns:oms="https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd" name="{name}" version="1.0" generationTool="touchdown {tool}">
   <ssd:System name="{name}">
 {elements}{connections}    <ssd:Annotations>
       <ssc:Annotation type="org.openmodelica">
@@ -180,7 +186,10 @@ pub fn export_ssp(s: &System, out: &Path) -> Result<Vec<String>> {
     );
     zip.start_file("SystemStructure.ssd", options)?;
     zip.write_all(ssd.as_bytes())?;
-    output::write(out, &zip.finish()?.into_inner()).with_context(|| format!("{}: cannot be written", out.display()))?;
+    let bytes = zip.finish()?.into_inner();
+    let kept = output::write_keeping_at(out, &bytes, |f| pack::is_archive_of_ours(f, "SystemStructure.ssd"))
+        .with_context(|| format!("{}: cannot be written", out.display()))?;
+    notes.extend(kept.map(|k| k.note()));
     Ok(notes)
 }
 

@@ -149,19 +149,21 @@ impl Sink {
         &self.kept
     }
 
-    /// Ends the file, which still ends in `.part`.
-    ///
-    /// # Errors
-    /// As the file system gives them.
-    pub fn finish(self) -> Result<Part> {
+    /// Ends the file, which still ends in `.part`: what of it can be read, None where nothing can; and what the file system has
+    /// against it. Rows of CSV that were written stay where others cannot be.
+    pub fn finish(self) -> (Option<Part>, Result<()>) {
         match self.form {
-            Form::Csv(mut writer) => writer.flush()?,
+            Form::Csv(mut writer) => {
+                let flushed = writer.flush();
+                // what was not flushed is not tried again
+                drop(writer.into_parts());
+                (Some(self.part), flushed.map_err(Into::into))
+            }
             Form::Parquet { mut writer, mut columns } => {
-                flush(&mut writer, &mut columns)?;
-                writer.close()?;
+                let closed = flush(&mut writer, &mut columns).and_then(|()| Ok(writer.close().map(drop)?));
+                (Some(self.part).filter(|_| closed.is_ok()), closed)
             }
         }
-        Ok(self.part)
     }
 }
 
@@ -184,6 +186,12 @@ fn flush(writer: &mut SerializedFileWriter<File>, columns: &mut [Vec<f64>]) -> R
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn whole(sink: Sink) -> Part {
+        let (part, written) = sink.finish();
+        written.unwrap();
+        part.unwrap()
+    }
 
     #[test]
     fn rows_are_known_by_all_that_a_file_holds() {
@@ -210,7 +218,7 @@ mod tests {
             let path = dir.path().join("rows");
             let mut sink = Sink::new(&path, &["time [s]", "x"].map(String::from), parquet).unwrap();
             sink.row(&[0.0, f64::NAN]).unwrap();
-            assert!(sink.finish().unwrap().leave(are_rows).unwrap().is_none());
+            assert!(whole(sink).leave(are_rows).unwrap().is_none());
             assert!(are_rows(File::open(path).unwrap()), "{parquet}");
         }
     }
@@ -222,7 +230,7 @@ mod tests {
         let head = ["time [s]", "bar.F[1,2] [N]", "a \"b\", c", "x"].map(String::from);
         let mut sink = Sink::new(&path, &head, false).unwrap();
         sink.row(&[0.0, 1.0, 2.0, 3.0]).unwrap();
-        sink.finish().unwrap().leave(are_rows).unwrap();
+        whole(sink).leave(are_rows).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.starts_with("time [s],\"bar.F[1,2] [N]\",\"a \"\"b\"\", c\",x\n0e0,1e0,"), "{text}");
         let mut reader = csv::Reader::from_path(&path).unwrap();
