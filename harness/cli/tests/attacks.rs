@@ -611,7 +611,8 @@ fn an_archive_takes_the_place_of_no_file_of_somebodys_and_of_none_that_it_is_mad
     assert!(code == Some(0) && said.contains("is kept as notes.kept.txt"), "{said}");
     assert_eq!(text(&b.at("notes.kept.txt")), MINE);
     // one of ours is replaced
-    assert_eq!(done(&["pack", "--out", "notes.txt"]), (Some(0), String::from("notes.txt: linux64\n")));
+    let (code, said) = done(&["pack", "--out", "notes.txt"]);
+    assert!(code == Some(0) && !said.contains("kept"), "{said}");
     assert!(!b.at("notes.kept-2.txt").exists());
     let system =
         std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/contactor_system.toml"))
@@ -657,7 +658,7 @@ fn rows_that_were_written_stay_where_the_rest_finds_no_room() {
     for form in ["", " --parquet"] {
         let mut c = Command::new("sh");
         let program = env!("CARGO_BIN_EXE_touchdown");
-        let line = format!("ulimit -f 200; exec {program} run {system} --step 1e-5{form} --out rows");
+        let line = format!("ulimit -f 2000; exec {program} run {system} --step 1e-6{form} --out rows");
         c.args(["-c", &line]).current_dir(b.folder.path());
         let o = b.ends(c);
         let said = String::from_utf8_lossy(&o.stderr);

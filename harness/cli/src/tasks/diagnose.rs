@@ -6,7 +6,7 @@ use crate::campaign::{content, of_campaign};
 use crate::place;
 use crate::print::{self, Shown};
 use crate::progress::deadline;
-use anyhow::{anyhow, Context, Result};
+use anyhow::{anyhow, ensure, Context, Result};
 use diagnose::bootstrap::Null;
 use diagnose::run::{self as diagnosis, Failure, Outcome, Replicates, Settings};
 use diagnose::sensors::are_of_same_impacts;
@@ -143,9 +143,7 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
         }
     }
     if campaigns.is_empty() {
-        if batch.failed.is_empty() {
-            follow.error("no campaign is given; name folders, or list them");
-        }
+        ensure!(!batch.failed.is_empty(), "no campaign is given; name folders, or list them");
         return Ok(Answers { unread: true, batch, ..Answers::default() });
     }
     for c in &campaigns {
