@@ -11,14 +11,14 @@ use super::order::trend;
 use super::phases::of_force;
 use super::posterior::{limits_reading, Cause, Posterior, POSSIBLE, UNKNOWN};
 use super::propose::Pool;
-use super::rings::{rings, Rings};
+use super::rings::rings;
 use super::table::Table;
 use estimate::fitted::Fitted;
 use estimate::problem::Options;
 use estimate::structure::Term;
 use mechanisms::latent_force::MECHANISM as LATENT;
 use mechanisms::mechanism::Mechanism;
-use record::{Campaign, Channel};
+use record::Campaign;
 
 /// Structures at most whose predictions of levels not seen are worked out.
 const PREDICTED: usize = 6;
@@ -208,10 +208,8 @@ impl Decision {
         if self.chosen.structure.has(|h| h.rings) {
             return;
         }
-        let of = |channel| Some((channel, rings(self.simulated(), channel)?));
-        let Some((channel, found)) = [Channel::Acceleration, Channel::Force].into_iter().find_map(of) else { return };
-        let may_ring = |m: &&'static Mechanism| Rings::may_be_of(m, channel);
-        let ringing: Vec<&'static Mechanism> = self.candidates().into_iter().filter(may_ring).collect();
+        let Some(found) = rings(self.simulated()) else { return };
+        let ringing: Vec<&'static Mechanism> = self.candidates().into_iter().filter(|m| m.hints.rings).collect();
         let alone = |m: &&Mechanism| {
             let of = self.evidence.structures.iter().filter(|w| w.names == [m.name]);
             of.map(|w| self.table.mass(w)).fold(f64::NEG_INFINITY, f64::max)

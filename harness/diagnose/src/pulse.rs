@@ -13,6 +13,8 @@ pub struct Pulse {
     pub end: usize,
     /// Its middle, where half of its integral is before and half behind, to the first moment, s.
     pub middle: f64,
+    /// Its largest magnitude, unit of the channel.
+    pub largest: f64,
     /// Its integral with its sign, unit of the channel times s.
     pub impulse: f64,
     /// Square of the integral over the integral of the square, s: of pulses of one shape in proportion to their duration.
@@ -39,7 +41,8 @@ impl Pulse {
             squares += dt * (a * a + a * b + b * b) / 3.0;
             moment += 0.25 * dt * (a + b) * (time[i] + time[i + 1]);
         }
-        let pulse = Pulse { end, middle: moment / sum, impulse: sign * sum, duration: sum * sum / squares };
+        let largest = y[top].abs();
+        let pulse = Pulse { end, largest, middle: moment / sum, impulse: sign * sum, duration: sum * sum / squares };
         (sum > 0.0 && pulse.duration.is_finite() && pulse.middle.is_finite()).then_some(pulse)
     }
 }

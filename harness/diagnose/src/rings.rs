@@ -1,11 +1,12 @@
-//! Whether a body or a transducer rings on when nothing touches any more: damped oscillations in the acceleration or the force read
-//! after the impact, that follow the impact alike in every recording. Nothing of the contact makes them, whatever its law; they are
-//! the class of what swings on the body or in the transducer.
+//! Whether a body or its transducer rings on when nothing touches any more: damped oscillations in the acceleration after the impact,
+//! that follow the impact alike in every recording. Nothing of the contact makes them, whatever its law; they are the class of what
+//! swings on the body or in the transducer. A force that is read in flight tells less: it may be of a touch that the simulation has
+//! at another time.
 
 use crate::learned::{Named, Size};
 use crate::pulse::Pulse;
 use estimate::fitted::Fitted;
-use mechanisms::mechanism::{Mechanism, Origin};
+use mechanisms::mechanism::Mechanism;
 use rayon::prelude::*;
 use record::Channel;
 use std::collections::BTreeMap;
@@ -42,11 +43,6 @@ impl Rings {
         1.0 / (1.0 + (-ln).exp())
     }
 
-    /// Whether `mechanism` may ring in `channel`: in a force that is read while nothing touches, the transducer alone.
-    pub fn may_be_of(mechanism: &Mechanism, channel: Channel) -> bool {
-        mechanism.hints.rings && (channel == Channel::Acceleration || mechanism.origin == Origin::Chain)
-    }
-
     /// It as `mechanism` without a form, with that one's probability and the others that it may be: after the contact it shows.
     pub fn named(&self, mechanism: &'static Mechanism, probability: f64, also_possible: Vec<&'static str>) -> Named {
         let (value, ci95) = self.modes.first().map_or((f64::NAN, None), |m| (m.frequency, Some(m.ci95)));
@@ -72,10 +68,16 @@ const LEAST: usize = 24;
 const DAMPING: [f64; 5] = [0.005, 0.02, 0.05, 0.1, 0.2];
 /// Times, in durations of the pulse, within which a reading may come back to its zero without ringing.
 const TAILS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
-/// What rings in `channel` after the impacts that `f` simulates; None where there is no flight, or nothing that rings.
-pub fn rings(f: &Fitted, channel: Channel) -> Option<Rings> {
+/// Angular frequency up to which modes are looked for, 1 over a duration of the pulse: seven periods within it. Faster ones are
+/// hardly excited by a pulse.
+const HIGHEST: f64 = 45.0;
+/// Samples of a duration that are enough for that; of more, means are taken.
+const ENOUGH: f64 = 30.0;
+
+/// What rings in the acceleration read after the impacts that `f` simulates; None where there is no flight, or nothing that rings.
+pub fn rings(f: &Fitted) -> Option<Rings> {
     let (mut flights, mut durations) = (Vec::new(), Vec::new());
-    for (flight, duration) in (0..f.data.records.len()).filter_map(|r| flight(f, r, channel)) {
+    for (flight, duration) in (0..f.data.records.len()).filter_map(|r| flight(f, r)) {
         flights.push(flight);
         durations.push(duration);
     }
@@ -89,18 +91,27 @@ pub fn rings(f: &Fitted, channel: Channel) -> Option<Rings> {
 
 /// The flight after the first impact of recording `r`, until the simulation touches again, its time in s; with the duration of the
 /// impact, s.
-fn flight(f: &Fitted, r: usize, channel: Channel) -> Option<(Flight, f64)> {
+fn flight(f: &Fitted, r: usize) -> Option<(Flight, f64)> {
+    let channel = Channel::Acceleration;
     let rec = &f.data.records[r];
     let pulse = Pulse::new(rec, channel)?;
     let (trace, _) = f.predict(r);
     let (time, y) = (&rec.setup.time, rec.y[channel.index()].as_deref()?);
     let weight = &rec.weight[channel.index()];
-    let flies = |i: usize| trace.position[i] < 0.0;
+    // half of the impact once more is another one, wherever the simulation has it
+    let again = |i: usize| y[i] * pulse.impulse.signum() > 0.5 * pulse.largest;
+    let flies = |i: usize| trace.position[i] < 0.0 && !again(i);
     let first = (pulse.end..time.len()).find(|i| flies(*i))?;
     let end = (first..time.len()).find(|i| !flies(*i) || time[*i] > pulse.middle + LONGEST * pulse.duration);
     let kept = (first..end.unwrap_or(time.len())).filter(|i| weight[*i] > 0.0 && y[*i].is_finite());
     let of = |i: usize| (time[i] - pulse.middle, y[i] * pulse.duration / pulse.impulse);
-    let (time, read): (Vec<f64>, Vec<f64>) = kept.map(of).unzip();
+    let all: Vec<(f64, f64)> = kept.map(of).collect();
+    let block = (pulse.duration / (ENOUGH * f.data.scales.dt)).max(1.0) as usize;
+    let mean = |b: &[(f64, f64)]| {
+        let n = b.len() as f64;
+        (b.iter().map(|s| s.0).sum::<f64>() / n, b.iter().map(|s| s.1).sum::<f64>() / n)
+    };
+    let (time, read): (Vec<f64>, Vec<f64>) = all.chunks_exact(block).map(mean).unzip();
     (time.len() >= LEAST).then_some((Flight { level: rec.level, time, read }, pulse.duration))
 }
 
@@ -190,8 +201,8 @@ fn modes(flights: &[Flight]) -> Option<(f64, Vec<[f64; 3]>)> {
     if let Some(best) = best.filter(|b| 0.5 * n * (whole / squares(b)).ln() > 0.5 * n.ln() + penalty(1)) {
         left = best;
     }
-    // from two periods a flight to a little below the highest frequency sampled, two steps a natural width
-    let (low, high, by) = (4.0 * PI / longest, 0.8 * PI / step, PI / (2.0 * longest));
+    // from two periods a flight up, below the highest frequency sampled, two steps a natural width
+    let (low, high, by) = (4.0 * PI / longest, HIGHEST.min(0.8 * PI / step), PI / (2.0 * longest));
     let grid: Vec<f64> = (0..).map(|i| low + by * f64::from(i)).take_while(|w| *w < high).collect();
     let tried: Vec<(f64, f64)> = grid.iter().flat_map(|w| DAMPING.map(|zeta| (*w, zeta))).collect();
     let alone: Vec<Alike<'_>> = levels.iter().flat_map(|l| &l.flights).map(|f| Alike::new(vec![*f])).collect();
@@ -335,7 +346,7 @@ mod tests {
             let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
             let prepared = estimate::prepare::Prepared::new(&campaign).unwrap();
             let base = Fitted::base(&prepared.data, &prepared.structure, &prepared.guess);
-            (rings(&base, Channel::Acceleration), recipe.physics.mass)
+            (rings(&base), recipe.physics.mass)
         };
         let (ride, w) = (0.1, 1.2e4);
         let (found, mass) = of(ride, w);
