@@ -158,7 +158,8 @@ def test_arrays_of_every_kind_are_taken_or_refused_and_stay_as_they_are() -> Non
     strided = np.repeat(force, 2)[::2]
     objects = force.astype(object)
     for column in [fixed, strided, objects, force.astype(np.float32), force.astype(">f8").astype(float)]:
-        made = td.Campaign.of(pd.DataFrame({"time": time, "force": column}), mass=0.5, speed=np.array(1.0, dtype=object))
+        table = pd.DataFrame({"time": time, "force": column})
+        made = td.Campaign.of(table, mass=0.5, speed=np.array(1.0, dtype=object))  # type: ignore[arg-type]
         assert (made.folder / "r01.csv").read_bytes() == wanted
     assert not fixed.flags.writeable and (fixed == force).all() and objects.dtype == object
     for mixed in [[0.0, "two", 1.0, None], [0.0, {}, 1.0, 2.0]]:
@@ -167,8 +168,8 @@ def test_arrays_of_every_kind_are_taken_or_refused_and_stay_as_they_are() -> Non
     for wrong in ["1 m/s", [None], {}, [[1.0, 2.0]]]:
         with pytest.raises((TypeError, ValueError), match="speed"):
             td.Campaign.of(pa.table({"time": time, "force": force}), speed=wrong)  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match="moving_mass is 'heavy'; give a number"):
-        td.Campaign.of(pa.table({"time": time, "force": force}), mass="heavy")  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="moving_mass is {}; give a number"):
+        td.Campaign.of(pa.table({"time": time, "force": force}), mass={})  # type: ignore[arg-type]
 
 
 def test_numbers_of_numpy_are_numbers_and_those_that_are_none_are_refused() -> None:
