@@ -136,7 +136,7 @@ fn all_errors_are_told_at_once_with_file_line_and_cure() {
 fn of_very_many_faults_the_first_are_told_and_the_others_counted() {
     let listed: String = (0..3000).map(|i| format!("[[recording]]\nfile = \"r{i}.csv\"\n")).collect();
     let said = errors(&(HEAD.to_string() + &listed), &[]);
-    assert!(said.len() == 1001 && said[0].contains("is missing"), "{}", said[0]);
+    assert!(said.len() == 1001 && said[0].contains("r0.csv: neither"), "{}", said[0]);
     assert!(said[1000].contains("faults more are not told; correct those that are"), "{}", said[1000]);
     let twice = (HEAD.to_string() + &"[[recording]]\nfile = \"r1.csv\"\n".repeat(3000), csv());
     assert_eq!(errors(&twice.0, &[("r1.csv", twice.1)]).len(), 1001);
