@@ -4,7 +4,7 @@ use crate::print::Shown;
 use anyhow::{Context, Result};
 use output::{Answer, Committed};
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What `--out` names.
 #[derive(Clone, Copy, Debug)]
@@ -104,7 +104,7 @@ pub fn notes<'a>(folder: &'a Path, answer: &'a Committed) -> impl Iterator<Item 
 ///
 /// # Errors
 /// The one that it is.
-pub fn is_none_of<'a>(out: &Path, mut inputs: impl Iterator<Item = &'a Path>) -> Result<()> {
+pub fn is_none_of(out: &Path, mut inputs: impl Iterator<Item = PathBuf>) -> Result<()> {
     let Ok(there) = out.canonicalize() else { return Ok(()) };
     match inputs.find(|i| i.canonicalize().is_ok_and(|i| i == there)) {
         Some(_) => anyhow::bail!("{}: --out is a file that is read for it; give another name", out.shown()),

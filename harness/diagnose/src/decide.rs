@@ -62,7 +62,7 @@ pub struct Decision {
     pub forces: Vec<Force>,
     /// Index of the one of them that the recordings are simulated with; None where none is.
     taken: Option<usize>,
-    /// Mechanisms named for the class of what was learned in motion: of this force, and of the stiffness.
+    /// Mechanisms named for a class in motion: that of this force, of the stiffness by order, of oscillations after the contact.
     by_class: Vec<Named>,
 }
 
@@ -191,9 +191,12 @@ impl Decision {
     /// Names a stiffness that follows the order of the recordings, whatever else is missing; not where the simulation holds such a
     /// course, or one was found.
     fn learn_order(&mut self) {
+        if self.chosen.structure.has(|h| h.depends_on_history) {
+            return;
+        }
         let Some(found) = trend(&self.base.data, self.table.learned.class) else { return };
         let name = found.mechanism.name;
-        if self.chosen.structure.has(|h| h.depends_on_history) || self.candidates().iter().all(|m| m.name != name) {
+        if self.candidates().iter().all(|m| m.name != name) {
             return;
         }
         self.posterior = self.posterior.with_another(name, found.probability, self.table.level);

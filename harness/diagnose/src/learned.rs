@@ -31,7 +31,7 @@ pub struct Size {
     pub unit: &'static str,
     /// 95 % interval; None where there is none.
     pub ci95: Option<[f64; 2]>,
-    /// What the interval is by.
+    /// Method by which the interval was found.
     pub by: &'static str,
 }
 
@@ -56,7 +56,7 @@ pub struct Named {
     /// Names that these recordings cannot part from it.
     pub also_possible: Vec<&'static str>,
     pub size: Size,
-    /// What to do about it.
+    /// Cure, a sentence for the user.
     pub cure: &'static str,
     /// Share of its action in approach, loading, unloading and after.
     pub shares: [f64; 4],

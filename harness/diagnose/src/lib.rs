@@ -22,6 +22,7 @@ mod impulse;
 pub mod intervals;
 pub mod latent;
 pub mod learned;
+mod least_squares;
 pub mod map;
 pub mod material;
 pub mod motion;

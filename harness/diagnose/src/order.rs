@@ -5,12 +5,15 @@
 
 use crate::evidence::ln_sum;
 use crate::learned::{Named, Size};
+use crate::least_squares::residual;
 use crate::pulse::Pulse;
 use estimate::problem::{Data, Record};
 use mechanisms::mechanism::Mechanism;
+use plant::kernels::dot;
 use record::Channel;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::gamma::ln_gamma;
+use std::collections::BTreeSet;
 
 /// The mechanism that a stiffness which follows the order is the class of.
 #[derive(Clone, Copy)]
@@ -74,24 +77,16 @@ pub fn trend(data: &Data, ln_prior: f64) -> Option<Trend> {
 /// The course of stiffness with order in `all`, by Bayes factors against recordings whose stiffness scatters alone; how much it
 /// scatters, and how the duration goes with the speed, is taken from them. Nothing is known from one level to another.
 fn follows(all: &[Impact], ln_prior: f64) -> Option<Trend> {
-    let levels = distinct(all.iter().map(|o| o.level));
-    let speed = centred(all, |o| o.ln_impulse);
-    let scatters = speed.as_ref().is_some_and(|z| dot(z, z) > 1e-12);
-    let freedom = all.len() as f64 - levels as f64 - f64::from(u8::from(scatters));
+    let levels: BTreeSet<usize> = all.iter().map(|o| o.level).collect();
+    let speed: Vec<Vec<f64>> = centred(all, |o| o.ln_impulse).filter(|z| dot(z, z) > ONE_SPEED).into_iter().collect();
+    let freedom = all.len() as f64 - levels.len() as f64 - speed.len() as f64;
     if freedom < 3.0 {
         return None;
     }
-    let alone = |v: Vec<f64>| match &speed {
-        Some(z) if scatters => {
-            let share = dot(&v, z) / dot(z, z);
-            v.iter().zip(z).map(|(v, z)| v - share * z).collect()
-        }
-        _ => v,
-    };
-    let y = alone(centred(all, |o| -2.0 * o.ln_duration)?);
+    let y = residual(&centred(all, |o| -2.0 * o.ln_duration)?, &speed);
     let whole = dot(&y, &y);
     let of = |course: &fn(f64) -> f64| {
-        let x = alone(centred(all, |o| course(o.before))?);
+        let x = residual(&centred(all, |o| course(o.before))?, &speed);
         let (xx, xy) = (dot(&x, &x), dot(&x, &y));
         if xx <= 0.0 || whole <= 0.0 {
             return None;
@@ -132,8 +127,10 @@ struct Along {
     ci95: [f64; 2],
 }
 
-/// Least share of what recordings differ by that a course leaves: no stiffness is known better.
+/// Least share of the squares of a course's residual, where recordings without any noise would leave none.
 const LEAST_LEFT: f64 = 1e-6;
+/// Sum of squares of ln of the impulses up to which all count as one: rounding alone.
+const ONE_SPEED: f64 = 1e-12;
 
 /// A number of each recording less its level's mean; None where one is not finite.
 fn centred(all: &[Impact], of: impl Fn(&Impact) -> f64) -> Option<Vec<f64>> {
@@ -145,17 +142,6 @@ fn centred(all: &[Impact], of: impl Fn(&Impact) -> f64) -> Option<Vec<f64>> {
     v.iter().all(|v| v.is_finite()).then_some(v)
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn distinct(levels: impl Iterator<Item = usize>) -> usize {
-    let mut v: Vec<usize> = levels.collect();
-    v.sort_unstable();
-    v.dedup();
-    v.len()
-}
-
 /// ln Bayes factor of a straight line against none, of `n` points with so many degrees of freedom before it, which leaves the share
 /// `left` of their squares (Zellner and Siow 1980; Liang et al. 2008, eq. 16: a Cauchy prior on the slope over the scatter, which is
 /// integrated out).
@@ -164,6 +150,7 @@ fn ln_bayes_factor(n: f64, freedom: f64, left: f64) -> f64 {
         let g = u.exp();
         0.5 * (freedom - 1.0) * g.ln_1p() - 0.5 * freedom * (left * g).ln_1p() - 0.5 * u - 0.5 * n / g
     };
+    // steps of the integral over ln g: the integrand changes over one or two
     const STEP: f64 = 0.05;
     let each: Vec<f64> = (0..1200).map(|i| ln(-10.0 + STEP * f64::from(i))).collect();
     ln_sum(&each) + STEP.ln() + 0.5 * (0.5 * n).ln() - ln_gamma(0.5)
@@ -175,6 +162,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
+    /// As the calibrated table has it.
     const PRIOR: f64 = -2.0;
 
     fn ten(ln_stiffness: impl FnMut(usize) -> f64) -> Vec<Impact> {

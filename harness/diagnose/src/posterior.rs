@@ -186,27 +186,25 @@ impl Posterior {
 
     /// The same with the cause `names` parted: with a probability of `share`, given that cause, `beside` is missing too.
     pub fn with_beside(&self, names: &[&'static str], beside: &'static str, share: f64, level: f64) -> Posterior {
-        let both = sorted(&[names, &[beside]].concat());
-        let (names, mut causes, mut parted) = (sorted(names), self.causes.clone(), 0.0);
-        for c in causes.iter_mut().filter(|c| sorted(&c.names) == names) {
-            parted += share * c.probability;
-            c.probability *= 1.0 - share;
-        }
-        add(&mut causes, both, parted);
-        Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
+        let names = sorted(names);
+        self.parted(beside, share, level, |c| sorted(&c.names) == names)
     }
 
     /// The same with `name` missing besides, with a probability of `share`, whatever else is: of an unknown cause it is what is known.
     /// Nothing missing stays as it is.
     pub fn with_another(&self, name: &'static str, share: f64, level: f64) -> Posterior {
-        let mut causes = self.causes.clone();
-        for c in self.causes.iter().filter(|c| !c.names.is_empty() && !c.names.contains(&name)) {
+        self.parted(name, share, level, |c| !c.names.is_empty() && !c.names.contains(&name))
+    }
+
+    /// The same with every cause that `is_parted` says parted: with a probability of `share`, given that cause, `name` is missing too.
+    fn parted(&self, name: &'static str, share: f64, level: f64, is_parted: impl Fn(&Cause) -> bool) -> Posterior {
+        let (mut causes, mut both) = (self.causes.clone(), Vec::new());
+        for c in causes.iter_mut().filter(|c| is_parted(c)) {
             let known: &[&'static str] = if c.is_unknown() { &[] } else { &c.names };
-            add(&mut causes, sorted(&[known, &[name]].concat()), share * c.probability);
-        }
-        for c in causes.iter_mut().filter(|c| !c.names.is_empty() && !c.names.contains(&name)) {
+            both.push((sorted(&[known, &[name]].concat()), share * c.probability));
             c.probability *= 1.0 - share;
         }
+        both.into_iter().for_each(|(names, probability)| add(&mut causes, names, probability));
         Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
     }
 

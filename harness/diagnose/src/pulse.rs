@@ -3,7 +3,8 @@
 use estimate::problem::Record;
 use record::Channel;
 
-/// Share of its largest reading below which a pulse has not begun, or is over.
+/// Share of its largest reading below which a pulse has not begun, or is over: above noise and an offset of zero, and so low that
+/// it takes little of the integrals.
 const FOOT: f64 = 0.1;
 
 /// The first impact of a recording in one channel.

@@ -4,15 +4,17 @@
 //! at another time.
 
 use crate::learned::{Named, Size};
+use crate::least_squares::{project_out, residual};
 use crate::pulse::Pulse;
 use estimate::fitted::Fitted;
 use mechanisms::mechanism::Mechanism;
+use plant::kernels::dot;
 use rayon::prelude::*;
 use record::Channel;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-/// What rings after the contact.
+/// Oscillations that go on after the contact.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rings {
     /// ln of its Bayes factor against a flight without any.
@@ -29,11 +31,11 @@ pub struct Mode {
     pub ci95: [f64; 2],
 }
 
-/// What to do about what rings, its frequency known and its mass not.
+/// Cure of an oscillation whose frequency is known and whose mass is not.
 const CURE: &str =
     "The contact element is right; find what swings at this frequency and fasten it, or hang a mass with this \
                         frequency on the body in the rig's model.";
-/// Half of the 95 % quantile of chi squared of one degree of freedom.
+/// Half of the 95 % quantile of chi squared of one degree of freedom, 3.841 (Wilks 1938).
 const HALF_QUANTILE: f64 = 1.92;
 
 impl Rings {
@@ -58,11 +60,12 @@ struct Flight {
     read: Vec<f64>,
 }
 
-/// Modes that are looked for at most.
+/// Modes that are looked for at most: so many are told apart in twelve durations.
 const MODES: usize = 3;
-/// Length of a flight that is looked at, durations of the pulse: what rings is clearest while it is young.
+/// Length of a flight that is looked at, durations of the pulse: damped oscillations are clearest while young, and the slowest mode
+/// of a rig that an impact excites has some periods in it.
 const LONGEST: f64 = 12.0;
-/// Fewest samples of a flight.
+/// Fewest samples of a flight: twice what a parabola, a tail and three modes have parameters.
 const LEAST: usize = 24;
 /// Damping ratios of a mode that are tried.
 const DAMPING: [f64; 5] = [0.005, 0.02, 0.05, 0.1, 0.2];
@@ -74,7 +77,7 @@ const HIGHEST: f64 = 45.0;
 /// Samples of a duration that are enough for that; of more, means are taken.
 const ENOUGH: f64 = 30.0;
 
-/// What rings in the acceleration read after the impacts that `f` simulates; None where there is no flight, or nothing that rings.
+/// The oscillations in the acceleration read after the impacts that `f` simulates; None where there is no flight, or no oscillation.
 pub fn rings(f: &Fitted) -> Option<Rings> {
     let (mut flights, mut durations) = (Vec::new(), Vec::new());
     for (flight, duration) in (0..f.data.records.len()).filter_map(|r| flight(f, r)) {
@@ -159,17 +162,17 @@ impl<'a> Alike<'a> {
         self.flights.iter().map(of).collect()
     }
 
-    /// What a mode of angular frequency `w` and damping ratio `zeta` leaves of `y`.
+    /// Residual of the readings `y` after a mode of angular frequency `w` and damping ratio `zeta`.
     fn without_mode(&self, y: &[f64], w: f64, zeta: f64) -> Vec<f64> {
         let of = |phase: f64| {
             self.column(|f| f.time.iter().map(|t| (-zeta * w * t).exp() * (w * t - phase).cos()).collect())
         };
-        without(y, &[of(0.0), of(PI / 2.0)])
+        residual(y, &[of(0.0), of(PI / 2.0)])
     }
 
-    /// What a zero that comes back within `time` leaves of `y`.
+    /// Residual of the readings `y` after a zero that comes back within `time`.
     fn without_tail(&self, y: &[f64], time: f64) -> Vec<f64> {
-        without(y, &[self.column(|f| f.time.iter().map(|t| (-t / time).exp()).collect())])
+        residual(y, &[self.column(|f| f.time.iter().map(|t| (-t / time).exp()).collect())])
     }
 }
 
@@ -251,37 +254,8 @@ fn independent(left: &[Vec<f64>], levels: &[Alike<'_>]) -> f64 {
     left.iter().map(Vec::len).sum::<usize>() as f64 * (1.0 - alike) / (1.0 + alike)
 }
 
-/// What least squares by `columns` leave of `y`.
-fn without(y: &[f64], columns: &[Vec<f64>]) -> Vec<f64> {
-    let mut left = y.to_vec();
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    for c in columns {
-        let mut c = c.clone();
-        let size = dot(&c, &c);
-        basis.iter().for_each(|q| project_out(&mut c, q));
-        let norm = dot(&c, &c);
-        if norm <= 1e-12 * size || norm <= 0.0 {
-            continue;
-        }
-        c.iter_mut().for_each(|v| *v /= norm.sqrt());
-        project_out(&mut left, &c);
-        basis.push(c);
-    }
-    left
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 fn squares(of: &[Vec<f64>]) -> f64 {
     of.iter().map(|v| dot(v, v)).sum()
-}
-
-/// Takes the part along the unit vector `q` out of `v`.
-fn project_out(v: &mut [f64], q: &[f64]) {
-    let share = dot(v, q);
-    v.iter_mut().zip(q).for_each(|(v, q)| *v -= share * q);
 }
 
 #[cfg(test)]
@@ -322,14 +296,6 @@ mod tests {
             let hum = |r: usize, t: f64| 0.05 * (3.0 * t + 1.9 * (r * r) as f64).cos();
             assert!(modes(&five(seed, 0.05, hum)).is_none_or(|m| m.0 < 6.0), "{seed}");
         }
-    }
-
-    #[test]
-    fn what_least_squares_leave_is_orthogonal_to_the_columns() {
-        let y = [1.0, 2.0, 0.5, -1.0];
-        let columns = [vec![1.0, 1.0, 1.0, 1.0], vec![0.0, 1.0, 2.0, 3.0], vec![2.0, 2.0, 2.0, 2.0]];
-        let left = without(&y, &columns);
-        assert!(columns.iter().all(|c| dot(c, &left).abs() < 1e-12));
     }
 
     #[test]

@@ -9,7 +9,7 @@ pub mod generate;
 mod label;
 mod library;
 
-pub use archive::is_archive_of_ours;
+pub use archive::write_archive;
 pub use label::Label;
 pub use library::{is_ours, library, lies_at, program, whole, Binary};
 
@@ -222,9 +222,7 @@ impl Model {
     /// # Errors
     /// As [`Model::archive`]; a file that cannot be written (none is left half-written).
     pub fn pack(&self, out: &Path, starts: &[(String, f64)], binaries: &[Binary]) -> Result<Option<output::Kept>> {
-        let bytes = self.archive(starts, binaries)?;
-        output::write_keeping_at(out, &bytes, |f| is_archive_of_ours(f, "modelDescription.xml"))
-            .with_context(|| format!("{}: cannot be written", out.display()))
+        write_archive(out, &self.archive(starts, binaries)?, "modelDescription.xml")
     }
 
     /// Packs the model of this machine into a folder, for a run of its own.

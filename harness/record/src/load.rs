@@ -298,10 +298,10 @@ impl Check<'_> {
 /// Two recordings that say they were taken at once.
 fn same_order(recordings: &[Entries]) -> Option<String> {
     let mut first: BTreeMap<u64, &str> = BTreeMap::new();
-    let orders = recordings.iter().filter_map(|r| Some((r.number("order")?, r.text("file")?)));
+    let mut orders = recordings.iter().filter_map(|r| Some((r.number("order")?, r.text("file")?)));
     // zero is one order, whatever its sign
     let again = |(order, file): (f64, _)| Some((first.insert((order + 0.0).to_bits(), file)?, file, order));
-    let (a, b, order) = { orders }.find_map(again)?;
+    let (a, b, order) = orders.find_map(again)?;
     Some(format!(
         "{a} and {b} both have order {order}: give orders as they were taken; two campaigns belong in two folders."
     ))

@@ -4,7 +4,7 @@ use super::fmus::Fmus;
 use crate::place;
 use crate::print::{self, Shown};
 use anyhow::Result;
-use host::master::{export_ssp, files_of, System};
+use host::master::{export_ssp, System};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -27,7 +27,7 @@ pub struct ExportArguments {
 pub fn export(a: &ExportArguments) -> Result<ExitCode> {
     let mut s = System::load(&a.system)?;
     s.isolation = a.fmus.isolation()?;
-    place::is_none_of(&a.out, files_of(&a.system)?.iter().map(PathBuf::as_path))?;
+    place::is_none_of(&a.out, s.fmus().chain([a.system.clone()]))?;
     for note in export_ssp(&s, &a.out)? {
         print::warning(&note);
     }

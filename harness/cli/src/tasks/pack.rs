@@ -4,7 +4,7 @@ use crate::place;
 use anyhow::{Context, Result};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// What to pack.
 #[derive(Clone, Debug, Default)]
@@ -54,7 +54,7 @@ pub fn packed(o: &Options) -> Result<Packed> {
     } else {
         o.binaries.iter().map(|b| pack::library(b)).collect::<Result<Vec<_>>>()?
     };
-    let files = o.binaries.iter().filter_map(|b| Some(Path::new(b.split_once('=')?.1)));
+    let files = o.binaries.iter().filter_map(|b| Some(PathBuf::from(b.split_once('=')?.1)));
     place::is_none_of(&o.out, files)?;
     let kept = model.pack(&o.out, &starts, &binaries)?.map(|k| k.note());
     let platforms = binaries.into_iter().map(|b| b.platform).collect();

@@ -186,9 +186,7 @@ pub fn export_ssp(s: &System, out: &Path) -> Result<Vec<String>> {
     );
     zip.start_file("SystemStructure.ssd", options)?;
     zip.write_all(ssd.as_bytes())?;
-    let bytes = zip.finish()?.into_inner();
-    let kept = output::write_keeping_at(out, &bytes, |f| pack::is_archive_of_ours(f, "SystemStructure.ssd"))
-        .with_context(|| format!("{}: cannot be written", out.display()))?;
+    let kept = pack::write_archive(out, &zip.finish()?.into_inner(), "SystemStructure.ssd")?;
     notes.extend(kept.map(|k| k.note()));
     Ok(notes)
 }

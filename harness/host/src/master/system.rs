@@ -343,6 +343,11 @@ impl System {
         Ok(s)
     }
 
+    /// The files of the FMUs that it names, but ours.
+    pub fn fmus(&self) -> impl Iterator<Item = PathBuf> + '_ {
+        self.fmu.iter().filter(|c| c.own().is_none()).map(|c| self.folder.join(c.file.get_ref()))
+    }
+
     /// An error at a place of the file.
     pub(super) fn at(&self, span: std::ops::Range<usize>, what: &str) -> anyhow::Error {
         anyhow!("{}: {what}", self.place(span))
@@ -377,7 +382,7 @@ pub fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
         return Ok(all);
     }
     let s = System::load(path)?;
-    all.extend(s.fmu.iter().filter(|c| c.own().is_none()).map(|c| s.folder.join(c.file.get_ref())));
+    all.extend(s.fmus());
     Ok(all)
 }
 

@@ -324,15 +324,15 @@ def _renamed(frame: Frame) -> pa.Table:
 
 def _each(key: str, value: Each, count: int) -> list[float]:
     """A value for each of so many recordings."""
-    several = isinstance(value, Sequence) and not isinstance(value, str)
-    values = list(np.ravel(np.asarray(value, dtype=object))) if several or isinstance(value, np.ndarray) else [value]
-    if several and len(values) != count or len(values) not in (1, count):
+    # an array without a dimension is one number
+    given = value.tolist() if isinstance(value, np.ndarray) else value
+    values = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given] * count
+    if len(values) != count:
         raise ValueError(f"{key}: {len(values)} values for {count} recordings; give one, or one for each")
     try:
-        numbers = [float(cast(float, v)) for v in values]
+        return [float(cast(float, v)) for v in values]
     except (TypeError, ValueError):
         raise TypeError(f"{key} is {value!r}; give a number, or one for each recording") from None
-    return numbers if len(numbers) == count else numbers * count
 
 
 def _keys(**values: Any) -> list[str]:
