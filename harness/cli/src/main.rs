@@ -55,6 +55,9 @@ mod memory {
 #[global_allocator]
 static MEMORY: memory::Ending = memory::Ending;
 
+/// Stack that a command works on [bytes]; the system's own may be small, as by `ulimit -s`.
+const STACK: usize = 8 << 20;
+
 fn main() -> ExitCode {
     // a file that grows beyond the limit is an error of the call that writes it
     #[cfg(unix)]
@@ -67,5 +70,7 @@ fn main() -> ExitCode {
         memory::SERVES.store(true, std::sync::atomic::Ordering::Relaxed);
         return host::serve();
     }
-    touchdown::commands::main()
+    // where there is no thread to be had, the stack that the system gives has to do
+    let worker = std::thread::Builder::new().stack_size(STACK).spawn(touchdown::commands::main);
+    worker.map_or_else(|_| touchdown::commands::main(), |w| w.join().unwrap_or(ExitCode::from(101)))
 }

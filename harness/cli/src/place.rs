@@ -135,6 +135,12 @@ mod tests {
             assert!(said.contains("ends in no name"), "{said}");
         }
         if cfg!(target_os = "linux") {
+            for said in refused(Path::new("/proc/self/x")) {
+                assert!(
+                    said.ends_with("cannot be written (nothing can be made there); give --out a place that can"),
+                    "{said}"
+                );
+            }
             std::os::unix::fs::symlink(t.path().join("b"), t.path().join("a")).unwrap();
             std::os::unix::fs::symlink(t.path().join("a"), t.path().join("b")).unwrap();
             for said in [refused(&t.path().join("a")), refused(&t.path().join("a/x"))].concat() {

@@ -30,8 +30,8 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static LOOKS: AtomicBool = AtomicBool::new(false);
 static HANDS_OUT: AtomicBool = AtomicBool::new(false);
 
-/// From here on Ctrl-C, SIGTERM and SIGHUP end the process at once, but for an answer that is just taking its place, and
-/// leave no stage behind. A hangup that the process was started to ignore, as by `nohup`, stays ignored.
+/// From here on Ctrl-C, SIGTERM, SIGHUP and SIGXCPU end the process at once, but for an answer that is just taking its place, and
+/// leave no stage behind. A signal that the process was started to ignore, as a hangup by `nohup`, stays ignored.
 pub fn end_cleanly() {
     // without a handler the signals end the process as they always did
     #[cfg(unix)]
@@ -55,15 +55,18 @@ pub fn hand_out() {
 /// Number of the signal of Ctrl-C.
 const INTERRUPT: u8 = 2;
 
-/// SIGINT, SIGTERM and SIGHUP. Where there is no thread to be had that waits for them, they stay as they are.
+/// Number of the signal of a limit on processor time, which comes again with each second beyond it.
+const TIME_IS_UP: u8 = 24;
+
+/// SIGINT, SIGTERM, SIGHUP and SIGXCPU. Where there is no thread to be had that waits for them, they stay as they are.
 #[cfg(unix)]
 fn catch_signals() {
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXCPU};
     use signal_hook::iterator::Signals;
     let (ready, is_ready) = channel();
     let wait = move || {
         // a shell without a terminal has what it starts in the background ignore SIGINT, which asks for an end all the same
-        let asked = [SIGHUP, SIGTERM].into_iter().filter(|s| !is_ignored(*s));
+        let asked = [SIGHUP, SIGTERM, SIGXCPU].into_iter().filter(|s| !is_ignored(*s));
         let signals = Signals::new(asked.chain([SIGINT]));
         // nobody waits for it who has ended meanwhile
         let _ = ready.send(());
@@ -90,7 +93,7 @@ fn asked_to_end(signal: u8) {
     let Ok(mut first) = FIRST.lock() else { return };
     match *first {
         // shells and `timeout` signal a process and its group: that is one request
-        Some(at) if at.elapsed() < ONE_REQUEST => {}
+        Some(at) if at.elapsed() < ONE_REQUEST || signal == TIME_IS_UP => {}
         Some(_) => end(),
         None => {
             *first = Some(Instant::now());

@@ -684,3 +684,49 @@ fn a_list_of_no_campaigns_and_a_file_given_twice_are_refused() {
     assert_eq!(o.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&o.stderr).contains("./a.csv: is given twice; give every file once"));
 }
+
+#[test]
+fn a_command_works_on_a_small_stack_and_init_takes_a_link_for_something_that_is_there() {
+    let b = Bench::new();
+    let mut c = Command::new("sh");
+    let line = format!("ulimit -s 64; exec {} run drop.toml --direct --out out", env!("CARGO_BIN_EXE_touchdown"));
+    c.args(["-c", &line]).current_dir(b.folder.path());
+    let o = b.ends(c);
+    assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
+    std::fs::write(b.at("precious/a.csv"), "time,force\n0,1\n").unwrap();
+    symlink("/nowhere", b.at("precious/campaign.toml")).unwrap();
+    let o = b.ends(b.command(&["init", "precious", "--kind", "drop-test"]));
+    assert_eq!(o.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&o.stderr).contains("campaign.toml: is there already"));
+}
+
+#[test]
+fn what_another_user_owns_in_a_shared_folder_is_refused_before_anything_is_replaced() {
+    use std::os::unix::{fs::PermissionsExt, process::CommandExt};
+    let nobody = 65534;
+    let b = Bench::new();
+    let open = |path: &Path, mode| std::fs::set_permissions(path, PermissionsExt::from_mode(mode)).unwrap();
+    open(b.folder.path(), 0o755);
+    // a file of another's in a folder where everybody makes files and nobody moves another's
+    std::fs::write(b.at("out/manifest.json"), MINE).unwrap();
+    open(&b.at("out"), 0o1777);
+    let run = || {
+        let mut c = b.command(&["run", "drop.toml", "--direct", "--out", "out"]);
+        c.uid(nobody).gid(nobody);
+        c
+    };
+    if !run().args(["--help"]).output().is_ok_and(|o| o.status.success()) {
+        eprintln!("skipped: only root has a command run as another user");
+        return;
+    }
+    let o = b.ends(run());
+    let said = String::from_utf8_lossy(&o.stderr);
+    assert!(
+        o.status.code() == Some(2) && said.contains("another user's") && said.contains("give another --out"),
+        "{said}"
+    );
+    assert_eq!(text(&b.at("out/manifest.json")), MINE);
+    assert_eq!(std::fs::read_dir(b.at("out")).unwrap().count(), 1, "{said}");
+    b.holds();
+    b.leaves_no_stage();
+}

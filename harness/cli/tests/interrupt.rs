@@ -1,4 +1,4 @@
-//! Ctrl-C, SIGTERM and SIGHUP end every command: what is finished is there, what is under way leaves nothing.
+//! Ctrl-C, SIGTERM, SIGHUP and SIGXCPU end every command: what is finished is there, what is under way leaves nothing.
 #![cfg(unix)]
 
 use plant::recipe::{write_campaign, Recipe};
@@ -40,7 +40,9 @@ fn what_is_under_way_is_named_and_leaves_nothing() {
     write_campaign(&dir.path().join("first"), &Recipe::default()).unwrap();
     write_campaign(&dir.path().join("second"), &Recipe::default()).unwrap();
     // the last as `timeout` does, which signals a process and then its group
-    for (names, wanted) in [(&["INT"][..], 130), (&["TERM"], 143), (&["HUP"], 129), (&["INT", "INT"], 130)] {
+    for (names, wanted) in
+        [(&["INT"][..], 130), (&["TERM"], 143), (&["HUP"], 129), (&["XCPU"], 152), (&["INT", "INT"], 130)]
+    {
         let name = names.join(" and ");
         // the nulls alone take hours: that it ends at all shows that it was asked
         let mut child = started(dir.path(), &["diagnose", "first", "second", "--out", "out", "--bootstrap", "9999"]);

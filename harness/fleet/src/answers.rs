@@ -5,7 +5,8 @@ use crate::statistics::discoveries;
 use anyhow::{anyhow, Context};
 use output::Manifest;
 use record::Label;
-use serde::Deserialize;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -13,6 +14,8 @@ use std::path::{Path, PathBuf};
 const MOST: u64 = 1 << 26;
 /// Columns of the fleet's table at most, beside those that every fleet has.
 const COLUMNS: usize = 1000;
+/// By how much a probability may exceed 1, being a sum of rounded ones.
+const ROUNDING: f64 = 1e-6;
 /// The file of an answer that is read.
 const VERDICT: &str = "verdict.json";
 /// Why a campaign is lost of which nobody knows anything.
@@ -268,13 +271,24 @@ struct Text {
 #[derive(Deserialize)]
 struct Mismatch {
     detected: bool,
+    #[serde(deserialize_with = "probability")]
     false_alarm_probability: f64,
+}
+
+/// A number from 0 to 1, within [`ROUNDING`].
+fn probability<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    let p = f64::deserialize(from)?;
+    match (0.0..=1.0 + ROUNDING).contains(&p) {
+        true => Ok(p.min(1.0)),
+        false => Err(D::Error::custom(format!("{p} is no probability"))),
+    }
 }
 
 #[derive(Deserialize)]
 struct Missing {
     mechanism: String,
     form: String,
+    #[serde(deserialize_with = "probability")]
     probability: f64,
     parameters: BTreeMap<String, Parameter>,
 }
@@ -306,6 +320,7 @@ struct Quality {
 #[derive(Deserialize)]
 struct Cause {
     mechanisms: Vec<String>,
+    #[serde(deserialize_with = "probability")]
     probability: f64,
 }
 
@@ -372,6 +387,12 @@ fn read(folder: &Path) -> anyhow::Result<(BTreeMap<String, Label>, State)> {
         path.display()
     );
     let v: Verdict = serde_json::from_str(&text).with_context(of)?;
+    let total: f64 = v.posterior.iter().map(|c| c.probability).sum();
+    anyhow::ensure!(
+        total <= 1.0 + ROUNDING,
+        "{}: its posterior adds up to {total}; diagnose this campaign again",
+        path.display()
+    );
     if let Some(why) = v.invalid {
         return Ok((v.columns, State::Unjudged(why.text)));
     }
@@ -522,6 +543,25 @@ pub(crate) mod tests {
         let lost: Vec<_> = f.lost().map(|(a, why)| (a.campaign.as_str(), why)).collect();
         assert!(lost.len() == 1 && lost[0].0 == "many" && lost[0].1.contains("more than 1000 columns"), "{lost:?}");
         assert!((f.answers[1].judged().unwrap().probability_of("wear") - 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_no_probability_is_refused() {
+        let t = tempfile::tempdir().unwrap();
+        let of = |name: &str, change: &dyn Fn(&mut serde_json::Value)| {
+            let mut v = verdict(Some(("wear", 0.2)), 1e-9, 0.05, serde_json::json!({}));
+            change(&mut v);
+            write(t.path(), name, &v);
+        };
+        of("fine", &|_| ());
+        of("above", &|v| v["missing"][0]["probability"] = 7.5.into());
+        of("below", &|v| v["mismatch"]["false_alarm_probability"] = (-0.5).into());
+        of("sum", &|v| v["posterior"][1]["probability"] = 0.9.into());
+        let f = Fleet::read(&[t.path().to_path_buf()]).unwrap();
+        let lost: Vec<_> = f.lost().map(|(a, _)| a.campaign.as_str()).collect();
+        assert_eq!(lost, ["above", "below", "sum"]);
+        assert!(f.lost().all(|(_, why)| why.contains("diagnose this campaign again")));
+        assert_eq!(f.judged().count(), 1);
     }
 
     #[test]

@@ -66,7 +66,8 @@ impl Stage {
                 }
             }
         }
-        Err(Error::new(ErrorKind::AlreadyExists, "no name is left for a temporary folder"))
+        // a folder as those of the kernel, which are there and take in nothing
+        Err(Error::new(ErrorKind::NotFound, "nothing can be made in it"))
     }
 
     /// The stage of that name; None where the name is taken, or the stage cleared away at once.

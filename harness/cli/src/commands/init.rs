@@ -198,7 +198,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     );
     let files = recordings(given)?;
     let path = given.join(NAME);
-    ensure!(!path.exists(), "{}: is there already; move it away, or edit it", path.shown());
+    // a link that leads nowhere is there too
+    ensure!(path.symlink_metadata().is_err(), "{}: is there already; move it away, or edit it", path.shown());
     let folder = given.canonicalize().unwrap_or_else(|_| given.to_path_buf());
     let title = folder.file_name().map_or("campaign".into(), |n| n.to_string_lossy());
     let text = if system {

@@ -36,7 +36,7 @@ Exit codes:
   2    bad input, or something cannot be read or written; what and where is on standard error, with the cure
   3    a campaign is read but cannot be judged; its answer says why
   4    somebody else's FMU crashed, ended its process or went beyond a limit; what was computed so far is written
-  129  ended by SIGHUP, 130 by Ctrl-C, 143 by SIGTERM; what is written is whole
+  129  ended by SIGHUP, 130 by Ctrl-C, 143 by SIGTERM, 152 by SIGXCPU (ulimit -S -t); what is written is whole
   141  nobody reads the answer any more, as behind `| head`
 
 `touchdown COMMAND --help` has examples.";
