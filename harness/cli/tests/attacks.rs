@@ -730,3 +730,71 @@ fn what_another_user_owns_in_a_shared_folder_is_refused_before_anything_is_repla
     b.holds();
     b.leaves_no_stage();
 }
+
+#[test]
+fn a_folder_that_is_mounted_on_itself_gets_its_answer_and_what_is_mounted_below_a_stage_stays() {
+    let b = Bench::new();
+    let program = env!("CARGO_BIN_EXE_touchdown");
+    let inside = |lines: &str| {
+        let mut c = Command::new("unshare");
+        c.args(["--mount", "sh", "-c", lines]).current_dir(b.folder.path());
+        c
+    };
+    if !inside("mount --bind out out").output().is_ok_and(|o| o.status.success()) {
+        eprintln!("skipped: nothing can be mounted here");
+        return;
+    }
+    for _ in 0..2 {
+        let o = b.ends(inside(&format!("mount --bind out out && exec {program} run drop.toml --direct --out out")));
+        assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
+    }
+    assert!(output::Manifest::read(&b.at("out")).unwrap().is_whole(&b.at("out")));
+    b.leaves_no_stage();
+    // what an ended command left, with somebody's folder mounted in it
+    let lines = "mkdir -p t/mounted/x && mount --bind precious t/mounted/x && exec sleep 0";
+    assert!(b.ends(inside(lines)).status.success());
+    let left = format!(
+        "mkdir -p out/{0}/new && printf 'touchdown works here\\n' > out/{0}/lock && chmod 700 out/{0} && mount --bind precious \
+         out/{0}/new && exec {program} run drop.toml --direct --out out",
+        STAGES[1]
+    );
+    let o = b.ends(inside(&left));
+    assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
+    b.holds();
+}
+
+#[test]
+fn a_page_of_somebodys_and_a_campaign_called_as_a_file_of_all_answers_are_refused_before_anything_is_computed() {
+    let b = Bench::new();
+    write_campaign(&b.at("c"), &Recipe::default()).unwrap();
+    write_campaign(&b.at("fleet.json"), &Recipe::default()).unwrap();
+    std::fs::write(b.at("out/index.html"), MINE).unwrap();
+    for (campaign, says) in [("c", "is no index of touchdown"), ("fleet.json", "rename the folder")] {
+        let o = b.ends(b.command(&["diagnose", campaign, "--out", "out"]));
+        let said = String::from_utf8_lossy(&o.stderr);
+        assert!(o.status.code() == Some(2) && said.contains(says), "{said}");
+    }
+    assert_eq!(std::fs::read_dir(b.at("out")).unwrap().count(), 1);
+}
+
+#[test]
+fn answers_are_up_to_date_in_any_time_and_a_folder_named_by_mistake_is_refused() {
+    let b = Bench::new();
+    write_campaign(&b.at("c"), &Recipe { samples: 250, interval: 2.8e-5, ..Recipe::default() }).unwrap();
+    let diagnosed = |arguments: &[&str]| {
+        let o = b.ends(b.command(&[&["diagnose", "c", "--out", "answers", "--resume"], arguments].concat()));
+        (o.status.code(), String::from_utf8_lossy(&o.stdout).into_owned())
+    };
+    let unjudged = diagnosed(&["--seconds", "1e-9"]);
+    assert_eq!(unjudged.0, Some(3));
+    // no more time: the same; more: judged; less again: what was judged stays
+    for (seconds, code, up_to_date) in [("1e-9", 0, true), ("1e6", 0, false), ("1e-9", 0, true), ("1e5", 0, true)] {
+        let (ended, said) = diagnosed(&["--seconds", seconds]);
+        assert!(ended == Some(code) && said.contains("up to date") == up_to_date, "{seconds}: {ended:?} {said}");
+    }
+    let o = b.ends(b.command(&["merge", "answers", "precious", "--out", "site"]));
+    let said = String::from_utf8_lossy(&o.stderr);
+    assert!(o.status.code() == Some(2) && said.contains("precious: holds no answer of touchdown"), "{said}");
+    let o = b.ends(b.command(&["merge", "answers", "--out", "site"]));
+    assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
+}

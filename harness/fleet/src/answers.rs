@@ -123,6 +123,8 @@ pub struct Fleet {
     pub answers: Vec<Answer>,
     /// What could not be read beside answers, and what to do.
     pub complaints: Vec<String>,
+    /// The folders that hold answers, or what is known of ones that are lost.
+    pub found_in: BTreeSet<PathBuf>,
 }
 
 impl Fleet {
@@ -133,9 +135,12 @@ impl Fleet {
     pub fn read(outs: &[PathBuf]) -> anyhow::Result<Fleet> {
         let mut all: BTreeMap<String, Answer> = BTreeMap::new();
         let mut table = Columns::default();
+        let (mut complaints, mut found_in) = (Vec::new(), BTreeSet::new());
         for out in outs {
             let mut names: Vec<String> = Vec::new();
-            for entry in std::fs::read_dir(out).with_context(|| out.display().to_string())? {
+            for entry in std::fs::read_dir(out).with_context(|| {
+                format!("{}: cannot be read; give the folder that diagnose --out had", out.display())
+            })? {
                 let entry = entry.with_context(|| out.display().to_string())?;
                 if let (true, Ok(name)) = (entry.path().is_dir(), entry.file_name().into_string()) {
                     names.push(name);
@@ -144,7 +149,18 @@ impl Fleet {
             names.sort();
             for name in names {
                 let folder = out.join(&name);
-                if all.contains_key(&name) || !is_answer(&folder) {
+                let is_there = |a: &Answer| !matches!(a.state, State::Lost(_));
+                match listed(&folder) {
+                    Listed::Yes => drop(found_in.insert(out.clone())),
+                    Listed::No => continue,
+                    Listed::Unknown => {
+                        let cure = "it is not counted; diagnose that campaign again";
+                        complaints
+                            .push(format!("{}: no manifest.json lists it; {cure}", folder.join(VERDICT).display()));
+                        continue;
+                    }
+                }
+                if all.get(&name).is_some_and(is_there) {
                     continue;
                 }
                 // one answer that was damaged loses no other
@@ -153,14 +169,20 @@ impl Fleet {
                         table.take(&c, &s).map(|()| (c, s)).map_err(|why| anyhow!("{}: {why}", folder.display()))
                     })
                     .unwrap_or_else(|e| (BTreeMap::new(), State::Lost(format!("{e:#}"))));
-                all.insert(name.clone(), Answer { campaign: name, folder, columns, state });
+                let answer = Answer { campaign: name.clone(), folder, columns, state };
+                // one that is damaged may be whole in another folder
+                if is_there(&answer) || !all.contains_key(&name) {
+                    all.insert(name, answer);
+                }
             }
         }
-        let mut complaints = Vec::new();
         for out in outs {
             let of = |e: std::io::Error| anyhow::anyhow!("{}: {e}", out.join(register::FOLDER).display());
             let mut lost = register::lost(out).map_err(of)?;
             let members = register::members(out, &mut |c| complaints.push(c)).map_err(of)?;
+            if !members.is_empty() || !lost.is_empty() {
+                found_in.insert(out.clone());
+            }
             let names: BTreeSet<String> = members.into_iter().map(|m| m.campaign).chain(lost.keys().cloned()).collect();
             for campaign in names {
                 let why = lost.remove(&campaign);
@@ -181,7 +203,7 @@ impl Fleet {
         hold_false_discoveries(&mut answers);
         // stable: by name where what matters is equal
         answers.sort_by(|a, b| urgency(b).total_cmp(&urgency(a)));
-        Ok(Fleet { answers, complaints })
+        Ok(Fleet { answers, complaints, found_in })
     }
 
     pub fn judged(&self) -> impl Iterator<Item = (&Answer, &Judged)> {
@@ -242,9 +264,21 @@ fn hold_false_discoveries(answers: &mut [Answer]) {
     judged.iter_mut().zip(discoveries(&p)).for_each(|(j, q)| j.false_discovery_rate = q);
 }
 
-/// Whether the folder holds an answer, by its list of files.
-fn is_answer(folder: &Path) -> bool {
-    folder.join(VERDICT).is_file() && Manifest::read(folder).is_some_and(|m| m.files.contains_key(VERDICT))
+/// Whether a folder holds an answer.
+enum Listed {
+    /// Its list of files says so, whether or not the verdict is there.
+    Yes,
+    No,
+    /// A verdict is there, and no list says that touchdown wrote it.
+    Unknown,
+}
+
+fn listed(folder: &Path) -> Listed {
+    match Manifest::read(folder) {
+        Some(m) if m.files.contains_key(VERDICT) => Listed::Yes,
+        None if folder.join(VERDICT).is_file() => Listed::Unknown,
+        _ => Listed::No,
+    }
 }
 
 /// What a fleet reads of verdict.json.
@@ -543,6 +577,29 @@ pub(crate) mod tests {
         let lost: Vec<_> = f.lost().map(|(a, why)| (a.campaign.as_str(), why)).collect();
         assert!(lost.len() == 1 && lost[0].0 == "many" && lost[0].1.contains("more than 1000 columns"), "{lost:?}");
         assert!((f.answers[1].judged().unwrap().probability_of("wear") - 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_damaged_answer_is_named_and_a_whole_one_in_another_folder_counts() {
+        let t = tempfile::tempdir().unwrap();
+        let [one, other] = ["one", "other"].map(|n| t.path().join(n));
+        for (out, name) in
+            [(&one, "gone"), (&one, "folder"), (&one, "unlisted"), (&one, "changed"), (&other, "changed")]
+        {
+            write(out, name, &verdict(None, 0.5, 0.01, serde_json::json!({})));
+        }
+        std::fs::remove_file(one.join("gone/verdict.json")).unwrap();
+        std::fs::remove_file(one.join("folder/verdict.json")).unwrap();
+        std::fs::create_dir(one.join("folder/verdict.json")).unwrap();
+        std::fs::write(one.join("unlisted/manifest.json"), "{").unwrap();
+        std::fs::write(one.join("changed/verdict.json"), "{}").unwrap();
+        for outs in [[one.clone(), other.clone()], [other, one]] {
+            let f = Fleet::read(&outs).unwrap();
+            assert_eq!(f.lost().map(|l| l.0.campaign.as_str()).collect::<Vec<_>>(), ["folder", "gone"]);
+            assert_eq!(f.judged().map(|j| j.0.campaign.as_str()).collect::<Vec<_>>(), ["changed"]);
+            let [said] = &f.complaints[..] else { panic!("{:?}", f.complaints) };
+            assert!(said.contains("unlisted") && said.contains("diagnose that campaign again"), "{said}");
+        }
     }
 
     #[test]

@@ -11,4 +11,7 @@ pub mod shard;
 pub mod statistics;
 pub mod table;
 
+/// The name of the file that sums a fleet up.
+pub const SUMMARY: &str = "fleet.json";
+
 pub use answers::{Answer, Fleet, Judged, Named, State};

@@ -12,6 +12,9 @@ use record::Label;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+/// The name of the file.
+pub const FILE: &str = "fleet.parquet";
+
 /// The values of a column; None: there is none.
 enum Values {
     Bool(Vec<Option<bool>>),

@@ -111,7 +111,7 @@ pub(super) fn load(library: &Path) -> Result<Fmi2Binding, String> {
     // SAFETY: loading runs the binary's initializers; whoever loads it here trusts it to run in this process
     let binding = unsafe { Fmi2Binding::new(library) }.map_err(|e| {
         let why = with_cause(&e);
-        format!("its binary does not load: {why}; {}", missing::cure(&why))
+        format!("its binary does not load: {why}; {}", missing::cure(&why, library))
     })?;
     arithmetic::restore();
     if let Some(version) = answer(&binding.fmi2GetVersion).filter(|v| v != "2.0" && !v.starts_with("2.0.")) {

@@ -1,5 +1,7 @@
 //! What helps where a binary does not load: the library that it lacks, and what installs it.
 
+use std::path::Path;
+
 /// Libraries whose package is not called as Debian names the others, by how their names begin, and what installs them.
 const OTHERS: [(&str, &str); 12] = [
     ("libgcc_s.so", "sudo apt-get install libgcc-s1"),
@@ -37,8 +39,20 @@ fn package(library: &str) -> Option<String> {
     Some(format!("{name}{dash}{version}"))
 }
 
-/// What helps against the message of a loader.
-pub(super) fn cure(why: &str) -> String {
+/// Whether the file system that a file lies on runs no programs.
+#[cfg(unix)]
+fn forbids_programs(file: &Path) -> bool {
+    use rustix::fs::{statvfs, StatVfsMountFlags};
+    statvfs(file).is_ok_and(|s| s.f_flag.contains(StatVfsMountFlags::NOEXEC))
+}
+
+#[cfg(not(unix))]
+fn forbids_programs(_: &Path) -> bool {
+    false
+}
+
+/// What helps against the message `why` of a loader about the file `of`.
+pub(super) fn cure(why: &str, of: &Path) -> String {
     if why.contains("undefined symbol: _Py") || why.contains("undefined symbol: Py") {
         return "it runs in the Python it was exported with: start this with LD_PRELOAD=PATH/libpython3.N.so, that Python's \
                 library"
@@ -47,10 +61,13 @@ pub(super) fn cure(why: &str) -> String {
     if why.contains("Too many open files") {
         return "raise the limit of open files, as with ulimit -n".into();
     }
-    if why.contains("failed to map segment") && why.contains("Operation not permitted") {
+    if why.contains("failed to map segment") && (why.contains("Operation not permitted") || forbids_programs(of)) {
         return "the folder that it is unpacked in forbids programs; set TMPDIR to one that does not (noexec)".into();
     }
-    if why.contains("Cannot allocate memory") || why.contains("cannot allocate memory") {
+    if why.contains("failed to map segment")
+        || why.contains("Cannot allocate memory")
+        || why.contains("cannot allocate memory")
+    {
         return "give it more memory with --fmu-memory, or raise the limit of memory, as with ulimit -v".into();
     }
     if let Some(library) = library(why) {
@@ -92,9 +109,12 @@ mod tests {
             ("/lib/libc.so.6: version `GLIBC_2.38' not found (required by x.so)", "newer system (GLIBC_2.38)"),
             ("libstdc++.so.6: version `GLIBCXX_3.4.32' not found", "newer libstdc++6 (GLIBCXX_3.4.32)"),
             ("x.so: undefined symbol: PyExc_ValueError", "LD_PRELOAD"),
+            ("x.so: failed to map segment from shared object", "give it more memory with --fmu-memory"),
+            ("x.so: failed to map segment from shared object: Operation not permitted", "set TMPDIR"),
             ("file too short", "export it again for this platform"),
         ] {
-            assert!(cure(why).contains(says), "{why}: {}", cure(why));
+            let cure = cure(why, Path::new("x.so"));
+            assert!(cure.contains(says), "{why}: {cure}");
         }
     }
 }

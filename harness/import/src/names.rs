@@ -4,6 +4,7 @@ use crate::amount::instead;
 use crate::facts::{key, known, Facts, KEYS};
 use record::units;
 use regex::Regex;
+use std::sync::LazyLock;
 
 /// A pattern for file names: `drop_{height:mm}_{order}.tdms`.
 #[derive(Clone, Debug)]
@@ -105,17 +106,20 @@ const MARKS: [(&str, &str, &str); 9] = [
     ("spring_preload", "mN", "mN"),
 ];
 
+/// A number with each of the [`MARKS`].
+static MARKED: LazyLock<Vec<Regex>> = LazyLock::new(|| {
+    let of = |mark: &str| format!(r"(^|[^\d.,])(\d+(?:[.,]\d+)?)[ _]?(?:{mark})($|[^A-Za-z0-9/^])");
+    MARKS.iter().map(|(_, _, mark)| Regex::new(&of(mark)).expect("a pattern of the program")).collect()
+});
+
 /// What a name says by numbers with a unit, such as `drop_200mm` or `v1.5ms-1`; nothing of a key that it says twice.
 pub fn guess(name: &str) -> Facts {
     let mut facts = Facts::default();
     let mut twice: Vec<&str> = Vec::new();
     let mut rest = name.to_string();
-    for (key, unit, mark) in MARKS {
-        let Ok(regex) = Regex::new(&format!(r"(^|[^\d.,])(\d+(?:[.,]\d+)?)[ _]?(?:{mark})($|[^A-Za-z0-9/^])")) else {
-            continue;
-        };
+    for ((key, unit, _), regex) in MARKS.iter().zip(&*MARKED) {
         for found in regex.captures_iter(&rest) {
-            if facts.0.contains_key(key) {
+            if facts.0.contains_key(*key) {
                 twice.push(key);
             }
             // what is no amount after all says nothing

@@ -100,8 +100,11 @@ fn regular(of: &Metadata) -> Result<()> {
     if of.is_file() {
         return Ok(());
     }
-    let what = if of.is_dir() { "a folder" } else { special(of.file_type()) };
-    Err(Error::new(ErrorKind::InvalidInput, format!("it is {what}, not a file; write what it holds into a file")))
+    let (what, cure) = match of.is_dir() {
+        true => ("a folder", "name the files in it"),
+        false => (special(of.file_type()), "write what it holds into a file"),
+    };
+    Err(Error::new(ErrorKind::InvalidInput, format!("it is {what}, not a file; {cure}")))
 }
 
 #[cfg(unix)]
@@ -141,14 +144,30 @@ pub fn cure(e: &Error) -> Option<&'static str> {
         ErrorKind::ReadOnlyFilesystem => Some("it is on a file system that is only read; take another place"),
         ErrorKind::OutOfMemory => Some("close other programs, or raise the limit of memory, as with ulimit -v"),
         ErrorKind::InvalidFilename => Some("the name is too long for the file system; give a shorter one"),
+        _ if e.get_ref().is_some_and(|e| e.is::<TooLarge>()) => Some("part it into smaller ones"),
         _ if is_loop(e) => Some("links in it lead to each other; give the place that they were to lead to"),
         _ if is_out_of_files(e) => Some("too many files are open for the limit; raise it, as with ulimit -n"),
         _ => None,
     }
 }
 
+/// A file has more bytes than are read of one.
+#[derive(Debug)]
+struct TooLarge {
+    length: u64,
+    most: u64,
+}
+
+impl std::fmt::Display for TooLarge {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "it has {} bytes, more than the {} that are read", self.length, self.most)
+    }
+}
+
+impl std::error::Error for TooLarge {}
+
 fn too_large(length: u64, most: u64) -> Error {
-    Error::new(ErrorKind::InvalidData, format!("it has {length} bytes, more than the {most} that are read"))
+    Error::new(ErrorKind::InvalidData, TooLarge { length, most })
 }
 
 #[cfg(test)]
@@ -161,6 +180,7 @@ mod tests {
         let path = dir.path().join("a");
         std::fs::write(&path, "text").unwrap();
         assert_eq!(text(&path, 4).unwrap(), "text");
+        assert_eq!(text(&path, 3).err().as_ref().and_then(cure), Some("part it into smaller ones"));
         let e = text(&path, 3).unwrap_err().to_string();
         assert!(e.contains("4 bytes, more than the 3"), "{e}");
         std::fs::write(&path, [0xff, 0xfe]).unwrap();

@@ -20,7 +20,8 @@ pub fn is_fixed(folder: &Path) -> bool {
     {
         use std::os::unix::fs::MetadataExt;
         let device = |p: &Path| std::fs::metadata(p).map(|m| m.dev()).ok();
-        device(folder) != device(above)
+        // a folder mounted a second time has the device of the one above it
+        device(folder) != device(above) || crate::folder::is_mounted(folder, above)
     }
     #[cfg(not(unix))]
     {

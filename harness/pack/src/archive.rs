@@ -17,12 +17,12 @@ const HEAD: u64 = 1 << 16;
 /// # Errors
 /// As the file system gives them; none is left half-written.
 pub fn write_archive(out: &Path, bytes: &[u8], description: &str) -> Result<Option<Kept>> {
-    output::write_keeping_at(out, bytes, |f| is_ours(f, description))
+    output::write_keeping_at(out, bytes, |f| is_archive_of_ours(f, description))
         .with_context(|| format!("{}: cannot be written", out.display()))
 }
 
 /// Whether `file` is an archive whose description says that touchdown has made it.
-fn is_ours(file: File, description: &str) -> bool {
+pub fn is_archive_of_ours(file: File, description: &str) -> bool {
     let Ok(mut archive) = zip::ZipArchive::new(file) else { return false };
     let Ok(member) = archive.by_name(description) else { return false };
     let mut head = Vec::new();

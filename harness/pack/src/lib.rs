@@ -9,7 +9,7 @@ pub mod generate;
 mod label;
 mod library;
 
-pub use archive::write_archive;
+pub use archive::{is_archive_of_ours, write_archive};
 pub use label::Label;
 pub use library::{is_ours, library, lies_at, program, whole, Binary};
 

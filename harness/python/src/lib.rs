@@ -19,11 +19,19 @@ fn error(e: anyhow::Error) -> PyErr {
     TouchdownError::new_err(format!("{e:#}"))
 }
 
+/// As Python's exception for what the system refuses, where it is that; else in the words of the command.
+fn of_system(e: anyhow::Error) -> PyErr {
+    match e.chain().find_map(|c| c.downcast_ref::<std::io::Error>()) {
+        Some(cause) => std::io::Error::new(cause.kind(), format!("{e:#}")).into(),
+        None => error(e),
+    }
+}
+
 /// The native module.
 #[pymodule(name = "_native")]
 mod native {
     use super::follow::followed;
-    use super::{error, follow};
+    use super::{error, follow, of_system};
     use anyhow::{Context, Result};
     use estimate::case::Method;
     use pyo3::prelude::*;
@@ -115,7 +123,8 @@ mod native {
             let done = tasks::diagnose::diagnose(&o, &follow)?;
             let answers: Vec<Value> = done.answers.iter().map(|a| json!([a.campaign, a.answer])).collect();
             let page = done.page.transpose()?;
-            text(&json!({ "answers": answers, "page": page, "left": done.batch.left }))
+            let left = [done.batch.left, done.batch.not_begun].concat();
+            text(&json!({ "answers": answers, "page": page, "left": left }))
         })
     }
 
@@ -280,6 +289,25 @@ mod native {
         }
         of.set_item("recordings", recordings)?;
         Ok(of)
+    }
+
+    /// The bytes of a file of an answer.
+    #[pyfunction]
+    fn bytes_of<'py>(py: Python<'py>, folder: PathBuf, name: String) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = py.detach(|| tasks::files::bytes(&folder, &name)).map_err(error)?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// Hands on a file of an answer; what is to be reported of a file that was in the way.
+    #[pyfunction]
+    fn copy_out(py: Python<'_>, folder: PathBuf, name: String, out: PathBuf) -> PyResult<Option<String>> {
+        py.detach(|| tasks::files::copied(&folder, &name, &out)).map_err(of_system)
+    }
+
+    /// Writes the files of a campaign.
+    #[pyfunction]
+    fn write_campaign(py: Python<'_>, folder: PathBuf, files: Vec<(String, Vec<u8>)>) -> PyResult<()> {
+        py.detach(|| tasks::files::campaign(&folder, &files)).map_err(of_system)
     }
 
     /// The sentence that sums a page of ours up; None where it has none.

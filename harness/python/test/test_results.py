@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import os
 import warnings
 from pathlib import Path
 
@@ -138,12 +140,25 @@ def test_files_of_the_users_own_stay_and_those_made_before_are_replaced(tmp_path
         folder = tmp_path / name
         folder.mkdir()
         (folder / name).write_text("mine")
-        with pytest.raises(FileExistsError, match=f"{name} is in the way, and was not made by Campaign.of; give another"):
+        with pytest.raises(FileExistsError, match=f"{name} is in the way, and is not as Campaign.of wrote it; give"):
             td.Campaign.of(course(1.0), folder=folder)
         assert [(f.name, f.read_text()) for f in folder.iterdir()] == [(name, "mine")]
     for top in [1.0, 2.0]:
         made = td.Campaign.of(course(top), folder=tmp_path / "again")
         assert f"1,{top:g}" in (made.folder / "r01.csv").read_text()
+    for name in ["campaign.toml", "r01.csv"]:
+        with open(tmp_path / "again" / name, "a") as f:
+            f.write("# mine\n")
+        with pytest.raises(FileExistsError, match=f"{name} is in the way"):
+            td.Campaign.of(course(3.0), folder=tmp_path / "again")
+        assert (tmp_path / "again" / name).read_text().endswith("# mine\n")
+    made = td.Campaign.of(course(1.0), folder=tmp_path / "more")
+    (made.folder / "r02.csv").write_text("mine")
+    with pytest.raises(FileExistsError, match="r02.csv is in the way"):
+        td.Campaign.of([course(1.0)] * 2, folder=tmp_path / "more")
+    assert (made.folder / "r02.csv").read_text() == "mine"
+    with pytest.raises(ValueError, match="two recordings would be called a.csv"):
+        td.Campaign.of({"a": course(1.0), "a.csv": course(2.0)}, folder=tmp_path / "none")
     with pytest.raises(ValueError, match="moving_mass is nan"):
         td.Campaign.of(course(1.0), mass=float("nan"), folder=tmp_path / "none")
     assert not (tmp_path / "none").exists()
@@ -195,3 +210,43 @@ def test_what_is_to_be_known_is_a_warning(campaign: Path) -> None:
     ours = [w for w in said if issubclass(w.category, td.TouchdownWarning)]
     assert [str(w.message) for w in ours] == [f"{made.folder}: {t}" for t in noted]
     assert ours[0].filename == __file__
+
+
+def test_an_answer_that_leads_out_of_its_folder_or_is_none_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "secret").write_text("mine")
+    answer = tmp_path / "answer"
+    answer.mkdir()
+    of = {"format": "verdict/1", "element": {"fmu": "../secret"}, "invalid": {"text": "too short"}}
+    verdict = answer / "verdict.json"
+    for text in ["{}", "[]", "[" * 100_000, "{", '{"format": "verdict/2"}']:
+        verdict.write_text(text)
+        with pytest.raises(td.TouchdownError, match=r"verdict.json: "):
+            td.Diagnosis(answer)
+    verdict.write_text(json.dumps(of))
+    found = td.Diagnosis(answer)
+    with pytest.raises((td.TouchdownError, OSError), match="secret"):
+        found.fmu(tmp_path / "out.fmu")
+    assert not (tmp_path / "out.fmu").exists()
+    verdict.unlink()
+    os.mkfifo(verdict)
+    with pytest.raises(td.TouchdownError, match="a pipe"):
+        td.Diagnosis(answer)
+
+
+def test_a_report_replaces_no_file_of_the_users_and_no_link(tmp_path: Path) -> None:
+    answer = tmp_path / "answer"
+    answer.mkdir()
+    (answer / "verdict.json").write_text(json.dumps({"format": "verdict/1", "invalid": {"text": "too short"}}))
+    (answer / "report.html").write_text('<p class="lead">It is so.</p>')
+    found = td.Diagnosis(answer)
+    mine, link = tmp_path / "mine.html", tmp_path / "link.html"
+    mine.write_text("mine")
+    link.symlink_to(mine)
+    for place in [link, mine]:
+        with pytest.warns(UserWarning, match="kept"):
+            assert found.report(place) == place
+        assert "It is so." in place.read_text() and not place.is_symlink()
+    assert (tmp_path / "mine.kept.html").read_text() == "mine"
+    # one that touchdown has written goes
+    found.report(mine)
+    assert sorted(f.name for f in tmp_path.glob("mine*")) == ["mine.html", "mine.kept.html"]

@@ -424,7 +424,7 @@ mod tests {
             let batch = Label::Text(["A", "B"][i as usize % 2].into());
             push(&format!("c{i:02}"), judged(cause, 0.1), &[("order", Label::Number(f64::from(i))), ("batch", batch)]);
         }
-        Fleet { answers, complaints: Vec::new() }
+        Fleet { answers, complaints: Vec::new(), ..Fleet::default() }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::contact::{Contact, Faces, Fault};
 use super::locate::line_of;
 use super::motion::Motion;
 use super::GRAVITY;
-use anyhow::{anyhow, bail, Context, Result};
+use anyhow::{anyhow, bail, Result};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::Path;
@@ -231,8 +231,10 @@ impl Scenario {
     /// Names the file, the line and the cure.
     pub fn load(path: &Path) -> Result<Scenario> {
         let name = path.display();
-        let text = input::text(path, input::TEXT)
-            .with_context(|| format!("{name}: cannot be read; give the path of a scenario file"))?;
+        let text = input::text(path, input::TEXT).map_err(|e| {
+            let cure = input::cure(&e).unwrap_or("give the path of a scenario file");
+            anyhow!("{name}: cannot be read ({e}); {cure}")
+        })?;
         let dir = path.parent().unwrap_or(Path::new(""));
         Scenario::parse(&text).and_then(|s| s.check_files(&text, dir).map(|()| s)).map_err(|(line, what)| match line {
             Some(n) => anyhow!("{name}:{n}: {what}"),

@@ -68,8 +68,11 @@ impl Arguments {
         if !self.shift.is_finite() {
             return Err(anyhow!("--shift {} is no time; give seconds", self.shift));
         }
+        if let Some(at) = [self.from, self.to].into_iter().flatten().find(|t| t.is_nan()) {
+            return Err(anyhow!("{at} is no time; give --from and --to seconds of the recording's clock"));
+        }
         if let (Some(from), Some(to)) = (self.from, self.to) {
-            if from.is_nan() || to.is_nan() || from >= to {
+            if from >= to {
                 return Err(anyhow!("--from {from} and --to {to} leave nothing; give --from before --to"));
             }
         }

@@ -47,7 +47,7 @@ pub struct Arguments {
     /// Diagnose each campaign as if it were the only one: hold no sensors against those of another, and write no page of all
     #[arg(long)]
     alone: bool,
-    /// Threads, 256 at most; with --shard processes at once, of a thread each (default: one a processor)
+    /// Threads, of which 256 at most are taken; with --shard processes at once, of a thread each (default: one a processor)
     #[arg(long)]
     jobs: Option<usize>,
     /// Simulate and judge N whole campaigns without the effect for the false-alarm probability, some seconds each
@@ -59,7 +59,7 @@ pub struct Arguments {
     #[arg(long, value_name = "I/M", requires = "bootstrap")]
     replicates: Option<Shard>,
     /// Seconds that a campaign may take; one that is not judged by then is answered as not judged (default: any number)
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Leave campaigns alone whose answer is there, whole, and of the same recordings, campaign.toml, options and version
     #[arg(long)]
@@ -131,7 +131,7 @@ fn share(a: &Arguments, of: Shard) -> Result<ExitCode> {
     };
     let follow: Arc<dyn Follow> = Arc::new(Terminal::new(a.form));
     let done = shard::diagnose(&o, &follow)?;
-    if !done.batch.left.is_empty() {
+    if done.batch.is_interrupted() {
         print::error(&done.batch.unfinished(&a.out));
     }
     let words = |s: &Share| {
@@ -171,7 +171,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     if done.unread {
         return Ok(batch.exit_code());
     }
-    if !batch.left.is_empty() {
+    if batch.is_interrupted() {
         print::error(&batch.unfinished(&a.out));
     }
     if let Some(Err(e)) = &done.page {

@@ -34,7 +34,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "lm")]
     method: Way,
     /// Seconds after which the best so far is written
-    #[arg(long, default_value_t = 600.0)]
+    #[arg(long, default_value_t = 600.0, allow_negative_numbers = true)]
     seconds: f64,
     #[command(flatten)]
     form: Form,

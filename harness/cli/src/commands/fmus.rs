@@ -12,7 +12,7 @@ pub struct Fmus {
     #[arg(long, conflicts_with_all = ["fmu_seconds", "fmu_memory"])]
     in_process: bool,
     /// Longest time of one call of somebody else's FMU, s
-    #[arg(long, value_name = "SECONDS", default_value_t = 60.0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, allow_negative_numbers = true)]
     fmu_seconds: f64,
     /// Most memory of somebody else's FMU, MB; no limit unless given
     #[arg(long, value_name = "MB")]

@@ -49,7 +49,7 @@ pub struct Arguments {
     #[arg(long, value_name = "MAP")]
     map: Vec<String>,
     /// Samples per second, where no column is time
-    #[arg(long, value_name = "RATE")]
+    #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
     rate: Option<f64>,
     /// What the files' names say: {height:mm}, {speed:m/s}, {preload:N}, {order}, {level}; * for anything
     #[arg(long, value_name = "PATTERN")]
@@ -59,25 +59,25 @@ pub struct Arguments {
     #[arg(long, value_name = "CSV")]
     table: Option<PathBuf>,
     /// Drop height of all recordings, m or with its unit
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     height: Option<String>,
     /// Speed at touch of all recordings, m/s or with its unit
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     speed: Option<String>,
     /// Preload of the return spring in all recordings, N or with its unit
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     preload: Option<String>,
     /// What was done: drop-test, contactor-opening or indentation; guessed where it is not given
     #[arg(long)]
     kind: Option<String>,
     /// Moving mass, kg or with its unit
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     mass: Option<String>,
     /// Travel of a contactor from rest to the stop, m or with its unit
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     travel: Option<String>,
     /// Rate of a contactor's return spring, N/m or with its unit
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     spring_rate: Option<String>,
     /// What the simulation holds beside k x^p: names of `touchdown mechanisms`, parted by commas
     #[arg(long, value_delimiter = ',')]

@@ -18,8 +18,10 @@ pub struct Batch {
     pub waiting: Vec<String>,
     /// Those that are bad input, or whose answer cannot be written; reported as errors.
     pub failed: Vec<String>,
-    /// The one that was under way when the user ended the command, and those not begun.
+    /// Those that were under way when the user ended the command.
     pub left: Vec<String>,
+    /// Those that had not begun then.
+    pub not_begun: Vec<String>,
     /// Whether the page of all answers, or the fleet's register, could not be written; reported as an error.
     #[serde(skip)]
     pub unlisted: bool,
@@ -29,7 +31,7 @@ impl Batch {
     /// Puts every list in order: processes come to their ends in any.
     pub fn sort(&mut self) {
         let lists = [&mut self.finished, &mut self.up_to_date, &mut self.unjudged, &mut self.waiting];
-        lists.into_iter().chain([&mut self.failed, &mut self.left]).for_each(|l| l.sort());
+        lists.into_iter().chain([&mut self.failed, &mut self.left, &mut self.not_begun]).for_each(|l| l.sort());
     }
 
     /// Which campaigns came to what, a line each; nothing of a single one.
@@ -41,6 +43,7 @@ impl Batch {
             ("waiting for other replicates", &self.waiting),
             ("failed", &self.failed),
             ("not finished", &self.left),
+            ("not begun", &self.not_begun),
         ];
         if kinds.iter().map(|(_, all)| all.len()).sum::<usize>() < 2
             && self.up_to_date.is_empty()
@@ -56,23 +59,31 @@ impl Batch {
 
     /// What a command that was ended leaves in `out`.
     pub fn unfinished(&self, out: &Path) -> String {
-        let Some((first, others)) = self.left.split_first() else { return String::new() };
-        let mut text = format!("interrupted: {first} is not finished, nothing of it is written");
-        if !others.is_empty() {
-            text += &format!("\nnot begun: {}", others.join(", "));
+        let mut text = match &self.left[..] {
+            [] => String::from("interrupted"),
+            [one] => format!("interrupted: {one} is not finished, nothing of it is written"),
+            several => format!("interrupted: {} are not finished, nothing of them is written", several.join(", ")),
+        };
+        if !self.not_begun.is_empty() {
+            text += &format!("\nnot begun: {}", self.not_begun.join(", "));
         }
         match self.finished.len() + self.up_to_date.len() + self.unjudged.len() {
             0 => {}
             1 => text += &format!("\nfinished and whole in {}: 1 campaign", out.shown()),
             n => text += &format!("\nfinished and whole in {}: {n} campaigns", out.shown()),
         }
-        text
+        text + "\nto do the rest: the same command with --resume, which a --shard has by itself"
+    }
+
+    /// Whether the user ended the command before all was done.
+    pub fn is_interrupted(&self) -> bool {
+        !self.left.is_empty() || !self.not_begun.is_empty()
     }
 
     /// The exit code: that of the signal, of what failed, of what cannot be judged, or 0.
     pub fn exit_code(&self) -> ExitCode {
         match self {
-            b if !b.left.is_empty() => interrupted_code(),
+            b if b.is_interrupted() => interrupted_code(),
             b if !b.failed.is_empty() || b.unlisted => ExitCode::from(2),
             b if !b.unjudged.is_empty() => ExitCode::from(UNJUDGED_CODE),
             _ => ExitCode::SUCCESS,

@@ -107,6 +107,13 @@ fn taken_in(
             c.folder
         ));
     }
+    if [Manifest::NAME, fleet::table::FILE, fleet::SUMMARY, report::fleet::INDEX].contains(&c.folder.as_str()) {
+        return Err(anyhow!(
+            "{}: files of all answers are called {} as well; rename the folder",
+            dir.shown(),
+            c.folder
+        ));
+    }
     let answer = out.join(&c.folder);
     answer::check_folder(&answer).with_context(|| place::unwritten(&answer))?;
     let machine = crate::campaign::machine(&mut c, isolation)?;
@@ -151,6 +158,10 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
             follow.warning(&format!("{}: {w}", c.dir.shown()));
         }
     }
+    if !o.alone {
+        // before anything is computed
+        report::fleet::check(&o.out).with_context(|| place::unwritten(&o.out.join(report::fleet::INDEX)))?;
+    }
     follow.looks();
     let campaigns = Arc::new(campaigns);
     follow.begin("diagnose", campaigns.len() as u64);
@@ -161,14 +172,15 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
         let beside = if o.alone { &campaigns[i..=i] } else { &campaigns[..] };
         let of_beside = if o.alone { &contents[i..=i] } else { &contents[..] };
         let input = tool.as_ref().and_then(|tool| input(c, contents[i].as_ref(), beside, of_beside, tool));
-        if let Some(there) = o.resume.then(|| finished(c, &dir, input.as_deref())).flatten() {
+        if let Some(there) = o.resume.then(|| finished(c, &dir, input.as_deref()?, o.seconds)).flatten() {
             batch.up_to_date.push(c.folder.clone());
             answers.push(there);
             follow.add(1);
             continue;
         }
         match alone(&campaigns, i, machines[i].clone(), o, pool.clone(), input.clone(), follow) {
-            Some(Ok(outcome)) => match answer::write(c, &outcome, &dir, input) {
+            Some(Ok(outcome)) => match answer::write(c, &outcome, &dir, input.map(|i| of_time(&outcome, i, o.seconds)))
+            {
                 Ok(committed) => {
                     place::notes(&dir, &committed).for_each(|n| follow.warning(&n));
                     follow.answer(&answer::summary(&outcome));
@@ -188,7 +200,8 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
             },
             Some(Err(Failure::Interrupted)) => {
                 follow.hands_out();
-                batch.left = campaigns[i..].iter().map(|c| c.folder.clone()).collect();
+                batch.left.push(c.folder.clone());
+                batch.not_begun = campaigns[i + 1..].iter().map(|c| c.folder.clone()).collect();
                 break;
             }
             Some(Err(Failure::Waits { .. })) => batch.waiting.push(c.folder.clone()),
@@ -244,7 +257,13 @@ fn tool(o: &Options) -> Option<String> {
     let libraries = libraries.into_iter().flat_map(Result::unwrap_or_default);
     let library = |b: &pack::Binary| format!("{} {}", b.platform, hexadecimal(&Sha256::digest(&b.bytes)));
     let libraries: Vec<String> = libraries.map(|b| library(&b)).collect();
-    Some(format!("{program} {} {} {:?}", libraries.join(" "), o.bootstrap, o.seconds))
+    Some(format!("{program} {} {}", libraries.join(" "), o.bootstrap))
+}
+
+/// The hash of an answer's input with the time that it had: an answer that is judged within any time is the same in any other, and
+/// one that is not may be judged in more.
+fn timed(input: &str, seconds: Option<f64>) -> String {
+    seconds.map_or(input.into(), |s| hexadecimal(&Sha256::digest(format!("{input} {s:?}"))))
 }
 
 /// Hash of all that the answer of campaign `c` depends on: the `tool`, its files, and those of the campaigns `beside` it whose
@@ -265,9 +284,22 @@ fn input(
     Some(hexadecimal(&Sha256::digest(all.join("\n"))))
 }
 
-/// The answer of an earlier run in `dir`; None where it is not whole, or not of this `input`.
-fn finished(c: &Campaign, dir: &Path, input: Option<&str>) -> Option<Answer> {
-    let m = Manifest::read(dir).filter(|m| input.is_some() && m.input.as_deref() == input && m.is_whole(dir))?;
+/// The hash that an answer carries: with its time where that was up.
+fn of_time(o: &Outcome, input: String, seconds: Option<f64>) -> String {
+    match o.verdict.invalid.is_some() {
+        true => timed(&input, seconds),
+        false => input,
+    }
+}
+
+/// The answer of an earlier run in `dir`; None where it is not whole, or not of this `input`, in these `seconds` where it is not
+/// judged.
+fn finished(c: &Campaign, dir: &Path, input: &str, seconds: Option<f64>) -> Option<Answer> {
+    let m = Manifest::read(dir).filter(|m| m.is_whole(dir))?;
+    let had = m.input.as_deref()?;
+    if had != input && had != timed(input, seconds) {
+        return None;
+    }
     // what the manifest does not list may be anybody's
     m.files.get("verdict.json")?;
     let text = input::text(&dir.join("verdict.json"), ANSWER).ok()?;

@@ -1,6 +1,6 @@
 //! The exact impact of a mass on the law F = k x^p + mu_d x^p v.
 
-use anyhow::{anyhow, Result};
+use anyhow::{anyhow, ensure, Result};
 use law::impact::impact;
 use law::restitution::{hysteresis_damping, Formula};
 use serde::Serialize;
@@ -67,6 +67,11 @@ pub fn figures(o: &Options) -> Result<Figures> {
     };
     let i = impact(o.mass, o.speed, o.stiffness, o.exponent, mu)
         .ok_or_else(|| anyhow!("mass, speed, stiffness and exponent have to be positive, the damping not negative"))?;
+    let all = [mu, i.deepest, i.restitution, i.peak_force, i.duration, i.energy_lost, i.impulse];
+    ensure!(
+        all.iter().all(|v| v.is_finite()),
+        "the impact is beyond what numbers hold; look at the units of mass, speed and stiffness"
+    );
     Ok(Figures {
         hysteresis_damping: mu,
         deepest: i.deepest,

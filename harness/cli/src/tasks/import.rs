@@ -267,7 +267,7 @@ pub fn imported(options: &Options, ask: Option<Ask<'_>>, follow: &dyn Follow) ->
     }
     faults.extend(planned.faults.iter().cloned());
     let mut missing: Vec<String> = planned.missing.iter().map(message).collect();
-    if o.kind.is_none() && !missing.is_empty() {
+    if o.kind.is_none() && !missing.is_empty() && !files.is_empty() {
         missing.push(format!("taken as {}, {}; --kind says another", planned.kind.name(), planned.kind_from));
     }
     if !missing.is_empty() || planned.recordings.is_empty() || (!faults.is_empty() && !o.skip_bad) {

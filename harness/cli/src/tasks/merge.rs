@@ -8,9 +8,6 @@ use fleet::{table, Fleet};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// The table's name.
-const TABLE: &str = "fleet.parquet";
-
 /// What a merge wrote.
 pub struct Merged {
     pub fleet: Fleet,
@@ -51,12 +48,14 @@ pub struct Without {
 /// No answer nor any campaign that should have one; what cannot be read or written.
 pub fn merge(answers: &[PathBuf], out: &Path) -> Result<Merged> {
     let fleet = Fleet::read(answers)?;
-    let names: Vec<String> = answers.iter().map(|a| a.shown()).collect();
-    ensure!(
-        !fleet.answers.is_empty(),
-        "{}: holds no answer of touchdown; give the folder that diagnose --out had",
-        names.join(", ")
-    );
+    // a folder that is named by mistake would be missed by nobody
+    for folder in answers {
+        ensure!(
+            fleet.found_in.contains(folder),
+            "{}: holds no answer of touchdown; give the folder that diagnose --out had",
+            folder.shown()
+        );
+    }
     let growth = growths(&fleet);
     let without = |(a, why): (&fleet::Answer, &str)| Without { campaign: a.campaign.clone(), why: why.into() };
     let detected = || fleet.judged().filter(|(_, j)| j.detected);
@@ -70,15 +69,16 @@ pub fn merge(answers: &[PathBuf], out: &Path) -> Result<Merged> {
         lost: fleet.lost().map(without).collect(),
         growth,
     };
-    let (page, table) = (out.join(report::fleet::INDEX), out.join(TABLE));
+    let (page, table_at) = (out.join(report::fleet::INDEX), out.join(table::FILE));
     // before anything is written
     report::fleet::check(out).with_context(|| page.shown())?;
     let json = serde_json::to_string_pretty(&summary)? + "\n";
     let html = report::fleet::html(out, &fleet, &summary.growth);
     let table_of = table::parquet(&fleet)?;
     // all of them, or none
-    let files = [(TABLE, &table_of[..]), ("fleet.json", json.as_bytes()), (report::fleet::INDEX, html.as_bytes())];
+    let files =
+        [(table::FILE, &table_of[..]), (fleet::SUMMARY, json.as_bytes()), (report::fleet::INDEX, html.as_bytes())];
     let mut notes = fleet.complaints.clone();
     notes.extend(place::write(out, "merge", &files)?);
-    Ok(Merged { sentence: report::fleet::sentence(&fleet), fleet, summary, page, table, notes })
+    Ok(Merged { sentence: report::fleet::sentence(&fleet), fleet, summary, page, table: table_at, notes })
 }

@@ -3,6 +3,7 @@
 
 pub mod batch;
 pub mod diagnose;
+pub mod files;
 pub mod fit;
 mod fmus;
 pub mod impact;

@@ -138,9 +138,9 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Share> {
     let work = || loop {
         let member = next.lock().unwrap_or_else(PoisonError::into_inner).next();
         let Some(m) = member else { break };
-        let came = if follow.stopped() { Came::Left } else { one(o, m, &unregistered, follow) };
+        let came = if follow.stopped() { Came::NotBegun } else { one(o, m, &unregistered, follow) };
         let mut s = share.lock().unwrap_or_else(PoisonError::into_inner);
-        s.worked += usize::from(!matches!(came, Came::Left | Came::UpToDate));
+        s.worked += usize::from(!matches!(came, Came::Left | Came::NotBegun | Came::UpToDate));
         let list = match came {
             Came::Finished => &mut s.batch.finished,
             Came::UpToDate => &mut s.batch.up_to_date,
@@ -148,6 +148,7 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Share> {
             Came::Waits => &mut s.batch.waiting,
             Came::Lost => &mut s.batch.failed,
             Came::Left => &mut s.batch.left,
+            Came::NotBegun => &mut s.batch.not_begun,
         };
         list.push(m.campaign.clone());
         drop(s);
@@ -177,6 +178,7 @@ enum Came {
     Waits,
     Lost,
     Left,
+    NotBegun,
 }
 
 /// Diagnoses a campaign in a process of its own, and writes down why where it is lost.

@@ -67,7 +67,13 @@ impl Apart {
     /// # Errors
     /// See [`NotMade`].
     pub(super) fn start(library: &Path, making: Making, limits: &Limits, log: Arc<Log>) -> Result<Apart, NotMade> {
-        let system = |e: std::io::Error| NotMade::Refused(format!("no process of its own can be started ({e})"));
+        let system = |e: std::io::Error| {
+            let cure = match e.kind() {
+                std::io::ErrorKind::WouldBlock => "raise the limit of processes, as with ulimit -u",
+                _ => input::cure(&e).unwrap_or("end other programs, or run it with --in-process"),
+            };
+            NotMade::Refused(format!("no process of its own can be started ({e}); {cure}"))
+        };
         let shared = Shared::new().map_err(system)?;
         let process = Process::start(limits, &shared).map_err(system)?;
         let patience = if making.asynchronous { making.patience } else { Duration::ZERO };

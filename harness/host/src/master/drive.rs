@@ -172,7 +172,8 @@ impl Driver<'_> {
         let Some(y) = y else { return Ok(None) };
         if let Some(i) = y.iter().position(|v| !v.is_finite()) {
             bail!(
-                "{} is {} at {to} s; the coupling is unstable at a step of {h} s: make it smaller",
+                "{} is {} at {to} s: the FMU gives no number there, or the coupling is unstable at a step of {h} s; look at \
+                 what the FMU is given, and make the step smaller",
                 self.network.output_name(i),
                 y[i]
             );

@@ -158,7 +158,10 @@ impl Run<'_, '_> {
         }
         let mut h = FLIGHT * in_contact;
         for side in &self.sides {
-            if side.rig.face_at(t, &side.y).0 >= 0.0 {
+            if !facts.bonds[side.bond].is_contact {
+                // nothing touches there, and what pushes a body pushes it wherever it is
+                h = h.min(in_contact);
+            } else if side.rig.face_at(t, &side.y).0 >= 0.0 {
                 let since = t - side.touched;
                 let graded = if self.seat.level > 0 && since.is_finite() {
                     (GROWTH * since).max(FIRST * in_contact)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -115,8 +114,8 @@ class Campaign(Tabular):
         calibrated. folder: where the campaign is written; a temporary folder that goes with it unless given.
 
         Raises: ValueError for as many values as there are no recordings, and for one that is not finite; TypeError for what is no
-        table, or no number; FileExistsError where `folder` holds files of these names that a call like this has not made; OSError
-        where it cannot be written. What is wrong with the recordings is reported where they are used.
+        table, or no number; FileExistsError where `folder` holds files of these names that are not as a call like this left them; OSError
+        where it cannot be written. All files are there, or none. What is wrong with the recordings is reported where they are used.
         """
         named = _named(frames)
         temporary = None
@@ -135,7 +134,7 @@ class Campaign(Tabular):
             "spring_preload": preload,
         }
         each = {key: _each(key, value, len(named)) for key, value in given.items() if value is not None}
-        lines = [_OURS, 'format = "recordings/1"', "", "[campaign]"]
+        lines = ["# Written by touchdown_impact.", 'format = "recordings/1"', "", "[campaign]"]
         lines += _keys(name=name, kind=kind, material=material)
         lines += ["", "[rig]"] + _keys(moving_mass=mass, travel=travel, return_spring_rate=spring_rate)
         lines += ["", "[simulation]"] + _keys(terms=None if terms is None else list(terms), k=k, p=p, mu_d=mu_d)
@@ -148,10 +147,7 @@ class Campaign(Tabular):
             files[file] = text.getvalue()
             lines += ["", "[[recording]]"] + _keys(file=file, **{key: values[i] for key, values in each.items()})
         files["campaign.toml"] = ("\n".join(lines) + "\n").encode()
-        folder.mkdir(parents=True, exist_ok=True)
-        _keep_off(folder, files)
-        for file, data in files.items():
-            _write(folder / file, data)
+        _native.write_campaign(folder, list(files.items()))
         made = cls(folder)
         made._temporary = temporary
         return made
@@ -256,7 +252,12 @@ def _named(frames: Frames) -> dict[str, Frame]:
     if hasattr(frames, "__arrow_c_stream__"):
         return {"r01.csv": cast(Frame, frames)}
     if isinstance(frames, Mapping):
-        named = {name if name.endswith(".csv") else f"{name}.csv": frame for name, frame in frames.items()}
+        named = {}
+        for name, frame in frames.items():
+            file = name if name.endswith(".csv") else f"{name}.csv"
+            if file in named:
+                raise ValueError(f"two recordings would be called {file}; give each a name of its own")
+            named[file] = frame
     else:
         named = {f"r{i:02}.csv": frame for i, frame in enumerate(frames, 1)}
     for name, frame in named.items():
@@ -273,47 +274,6 @@ def _plain(name: str) -> str:
     """A name without what leads to another folder."""
     plain = "".join("_" if c in "/\\:\0" else c for c in name)
     return plain if plain.strip(". ") else "campaign"
-
-
-#: What a campaign.toml that this module has written begins with.
-_OURS = "# Written by touchdown_impact."
-
-
-def _keep_off(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Nothing, where `files` may be written into `folder`: what is there was made here, or is the same."""
-    listed = folder / "campaign.toml"
-    if listed.is_file() and not listed.is_symlink():
-        with open(listed, "rb") as f:
-            if f.read(len(_OURS)) == _OURS.encode():
-                return
-    for name, data in files.items():
-        path = folder / name
-        there = os.path.lexists(path)
-        if there and (path.is_symlink() or not path.is_file() or path.read_bytes() != data):
-            raise FileExistsError(f"{path} is in the way, and was not made by Campaign.of; give another folder, or move it")
-
-
-def _write(path: Path, data: bytes) -> None:
-    """Writes a file beside its place and renames it there: what a link there leads to stays as it is."""
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".touchdown-", delete=False) as made:
-        try:
-            made.write(data)
-            made.close()
-            os.chmod(made.name, 0o666 & ~_UMASK)
-            os.replace(made.name, path)
-        except BaseException:
-            os.unlink(made.name)
-            raise
-
-
-def _umask() -> int:
-    """The rights that files of this process are made without."""
-    now = os.umask(0)
-    os.umask(now)
-    return now
-
-
-_UMASK = _umask()
 
 
 def _renamed(frame: Frame) -> pa.Table:

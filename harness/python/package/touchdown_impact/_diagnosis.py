@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast, overload
 
 import pyarrow as pa
-import pyarrow.csv
 
 from . import _native
 from ._campaign import Campaign, Each, Frames, import_
 from ._task import Fmus, Follow, Listener, Path_
-from ._values import Columns, Library, Page, Picture, Place, Quantity, Tabular, html_table, quantity, table
+from ._values import Columns, Library, Page, Picture, Place, Quantity, Tabular, html_table, quantity, read_json, read_rows, table
 
 if TYPE_CHECKING:
     import pandas
@@ -49,6 +48,14 @@ class Missing:
     cure: str
 
 
+def _verdict(folder: Path) -> dict[str, Any]:
+    """What verdict.json in `folder` holds."""
+    found = read_json(folder, "verdict.json")
+    if found.get("format") != "verdict/1":
+        raise _native.TouchdownError(f"{folder / 'verdict.json'}: is no verdict/1; diagnose this campaign again")
+    return found
+
+
 class Diagnosis(Page, Tabular):
     """What a simulation leaves out, how sure that is, and an FMU that holds it."""
 
@@ -61,14 +68,14 @@ class Diagnosis(Page, Tabular):
     ) -> None:
         """The answer in `folder`, of `diagnose` or of the command; `campaign` is wanted for `plot` alone.
 
-        Raises: OSError where there is none.
+        Raises: OSError where there is none; TouchdownError where its verdict.json cannot be read or is of another format.
         """
         self.folder = Path(folder)
         self.campaign = campaign
         self._place = place
         self._words = words
         #: What verdict.json holds, in the format verdict/1.
-        self.verdict: dict[str, Any] = json.loads((self.folder / "verdict.json").read_text(encoding="utf-8"))
+        self.verdict: dict[str, Any] = _verdict(self.folder)
 
     @property
     def judged(self) -> bool:
@@ -159,7 +166,7 @@ class Diagnosis(Page, Tabular):
         parts = []
         for simulation in ("before", "after"):
             for path in sorted((self.folder / "predictions" / simulation).glob("*.csv")):
-                rows = pyarrow.csv.read_csv(path)
+                rows = read_rows(self.folder, f"predictions/{simulation}/{path.name}")
                 rows = rows.add_column(0, "simulation", pa.array([simulation] * len(rows), pa.string()))
                 parts.append(rows.add_column(0, "file", pa.array([path.name] * len(rows), pa.string())))
         if not parts:
@@ -180,18 +187,18 @@ class Diagnosis(Page, Tabular):
             raise ValueError(f"{name} is no recording; give one of {', '.join(files)}")
         courses = {}
         if self.campaign is not None and (self.campaign.folder / name).is_file():
-            courses["recorded"] = (self.campaign.folder / name, "0.55")
+            courses["recorded"] = (self.campaign.folder, name, "0.55")
         for simulation, color in (("before", "tab:red"), ("after", "tab:blue")):
-            if (path := self.folder / "predictions" / simulation / name).is_file():
-                courses[simulation] = (path, color)
-        tables = {label: pyarrow.csv.read_csv(path) for label, (path, _) in courses.items()}
+            if (self.folder / "predictions" / simulation / name).is_file():
+                courses[simulation] = (self.folder, f"predictions/{simulation}/{name}", color)
+        tables = {label: read_rows(folder, file) for label, (folder, file, _) in courses.items()}
         clock, *channels = tables["before"].column_names
         figure = Picture(8, 2.2 * len(channels) + 1)
         all_axes = figure.subplots(len(channels), sharex=True, squeeze=False)[:, 0]
         for axes, channel in zip(all_axes, channels, strict=True):
             for label, rows in tables.items():
                 if channel in rows.column_names:
-                    axes.plot(rows[clock], rows[channel], label=label, color=courses[label][1], linewidth=1)
+                    axes.plot(rows[clock], rows[channel], label=label, color=courses[label][2], linewidth=1)
             axes.set_ylabel(channel)
         all_axes[0].legend(fontsize="small")
         all_axes[-1].set_xlabel(clock)

@@ -14,7 +14,7 @@ from ._campaign import Campaign, Each, Frames
 from ._diagnosis import as_campaign
 from ._pack import pack
 from ._task import Follow, Listener, Path_
-from ._values import Columns, Page, Picture, Place, Quantity, Tabular, html_table, quantity
+from ._values import Columns, Page, Picture, Place, Quantity, Tabular, html_table, quantity, read_json
 
 _UNITS = {"k": "N/m^p", "p": "1", "mu_d": "N s/m^(p+1)"}
 _VARIABLES = {"k": "stiffness", "p": "exponent", "mu_d": "hysteresis_damping"}
@@ -32,9 +32,9 @@ class Fit(Page, Tabular):
         self._place = place
         self._words = words
         #: What fit.json holds.
-        self.fit: dict[str, Any] = json.loads((self.folder / "fit.json").read_text(encoding="utf-8"))
+        self.fit: dict[str, Any] = read_json(self.folder, "fit.json")
         #: What certificate.json holds: why the answer may be believed or not.
-        self.certificate: dict[str, Any] = json.loads((self.folder / "certificate.json").read_text(encoding="utf-8"))
+        self.certificate: dict[str, Any] = read_json(self.folder, "certificate.json")
 
     @property
     def converged(self) -> bool:

@@ -6,12 +6,11 @@ import json
 from pathlib import Path
 from typing import Any
 
-import pyarrow.csv
 import pyarrow.parquet
 
 from . import _native
 from ._task import Fmus, Follow, Listener, Path_
-from ._values import Columns, Page, Picture, Place, Tabular, html_table
+from ._values import Columns, Page, Picture, Place, Tabular, html_table, read_json, read_rows
 
 
 class Run(Page, Tabular):
@@ -26,7 +25,7 @@ class Run(Page, Tabular):
         self._place = place
         self._words = words
         #: What summary.json holds.
-        self.summary: dict[str, Any] = json.loads((self.folder / "summary.json").read_text(encoding="utf-8"))
+        self.summary: dict[str, Any] = read_json(self.folder, "summary.json")
 
     @property
     def impacts(self) -> list[dict[str, Any]]:
@@ -43,7 +42,7 @@ class Run(Page, Tabular):
         """Everything simulated, a row a step; columns with their unit."""
         rows = self.folder / "results.csv"
         if rows.is_file():
-            return pyarrow.csv.read_csv(rows)
+            return read_rows(self.folder, rows.name)
         return pyarrow.parquet.read_table(self.folder / "results.parquet")
 
     def plot(self) -> Picture:

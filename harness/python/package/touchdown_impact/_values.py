@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import html
 import io
-import shutil
+import json
+import os
 import tempfile
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 import pyarrow as pa
+import pyarrow.csv
 from matplotlib.figure import Figure
 
+from . import _native
 from ._native import TouchdownError, lead
 from ._task import Path_
 
@@ -137,6 +141,8 @@ class Page:
     def report(self, path: Path_ | None = None) -> Path:
         """The report: one HTML page that needs no network. Written to `path` where that is given.
 
+        A file that is there and is no page of touchdown is kept under another name, with a warning.
+
         Raises: TouchdownError where there is none; OSError where it cannot be written.
         """
         return self._file("report.html", path)
@@ -151,9 +157,36 @@ class Page:
 
     def _file(self, name: str, path: Path_ | None) -> Path:
         own = self.folder / name
+        if path is not None:
+            note = _native.copy_out(self.folder, name, path)
+            if note is not None:
+                warnings.warn(f"{Path(path).parent}: {note}", stacklevel=3)
+            return Path(path)
         if not own.is_file():
             raise TouchdownError(f"{own}: is not there")
-        if path is None:
-            return own
-        shutil.copyfile(own, path)
-        return Path(path)
+        return own
+
+
+def read_json(folder: Path, name: str) -> dict[str, Any]:
+    """What a file of the answer in `folder` holds.
+
+    Raises: FileNotFoundError where it is not there; TouchdownError where it cannot be read, or is no JSON object.
+    """
+    path = folder / name
+    if not os.path.lexists(path):
+        raise FileNotFoundError(f"{path}: is not there; name the folder of an answer")
+    try:
+        found = json.loads(_native.bytes_of(folder, name))
+    except (ValueError, RecursionError) as e:
+        raise TouchdownError(f"{path}: is no JSON ({e}); work it out again") from e
+    if not isinstance(found, dict):
+        raise TouchdownError(f"{path}: is no object of JSON; work it out again")
+    return found
+
+
+def read_rows(folder: Path, name: str) -> pa.Table:
+    """A table of the answer in `folder`, as CSV.
+
+    Raises: TouchdownError where it cannot be read; ArrowInvalid where it is no table.
+    """
+    return pyarrow.csv.read_csv(io.BytesIO(_native.bytes_of(folder, name)))

@@ -30,6 +30,7 @@ from tqdm import tqdm
 from . import _native
 from ._native import TouchdownError
 from ._task import _SERVE, Fmus
+from ._values import read_json
 
 if TYPE_CHECKING:
     import pandas
@@ -74,8 +75,7 @@ class Fleet:
 
     def verdict(self, campaign: str) -> dict[str, Any]:
         """What verdict.json of a campaign holds."""
-        found: dict[str, Any] = json.loads((self.out / campaign / "verdict.json").read_text())
-        return found
+        return read_json(self.out / campaign, "verdict.json")
 
     def to_frame(self) -> pandas.DataFrame:
         """The table, a row a campaign, what matters first."""
@@ -111,6 +111,8 @@ def diagnose(
     A worker that dies is no loss: its campaigns go to others. Lost campaigns are named in the fleet, and raise nothing.
     Raises TouchdownError where nothing can be done at all: bad options, a folder that cannot be written.
     """
+    if not fmus.in_process and not fmus.fmu_seconds > 0:
+        raise TouchdownError(f"Fmus(fmu_seconds={fmus.fmu_seconds}): give a time above 0")
     if replicates < 1 or (replicates > 1 and bootstrap < 1):
         raise TouchdownError("replicates shares the campaigns of bootstrap: give both as 1 or more")
     out = Path(out).absolute()
@@ -168,6 +170,11 @@ def _folders(campaigns: Iterable[str | os.PathLike[str]]) -> list[Path]:
             found[folder.resolve()] = None
     if not found:
         raise TouchdownError("no campaign is given")
+    for folder in found:
+        # they cross to the workers as lines of a text
+        text = str(folder)
+        if text != text.strip() or not text.isprintable():
+            raise TouchdownError(f"{text!r}: its path begins or ends with a blank, or is no plain text; rename it")
     return sorted(found, key=lambda f: f.name)
 
 

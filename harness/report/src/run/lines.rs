@@ -15,15 +15,18 @@ pub fn headline(s: &Summary) -> String {
     let Some((first, _)) = all.first() else { return String::new() };
     let Some(b) = first.impacts.first() else { return String::new() };
     if all.len() == 1 {
-        let mut text = format!(
-            "It meets the stop at {:.3} m/s, sinks {:.4} mm under {:.1} N at most and leaves with {:.4} of its speed \
-             after {:.4} ms.",
+        let met = format!(
+            "It meets the stop at {:.3} m/s, sinks {:.4} mm under {:.1} N at most",
             b.impact_speed,
             1e3 * b.deepest,
-            b.peak_force,
-            b.restitution,
-            1e3 * b.duration
+            b.peak_force
         );
+        let mut text = match b.separation {
+            Some(_) => {
+                format!("{met} and leaves with {:.4} of its speed after {:.4} ms.", b.restitution, 1e3 * b.duration)
+            }
+            None => format!("{met} and has not left it at the end."),
+        };
         if first.impacts.len() > 1 {
             let end = if first.at_rest { " until it rests" } else { "" };
             text += &format!(" {} impacts{end}.", first.impacts.len());
@@ -50,14 +53,16 @@ pub fn lines(done: &[Done], s: &Summary) -> Vec<String> {
         let of = if r.name.is_empty() { String::new() } else { format!("{}: ", r.name) };
         for (i, b) in r.impacts.iter().enumerate().take(SHOWN) {
             let mut line = format!(
-                "{of}impact {}: {:.6} m/s, deepest {:.6e} m, peak {:.6e} N, restitution {:.6}, lasts {:.6e} s",
+                "{of}impact {}: {:.6} m/s, deepest {:.6e} m, peak {:.6e} N, ",
                 i + 1,
                 b.impact_speed,
                 b.deepest,
-                b.peak_force,
-                b.restitution,
-                b.duration
+                b.peak_force
             );
+            line += &match b.separation {
+                Some(_) => format!("restitution {:.6}, lasts {:.6e} s", b.restitution, b.duration),
+                None => "has not left the stop at the end".into(),
+            };
             if let Some(h) = b.rebound_height {
                 line += &format!(", rebounds {h:.4e} m");
             }

@@ -264,6 +264,9 @@ pub(super) fn load(path: &Path) -> Result<System> {
         None => annotated("FixedStepAlgorithm", "baseStepSize")?,
         step => step,
     };
+    if let Some(h) = step.filter(|h| !(*h > 0.0 && h.is_finite())) {
+        r.notes.push(format!("its step of {h} s is none, and is left out"));
+    }
     let descriptions = r.wiring.elements.iter().filter_map(|e| e.description.as_ref());
     let plain = Master::plain().within(descriptions);
     let start = time("startTime")?.unwrap_or(plain.start);
@@ -273,7 +276,7 @@ pub(super) fn load(path: &Path) -> Result<System> {
     Ok(System {
         name: system.attribute("name").map(String::from),
         connect,
-        master: Master { start, stop, step: step.filter(|h| *h > 0.0), tolerance, ..plain },
+        master: Master { start, stop, step: step.filter(|h| *h > 0.0 && h.is_finite()), tolerance, ..plain },
         notes: r.notes,
         keep: r.keep,
         ..bare
