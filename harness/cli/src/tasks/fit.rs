@@ -4,13 +4,13 @@ use super::Follow;
 use crate::place;
 use crate::print::{self, Shown};
 use crate::progress::deadline;
-use anyhow::{anyhow, bail, ensure, Context, Result};
+use anyhow::{anyhow, ensure, Context, Result};
 use estimate::case::{Case, Method};
 use estimate::condition::condition;
 use estimate::course::estimate;
 use estimate::levels::{levels, readings};
 use estimate::prepare::Prepared;
-use estimate::{Budget, Watch};
+use estimate::{Budget, Ended, Watch};
 use report::fit::Answer;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -67,10 +67,9 @@ pub fn fit(o: &Options, follow: &dyn Follow) -> Result<Fit> {
     // from here on there is a best so far
     follow.hands_out();
     let e = estimate(&case, o.method, &watch).with_context(of_campaign)?;
-    if let (Some(why), 0) = (e.stopped, e.iterations) {
-        // what it starts from is no estimate
-        bail!("{why} before the first iteration; nothing is written");
-    }
+    // what it starts from is no estimate
+    let has_begun = e.iterations > 0 || e.stopped != Some(Ended::Interrupted);
+    ensure!(has_begun, "interrupted before the first iteration; nothing is written");
     say("level by level");
     let (initial, last) = (readings(&case, &e.start), readings(&case, &e.point));
     let levels = levels(&campaign, &case, &e, &last, &watch);
