@@ -122,3 +122,58 @@ fn a_system_of_very_many_fmus_is_refused_before_any_is_opened() {
     let said = String::from_utf8_lossy(&o.stderr);
     assert!(o.status.code() == Some(2) && said.contains("more than 1000 FMUs; run the system in parts"), "{said}");
 }
+
+#[test]
+fn an_archive_of_very_many_components_is_refused_before_any_is_opened() {
+    use std::io::Write as _;
+    let t = tempfile::tempdir().unwrap();
+    let head = "<ssd:SystemStructureDescription xmlns:ssd=\"http://ssp-standard.org/SSP1/SystemStructureDescription\" \
+                version=\"1.0\" name=\"s\"><ssd:System name=\"s\"><ssd:Elements>";
+    let components = (0..5000).fold(String::new(), |text, i| {
+        text + &format!("<ssd:Component name=\"f{i}\" type=\"application/x-fmu-sharedlibrary\" source=\"x.fmu\"/>")
+    });
+    let text = format!("{head}{components}</ssd:Elements></ssd:System></ssd:SystemStructureDescription>");
+    let mut archive = zip::ZipWriter::new(std::fs::File::create(t.path().join("s.ssp")).unwrap());
+    archive.start_file("SystemStructure.ssd", zip::write::SimpleFileOptions::default()).unwrap();
+    archive.write_all(text.as_bytes()).unwrap();
+    archive.finish().unwrap();
+    let o = touchdown(t.path(), &["run", "s.ssp", "--out", "out"]);
+    let said = String::from_utf8_lossy(&o.stderr);
+    assert!(
+        o.status.code() == Some(2) && said.contains("5000 components, more than the 1000 that run here"),
+        "{said:.1000}"
+    );
+}
+
+#[test]
+fn a_text_of_very_many_tables_is_refused_in_a_line() {
+    let t = tempfile::tempdir().unwrap();
+    let mut text = String::new();
+    for table in 0..10_002 {
+        write!(text, "Table {table}\ntime [s],force [N]\n0,1\n1,2\n2,1\n3,0\n\n").unwrap();
+    }
+    std::fs::write(t.path().join("many.csv"), text).unwrap();
+    let o = touchdown(t.path(), &["import", "many.csv", "--height", "5mm", "--mass", "0.5", "--out", "c"]);
+    let said = String::from_utf8_lossy(&o.stderr);
+    assert!(o.status.code() == Some(2) && said.contains("more than 10000 tables"), "{said:.1000}");
+}
+
+#[test]
+fn files_of_an_answer_that_are_longer_than_any_of_ours_are_not_read() {
+    let t = tempfile::tempdir().unwrap();
+    let long = |name: &str, bytes: u64| {
+        let path = t.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::File::create(path).unwrap().set_len(bytes).unwrap();
+    };
+    // holes: they take no room
+    long("answers/a/verdict.json", (1 << 26) + 1);
+    long("answers/a/manifest.json", (1 << 26) + 1);
+    long("answers/.touchdown-fleet/lost/b.json", (1 << 28) + 1);
+    let o = touchdown(t.path(), &["merge", "answers", "--out", "site"]);
+    let said = String::from_utf8_lossy(&o.stderr);
+    assert_eq!(o.status.code(), Some(2), "{said:.1000}");
+    assert!(said.contains("a/verdict.json: no manifest.json lists it"), "{said:.1000}");
+    let page = std::fs::read_to_string(t.path().join("site/fleet.json")).unwrap();
+    assert!(page.contains("b.json") && page.contains("cannot be read"), "{page:.1000}");
+}

@@ -132,7 +132,7 @@ pub fn look_at(
 /// # Errors
 /// Everything that keeps it from being written; then nothing is.
 pub fn write(out: &Path, files: &[File], plan: &Plan, o: &Options, open: Open) -> Result<Outcome, Vec<String>> {
-    let unwritable = |e| vec![format!("{}: cannot be written ({e}); give another --out", out.display())];
+    let unwritable = |e| vec![write::unwritten(&out.display().to_string(), &e)];
     let answer = output::Answer::begin(out, "import").map_err(unwritable)?;
     let outcome = write::fill(&answer, files, plan, o, open)?;
     answer.commit().map_err(unwritable)?;

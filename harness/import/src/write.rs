@@ -67,9 +67,14 @@ pub fn fill(answer: &Answer, files: &[File], plan: &Plan, o: &Options, open: Ope
     let text = campaign(files, plan, &out, o);
     let html = page::preview(files, plan, &out, o).html();
     for (name, bytes) in [("campaign.toml", &text), (page::NAME, &html)] {
-        answer.write(name, bytes.as_bytes()).map_err(|e| vec![format!("{name}: {e}")])?;
+        answer.write(name, bytes.as_bytes()).map_err(|e| vec![unwritten(name, &e)])?;
     }
     Ok(out)
+}
+
+/// That a file of the campaign cannot be written, with what to do.
+pub fn unwritten(name: &str, e: &std::io::Error) -> String {
+    format!("{name}: cannot be written ({e}); {}", input::cure(e).unwrap_or("give another --out"))
 }
 
 /// The recordings of one file, a group at a time; and those that are none.
@@ -101,7 +106,7 @@ fn of_file(
                 Ok(s) => {
                     let step = file.seen[r.seen].stretches[r.stretch].step;
                     let text = csv(&s, step);
-                    answer.write(&r.name, text.as_bytes()).map_err(|e| format!("{}: {e}", r.name))?;
+                    answer.write(&r.name, text.as_bytes()).map_err(|e| unwritten(&r.name, &e))?;
                     written.push(Written {
                         recording: n,
                         samples: s.time.len(),

@@ -14,15 +14,20 @@ pyo3::create_exception!(
     "What is wrong, where, and the cure, in the words of the command."
 );
 
+/// What is wrong, what steers a terminal spelled out: it may come from files, and from names of folders.
+fn said(e: &anyhow::Error) -> String {
+    format!("{e:#}").lines().map(touchdown::print::spelled_out).collect::<Vec<_>>().join("\n")
+}
+
 /// As a Python exception, in the words of the command.
 fn error(e: anyhow::Error) -> PyErr {
-    TouchdownError::new_err(format!("{e:#}"))
+    TouchdownError::new_err(said(&e))
 }
 
 /// As Python's exception for what the system refuses, where it is that; else in the words of the command.
 fn of_system(e: anyhow::Error) -> PyErr {
     match e.chain().find_map(|c| c.downcast_ref::<std::io::Error>()) {
-        Some(cause) => std::io::Error::new(cause.kind(), format!("{e:#}")).into(),
+        Some(cause) => std::io::Error::new(cause.kind(), said(&e)).into(),
         None => error(e),
     }
 }

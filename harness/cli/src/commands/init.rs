@@ -2,7 +2,7 @@
 
 use super::fmus::Fmus;
 use crate::print::{self, Shown};
-use anyhow::{bail, ensure, Context, Result};
+use anyhow::{anyhow, bail, ensure, Context, Result};
 use host::{propose, Proposal};
 use record::{Channel, Kind};
 use std::fmt::Write;
@@ -207,7 +207,11 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     } else {
         template(kind, &title, &files)
     };
-    output::write_new(&path, text.as_bytes()).with_context(|| format!("{}: cannot be written", path.shown()))?;
+    output::write_new(&path, text.as_bytes()).map_err(|e| match e.kind() {
+        // by another who began at the same time
+        std::io::ErrorKind::AlreadyExists => anyhow!("{}: is there already; move it away, or edit it", path.shown()),
+        _ => anyhow::Error::from(e).context(format!("{}: cannot be written", path.shown())),
+    })?;
     print::beside(&format!(
         "{}: {} recordings listed; fill in what is left open, then run `touchdown check {}`\n",
         path.shown(),
