@@ -152,6 +152,7 @@ mod native {
     }
 
     #[pyfunction]
+    #[pyo3(signature = (scenario, out, fmu, direct, parquet, step, stop, fmus, notify))]
     #[allow(clippy::too_many_arguments)]
     fn run(
         py: Python<'_>,
@@ -160,12 +161,14 @@ mod native {
         fmu: Option<PathBuf>,
         direct: bool,
         parquet: bool,
+        step: Option<f64>,
+        stop: Option<f64>,
         fmus: Fmus,
         notify: Py<PyAny>,
     ) -> PyResult<String> {
         followed(py, &notify, move |follow| {
             let isolation = fmus.isolation(follow.stop())?;
-            let o = tasks::run::Options { scenario, out, fmu, direct, parquet, isolation, step: None, stop: None };
+            let o = tasks::run::Options { scenario, out, fmu, direct, parquet, isolation, step, stop };
             let done = tasks::run::simulated(&o, follow.as_ref())?;
             match done.failure {
                 Some(e) => Err(e),

@@ -94,6 +94,17 @@ def test_a_run_is_that_of_the_command(command: Command, tmp_path: Path) -> None:
         assert 0.99 * ran.impacts[0]["peak_force"] < largest <= ran.impacts[0]["peak_force"]
 
 
+def test_a_system_runs_with_a_step_and_an_end_in_place_of_its_own(command: Command, tmp_path: Path) -> None:
+    system = EXAMPLES / "contactor_system.toml"
+    done = command("run", system, "--step", "1e-5", "--stop", "1e-3", "--out", tmp_path / "command")
+    assert done.returncode == 0, done.stderr
+    ran = td.run(system, step=1e-5, stop=1e-3, out=tmp_path / "package")
+    assert files(ran.folder) == files(tmp_path / "command")
+    assert float(ran.to_frame()["time [s]"].max()) == pytest.approx(1e-3)
+    with pytest.raises(td.TouchdownError, match="--step is for systems of FMUs"):
+        td.run(EXAMPLES / "drop_test.toml", step=1e-5)
+
+
 def test_an_fmu_that_takes_too_long_is_reported(tmp_path: Path) -> None:
     fmu = somebody_elses(tmp_path)
     with pytest.raises(td.TouchdownError, match="no answer for"):

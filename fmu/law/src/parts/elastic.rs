@@ -50,6 +50,10 @@ impl Elastic {
     /// (force N, slope N/m) at `x` > 0 m.
     #[inline(always)]
     pub fn force(&self, x: f64) -> (f64, f64) {
+        if self.stiffness == 0.0 {
+            // a body that meets nothing has no use for the power
+            return (0.0, 0.0);
+        }
         let f = self.stiffness * pow(x, self.exponent);
         (f, self.exponent * f / x)
     }

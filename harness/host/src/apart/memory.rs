@@ -44,6 +44,8 @@ struct Head {
     log: Ends,
     /// Which call of a batch the FMU's process is at.
     at: AtomicU32,
+    /// Whether both sides are on one processor, where who waits has to sleep for the other to work.
+    takes_turns: AtomicU32,
 }
 
 /// The memory, mapped.
@@ -100,26 +102,37 @@ impl Turn {
         }
     }
 
-    /// Waits for a message of a number, awake at first; asks `ended` at every waking, later and later.
-    fn wait<E>(&self, number: u32, patience: &mut Patience, mut ended: impl FnMut() -> Result<(), E>) -> Result<(), E> {
+    /// Waits for a message of a number, awake at first where there is `patience` for it; asks `ended` at every waking, later and
+    /// later.
+    fn wait<E>(
+        &self,
+        number: u32,
+        mut patience: Option<&mut Patience>,
+        mut ended: impl FnMut() -> Result<(), E>,
+    ) -> Result<(), E> {
         let here = || self.number.load(Ordering::Acquire) == number;
         let began = Instant::now();
-        if patience.awake(here) {
+        if patience.as_mut().is_some_and(|p| p.awake(here)) {
             return Ok(());
         }
+        let mut slept = |whole: Duration| {
+            if let Some(p) = &mut patience {
+                p.slept(whole);
+            }
+        };
         let mut nap = Duration::from_millis(1);
         loop {
             self.sleeps.store(1, Ordering::SeqCst);
             let seen = self.number.load(Ordering::SeqCst);
             if seen == number {
-                patience.slept(began.elapsed());
+                slept(began.elapsed());
                 return Ok(());
             }
             let timeout = futex::Timespec { tv_sec: 0, tv_nsec: i64::from(nap.subsec_nanos()) };
             // woken, or not: the number shows which
             let _ = futex::wait(&self.number, futex::Flags::empty(), seen, Some(&timeout));
             if here() {
-                patience.slept(began.elapsed());
+                slept(began.elapsed());
                 return Ok(());
             }
             ended()?;
@@ -210,7 +223,7 @@ impl Shared {
         patience: &mut Patience,
         ended: impl FnMut() -> Result<(), E>,
     ) -> Result<(), E> {
-        self.head().reply.wait(number, patience, ended)?;
+        self.head().reply.wait(number, Some(patience).filter(|_| !self.takes_turns()), ended)?;
         self.take(&self.head().reply, into);
         Ok(())
     }
@@ -226,7 +239,7 @@ impl Shared {
         patience: &mut Patience,
         ended: impl FnMut() -> Result<(), E>,
     ) -> Result<(), E> {
-        self.head().request.wait(number, patience, ended)?;
+        self.head().request.wait(number, Some(patience).filter(|_| !self.takes_turns()), ended)?;
         self.take(&self.head().request, into);
         Ok(())
     }
@@ -237,6 +250,15 @@ impl Shared {
             self.head().reply.hand(number, reply.len());
             true
         }
+    }
+
+    /// Says whether both sides are on one processor.
+    pub(super) fn set_takes_turns(&self, on: bool) {
+        self.head().takes_turns.store(u32::from(on), Ordering::Relaxed);
+    }
+
+    fn takes_turns(&self) -> bool {
+        self.head().takes_turns.load(Ordering::Relaxed) != 0
     }
 
     /// Notes which call of a batch is under way.

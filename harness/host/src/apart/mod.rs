@@ -7,6 +7,7 @@
 mod memory;
 mod message;
 mod process;
+mod processor;
 mod ring;
 mod serve;
 
@@ -20,6 +21,7 @@ use super::trouble::{misuse, Answer, Trouble};
 use memory::{Patience, Shared, LONGEST};
 use message::{Reply, Request};
 use process::Process;
+use processor::Processor;
 use ring::Ring;
 use std::borrow::Cow::Borrowed;
 use std::ffi::CString;
@@ -41,6 +43,7 @@ pub(super) struct Apart {
     /// Longest time of one call where less than the limit was asked for.
     sooner: Option<Duration>,
     waiting: Patience,
+    processor: Processor,
     number: u32,
     bytes: Vec<u8>,
     log: Arc<Log>,
@@ -77,6 +80,7 @@ impl Apart {
         let shared = Shared::new().map_err(system)?;
         let process = Process::start(limits, &shared).map_err(system)?;
         let patience = if making.asynchronous { making.patience } else { Duration::ZERO };
+        let processor = Processor::new(process.id());
         let mut a = Apart {
             process,
             shared,
@@ -84,6 +88,7 @@ impl Apart {
             patience,
             sooner: None,
             waiting: Patience::new(),
+            processor,
             number: 0,
             bytes: Vec::new(),
             log,
@@ -118,6 +123,8 @@ impl Apart {
         let encoded = postcard::to_extend(request, std::mem::take(&mut self.bytes));
         self.bytes = encoded.map_err(|e| misuse(format!("what is asked cannot be written ({e})")))?;
         self.number = self.number.wrapping_add(1);
+        self.processor.meet(&self.shared);
+        let asked = Instant::now();
         if !self.shared.ask(self.number, &self.bytes) {
             self.number = self.number.wrapping_sub(1);
             let n = self.bytes.len();
@@ -149,6 +156,7 @@ impl Apart {
             }
         };
         let answered = self.shared.reply(self.number, &mut self.bytes, &mut self.waiting, ended);
+        self.processor.answered(asked.elapsed(), &self.shared);
         let ring = Ring(&self.shared);
         if !ring.is_empty() {
             let dropped = ring.take(|l| self.log.push(l));

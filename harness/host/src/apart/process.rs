@@ -46,6 +46,11 @@ impl Process {
         Ok(Process { child, pid, mark, well: false })
     }
 
+    /// Its number; None where the system's has no place in ours.
+    pub(super) fn id(&self) -> Option<Pid> {
+        self.pid
+    }
+
     /// Notes that it came to its end as it should, which it does once nothing is left that it has started.
     pub(super) fn has_ended_well(&mut self) {
         self.well = true;

@@ -28,7 +28,15 @@ def diagnose(
 ) -> str: ...
 def fit(campaign: _Path, out: _Path, method: str, seconds: float, notify: _Notify) -> str: ...
 def run(
-    scenario: _Path, out: _Path, fmu: _Path | None, direct: bool, parquet: bool, fmus: Mapping[str, Any], notify: _Notify
+    scenario: _Path,
+    out: _Path,
+    fmu: _Path | None,
+    direct: bool,
+    parquet: bool,
+    step: float | None,
+    stop: float | None,
+    fmus: Mapping[str, Any],
+    notify: _Notify,
 ) -> str: ...
 def pack(
     model: str, out: _Path, starts: Sequence[tuple[str, str]], binaries: Sequence[str], platforms: _Path | None

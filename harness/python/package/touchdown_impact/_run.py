@@ -78,14 +78,17 @@ def run(
     fmu: Path_ | None = None,
     direct: bool = False,
     parquet: bool = False,
+    step: float | None = None,
+    stop: float | None = None,
     fmus: Fmus = Fmus(),
     progress: Follow = True,
 ) -> Run:
     """Runs a scenario (drop test, contactor opening), or a system of FMUs.
 
     scenario: scenario file, system file or SSP 1.0 archive. out: folder for the answer; a temporary one unless given. fmu: FMU
-    to run instead of our own. direct: calls the law without an FMU. parquet: writes results.parquet too. fmus: where somebody
-    else's FMUs run. progress: see `Progress`.
+    to run instead of our own. direct: calls the law without an FMU. parquet: writes results.parquet too. step, stop:
+    of a system, the macro-step and the end in place of its own, s. fmus: where somebody else's FMUs run. progress: see
+    `Progress`.
 
     Raises: TouchdownError for what is wrong with the file, an FMU or the motion; what was computed before is in `out`.
     KeyboardInterrupt within a second of Ctrl-C.
@@ -95,7 +98,7 @@ def run(
     place = Place(out)
     listener = Listener(progress)
     try:
-        done = _native.run(scenario, place.path, fmu, direct, parquet, fmus._options(), listener)
+        done = _native.run(scenario, place.path, fmu, direct, parquet, step, stop, fmus._options(), listener)
     finally:
         listener.close()
     return Run(place.path, place, json.loads(done)["words"])
