@@ -250,3 +250,30 @@ def test_a_report_replaces_no_file_of_the_users_and_no_link(tmp_path: Path) -> N
     # one that touchdown has written goes
     found.report(mine)
     assert sorted(f.name for f in tmp_path.glob("mine*")) == ["mine.html", "mine.kept.html"]
+
+
+def test_dicts_of_arrays_are_tables(tmp_path: Path) -> None:
+    time, force = np.arange(20) * 1e-3, np.sin(np.arange(20.0))
+    one = pa.table({"time": time, "force": force})
+    frozen = force.copy()
+    frozen.setflags(write=False)
+    kinds: list[dict[str, object]] = [
+        {"time": time, "force": force},
+        {"time": time.tolist(), "force": tuple(force)},
+        {"time": time.astype(object), "force": frozen},
+        {"time": np.repeat(time, 2)[::2], "force": force.astype(">f8")},
+        {"time": pd.Series(time), "force": pa.array(force)},
+    ]
+    wanted = (td.Campaign.of(one, mass=1.0, height=0.01, folder=tmp_path / "one").folder / "r01.csv").read_bytes()
+    for i, given in enumerate(kinds):
+        for frames in (given, [given], {"r01": given}):
+            made = td.Campaign.of(frames, mass=1.0, height=0.01, folder=tmp_path / str(i))
+            assert (made.folder / "r01.csv").read_bytes() == wanted
+    with pytest.raises(ValueError, match=r"r01.csv: columns of different lengths: 'time' 20, 'force' 19; give as many"):
+        td.Campaign.of({"time": time, "force": force[1:]}, mass=1.0)
+    with pytest.raises(TypeError, match=r"r01.csv: column 'force' holds what is no number"):
+        td.Campaign.of({"time": time, "force": np.array(["x"] * 20, dtype=object)}, mass=1.0)
+    with pytest.raises(ValueError, match=r"r01.csv: column 'force' has 2 dimensions"):
+        td.Campaign.of({"time": time, "force": force.reshape(-1, 1)}, mass=1.0)
+    with pytest.raises(TypeError, match="mass, speed and height of a campaign stand in"):
+        td.diagnose(EXAMPLES / "bench_drop", height=0.01)

@@ -33,8 +33,10 @@ class Frame(Protocol):
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
 
 
+#: A table by its columns: an array of numbers each, of one length.
+Arrays = Mapping[str, Any]
 #: Recordings as tables, named or in order; columns `name [unit]`, or time, force, acceleration and penetration in SI.
-Frames = Frame | Sequence[Frame] | Mapping[str, Frame]
+Frames = Frame | Arrays | Sequence[Frame | Arrays] | Mapping[str, Frame | Arrays]
 #: A value for all recordings, or one for each in order.
 Each = float | Sequence[float] | None
 
@@ -249,25 +251,58 @@ class Campaign(Tabular):
 
 def _named(frames: Frames) -> dict[str, Frame]:
     """Tables by the name of their file."""
-    if hasattr(frames, "__arrow_c_stream__"):
-        return {"r01.csv": cast(Frame, frames)}
-    if isinstance(frames, Mapping):
-        named = {}
+    named: dict[str, Any] = {}
+    if hasattr(frames, "__arrow_c_stream__") or _is_arrays(frames):
+        named = {"r01.csv": frames}
+    elif isinstance(frames, Mapping):
         for name, frame in frames.items():
             file = name if name.endswith(".csv") else f"{name}.csv"
             if file in named:
                 raise ValueError(f"two recordings would be called {file}; give each a name of its own")
             named[file] = frame
     else:
-        named = {f"r{i:02}.csv": frame for i, frame in enumerate(frames, 1)}
+        named = {f"r{i:02}.csv": frame for i, frame in enumerate(cast("Sequence[Any]", frames), 1)}
     for name, frame in named.items():
-        if not hasattr(frame, "__arrow_c_stream__"):
-            raise TypeError(f"{name} is a {type(frame).__name__}; give a table of pandas, polars or pyarrow")
+        if _is_arrays(frame):
+            named[name] = _of_arrays(name, frame)
+        elif not hasattr(frame, "__arrow_c_stream__"):
+            what = "a table of pandas, polars or pyarrow, or a dict of arrays"
+            raise TypeError(f"{name} is a {type(frame).__name__}; give {what}")
         if _plain(name) != name:
             raise ValueError(f"{name!r} is no name of a file; name the recording without / and \\")
     if not named:
         raise ValueError("there is no recording; give a table for each")
     return named
+
+
+def _is_column(values: Any) -> bool:
+    """Whether these are the values of one column."""
+    if isinstance(values, list | tuple):
+        return all(isinstance(v, int | float) for v in values)
+    return isinstance(values, np.ndarray | pa.Array | pa.ChunkedArray) or (hasattr(values, "dtype") and hasattr(values, "__len__"))
+
+
+def _is_arrays(frame: Any) -> bool:
+    """Whether this is a table by its columns."""
+    return isinstance(frame, Mapping) and len(frame) > 0 and all(map(_is_column, frame.values()))
+
+
+def _of_arrays(table: str, columns: Arrays) -> pa.Table:
+    """A table by its columns."""
+    made: dict[str, npt.NDArray[np.float64]] = {}
+    for name, values in columns.items():
+        try:
+            numbers = np.asarray(values, dtype=np.float64)
+        except (TypeError, ValueError) as e:
+            raise TypeError(f"{table}: column {name!r} holds what is no number ({e})") from e
+        if numbers.ndim != 1:
+            raise ValueError(f"{table}: column {name!r} has {numbers.ndim} dimensions; give a number a sample")
+        made[name] = numbers
+    lengths = {name: len(numbers) for name, numbers in made.items()}
+    if len(set(lengths.values())) > 1:
+        said = ", ".join(f"{name!r} {n}" for name, n in lengths.items())
+        raise ValueError(f"{table}: columns of different lengths: {said}; give as many samples of each")
+    return pa.table(made)
 
 
 def _plain(name: str) -> str:

@@ -220,22 +220,24 @@ class Diagnosis(Page, Tabular):
 
 
 def as_campaign(
-    data: Path_ | Campaign | Frames, mass: float | None, speed: Each, progress: Follow
+    data: Path_ | Campaign | Frames, mass: float | None, speed: Each, height: Each, progress: Follow
 ) -> Campaign:
     """A campaign of a folder, of the files of instruments in a folder, or of tables."""
     if isinstance(data, Campaign) or (isinstance(data, str | PathLike) and (Path(data) / "campaign.toml").is_file()):
-        if mass is not None or speed is not None:
-            raise TypeError("mass and speed of a campaign stand in its campaign.toml; leave them out")
+        if mass is not None or speed is not None or height is not None:
+            raise TypeError("mass, speed and height of a campaign stand in its campaign.toml; leave them out")
         return data if isinstance(data, Campaign) else Campaign(data)
     if isinstance(data, str | PathLike):
         folder = Path(data)
         files = sorted(p for p in folder.iterdir() if p.is_file() and not p.name.startswith(".")) if folder.is_dir() else []
         if not files:
             return Campaign(folder)
-        if speed is not None and not isinstance(speed, int | float):
-            raise TypeError("files of instruments have one speed; for several give import_ a table or names")
-        return import_(files, mass=mass, speed=speed, name=folder.resolve().name, progress=progress)
-    return Campaign.of(data, mass=mass, speed=speed)
+        if not all(v is None or isinstance(v, int | float) for v in (speed, height)):
+            raise TypeError("files of instruments have one speed or height; for several give import_ a table or names")
+        name = folder.resolve().name
+        of_all = cast("float | None", speed), cast("float | None", height)
+        return import_(files, mass=mass, speed=of_all[0], height=of_all[1], name=name, progress=progress)
+    return Campaign.of(data, mass=mass, speed=speed, height=height)
 
 
 def diagnose(
@@ -243,6 +245,7 @@ def diagnose(
     *,
     mass: float | None = None,
     speed: Each = None,
+    height: Each = None,
     out: Path_ | None = None,
     bootstrap: int = 0,
     seconds: float | None = None,
@@ -255,7 +258,8 @@ def diagnose(
     """Says what physics the simulation of a campaign leaves out.
 
     data: folder of a campaign, folder of instruments' files, a `Campaign`, or a table for each recording (of pandas, polars,
-    pyarrow), as `Campaign.of` takes them. mass: moving mass, kg, and speed: at touch, m/s, where `data` is no campaign yet.
+    pyarrow, or a dict of arrays), as `Campaign.of` takes them. mass: moving mass, kg, speed: at touch, m/s, and height: of the
+    drop, m, where `data` is no campaign yet.
     out: folder for the answer, which goes into a folder in it as the command has it; a temporary one unless given. bootstrap:
     whole campaigns simulated for the false-alarm probability, some seconds each. seconds: that it may take; what is not
     judged by then is answered as not judged. jobs: threads; one a processor unless given. resume: leaves an answer in `out`
@@ -267,7 +271,7 @@ def diagnose(
     Raises: TouchdownError with everything wrong with the campaign. KeyboardInterrupt within a second of Ctrl-C; nothing is
     written then.
     """
-    campaign = as_campaign(data, mass, speed, progress)
+    campaign = as_campaign(data, mass, speed, height, progress)
     place = Place(out)
     listener = Listener(progress)
     try:

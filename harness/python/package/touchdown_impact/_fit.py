@@ -97,6 +97,7 @@ def fit(
     *,
     mass: float | None = None,
     speed: Each = None,
+    height: Each = None,
     out: Path_ | None = None,
     method: Literal["lm", "simplex"] = "lm",
     seconds: float = 600.0,
@@ -104,14 +105,14 @@ def fit(
 ) -> Fit:
     """Estimates the law from the recordings of a campaign.
 
-    data, mass, speed: as `diagnose` takes them. out: folder for the answer; a temporary one unless given. method: lm,
+    data, mass, speed, height: as `diagnose` takes them. out: folder for the answer; a temporary one unless given. method: lm,
     Levenberg-Marquardt, or simplex, Nelder and Mead's. seconds: after which the best so far is the answer, above 0. progress:
     see `Progress`.
 
     Raises: TouchdownError with everything wrong with the campaign, or where there was no fit within `seconds`. KeyboardInterrupt
     within a second of Ctrl-C.
     """
-    campaign = as_campaign(data, mass, speed, progress)
+    campaign = as_campaign(data, mass, speed, height, progress)
     place = Place(out)
     listener = Listener(progress)
     try:
