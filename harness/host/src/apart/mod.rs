@@ -2,7 +2,8 @@
 //! here and no more.
 //!
 //! A call crosses as bytes in memory that both processes share. Each side waits awake for some microseconds and asleep
-//! after that, so that a call costs about a microsecond where both are at it.
+//! after that, so that a call costs about a microsecond where both are at it. Where other work holds the processors both go to one,
+//! and take turns there.
 
 mod memory;
 mod message;
