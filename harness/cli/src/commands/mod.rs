@@ -72,43 +72,46 @@ pub fn command_line() -> clap::Command {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Measure what steps, powers, fits and diagnoses cost, beside others in the same run
-    Bench(bench::Arguments),
-    /// Say how campaigns are understood, and everything that is wrong with them; nothing is fitted
-    Check(check::Arguments),
-    /// Compare a recording with a simulation of it: class filters, pulses, ISO/TS 18571, shock spectra, bounces
-    Compare(compare::Arguments),
-    /// Print the completions for a shell
-    Completions(completions::Arguments),
-    /// Do the main job on data of the repository: pack, run, fit, diagnose, run again, with pictures
-    Demo(demo::Arguments),
-    /// Say what physics the simulation of a campaign leaves out, and how much better it fits with it
-    Diagnose(diagnose::Arguments),
-    /// Estimate the law from the recordings of a campaign
-    Fit(fit::Arguments),
-    /// Print the exact impact of a mass on the law F = k x^p + mu_d x^p v
-    Impact(impact::Arguments),
+    // in the order of use; what developers of touchdown need is not listed
     /// Make a campaign out of the files that instruments write: columns guessed and listed, windows cut around the impacts
     Import(Box<import::Arguments>),
     /// Write a campaign.toml for the recordings in a folder, with what has to be filled in
     Init(init::Arguments),
-    /// Print the manual page of the program, or write those of every command
-    Man(man::Arguments),
+    /// Say how campaigns are understood, and everything that is wrong with them; nothing is fitted
+    Check(check::Arguments),
+    /// Say what physics the simulation of a campaign leaves out, and how much better it fits with it
+    Diagnose(diagnose::Arguments),
     /// Put the answers of many campaigns together: one table, one page, what grows with what, and what is lost
     Merge(merge::Arguments),
-    /// Print the vocabulary of the diagnosis: every mechanism with its equation, quantities, units and source
-    Mechanisms(mechanisms::Arguments),
-    /// Write the element as an FMU, with start values of your own where you give them
-    Pack(pack::Arguments),
-    /// Repeat the estimation and the contactor of Ahn and Ryu 2005
-    Paper(paper::Arguments),
+    /// Estimate the law from the recordings of a campaign
+    Fit(fit::Arguments),
+    /// Compare a recording with a simulation of it: class filters, pulses, ISO/TS 18571, shock spectra, bounces
+    Compare(compare::Arguments),
     /// Run a scenario (drop test, contactor opening) and draw its impacts, or a system of FMUs
     Run(run::Arguments),
-    /// Print the JSON schema of campaigns, scenarios or systems, for editors that complete and check what one types
-    Schema(schema::Arguments),
     /// Write a system of FMUs as an SSP 1.0 archive that other hosts run as it stands
     ExportSsp(system::ExportArguments),
+    /// Write the element as an FMU, with start values of your own where you give them
+    Pack(pack::Arguments),
+    /// Print the exact impact of a mass on the law F = k x^p + mu_d x^p v
+    Impact(impact::Arguments),
+    /// Print the vocabulary of the diagnosis: every mechanism with its equation, quantities, units and source
+    Mechanisms(mechanisms::Arguments),
+    /// Do the main job on data of the repository: pack, run, fit, diagnose, run again, with pictures
+    Demo(demo::Arguments),
+    /// Repeat the estimation and the contactor of Ahn and Ryu 2005
+    Paper(paper::Arguments),
+    /// Print the JSON schema of campaigns, scenarios or systems, for editors that complete and check what one types
+    Schema(schema::Arguments),
+    /// Print the completions for a shell
+    Completions(completions::Arguments),
+    /// Print the manual page of the program, or write those of every command
+    Man(man::Arguments),
+    /// Measure what steps, powers, fits and diagnoses cost, beside others in the same run
+    #[command(hide = true)]
+    Bench(bench::Arguments),
     /// Measure a method against exact answers
+    #[command(hide = true)]
     Study(study::Arguments),
 }
 
