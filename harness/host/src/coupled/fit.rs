@@ -87,6 +87,29 @@ pub(super) fn steady(rows: &[Sample]) -> (f64, f64) {
     }
 }
 
+/// What one dependence on position and speed leaves of the force on two sides, over what one for each leaves, up to which it is one.
+const ONE: f64 = 1.5;
+
+/// Whether a force depends on position and speed alike on two sides: F = f - k x - c v with one k and c leaves no more of it than with
+/// two. Rows (x, v, F) of each; false of fewer than eight.
+pub(super) fn is_one(sides: [&[Sample]; 2]) -> bool {
+    if sides.iter().any(|s| s.len() < LEAST) {
+        return false;
+    }
+    let centred = |rows: &[Sample]| -> Vec<Sample> {
+        let n = rows.len() as f64;
+        let mean = |of: fn(&Sample) -> f64| rows.iter().map(of).sum::<f64>() / n;
+        let (mx, mv, mf) = (mean(|r| r.0), mean(|r| r.1), mean(|r| r.2));
+        rows.iter().map(|(x, v, f)| (x - mx, v - mv, f - mf)).collect()
+    };
+    let left = |rows: &[Sample]| {
+        let sums: TwoTerms = rows.iter().copied().collect();
+        sums.rest(sums.both(1e-9).unwrap_or_default())
+    };
+    let [a, b] = sides.map(centred);
+    left(&[&a[..], &b[..]].concat()) <= ONE * (left(&a) + left(&b))
+}
+
 /// Correlation of two courses; 0 where one of them does not move.
 pub(super) fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let n = a.len().min(b.len()) as f64;
@@ -107,6 +130,23 @@ pub(super) fn correlation(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_spring_that_goes_on_beyond_the_surface_is_one_and_a_stop_is_not() {
+        // an oscillator that is driven, and the same with a stop ten times as stiff
+        let rows = |stop: f64| {
+            let at = |i: usize| {
+                let t = 0.05 * i as f64;
+                let (x, v) = ((3.0 * t).sin() + 0.2 * (7.1 * t).sin(), 3.0 * (3.0 * t).cos() + 1.42 * (7.1 * t).cos());
+                (x, v, -9.0 * x - 0.1 * v + 2.0 * (1.3 * t).sin() - stop * x.max(0.0))
+            };
+            (0..400).map(at).partition::<Vec<Sample>, _>(|s| s.0 < 0.0)
+        };
+        let (before, beyond) = rows(0.0);
+        assert!(is_one([&before, &beyond]));
+        let (before, beyond) = rows(90.0);
+        assert!(!is_one([&before, &beyond]) && !is_one([&before[..4], &beyond]));
+    }
 
     #[test]
     fn a_power_law_is_found_again_from_its_own_force() {

@@ -1,6 +1,6 @@
 //! What the forward model has to know of a system of FMUs, found out by running it.
 
-use super::fit::{correlation, law, steady, Law, Sample};
+use super::fit::{correlation, is_one, law, steady, Law, Sample};
 use super::layout::{to_si, Layout};
 use super::propose::{is_of, ACCELERATION};
 use super::running::Moving;
@@ -70,6 +70,14 @@ impl Plain {
         let rows: Vec<(f64, f64, f64)> =
             flight.map(|(s, a)| (s.0, s.1, mass * a + if fed { s.2 } else { 0.0 })).collect();
         steady(&rows)
+    }
+
+    /// Whether the force on the body at bond `b` depends on position and speed beyond the surface as it does in flight: then nothing
+    /// touches there.
+    fn goes_on(&self, b: usize, mass: f64) -> bool {
+        let rows = self.bonds[b].iter().skip(1).zip(self.acceleration(b)).map(|(s, a)| (s.0, s.1, mass * a));
+        let (beyond, before): (Vec<Sample>, Vec<Sample>) = rows.partition(|s| s.0 > 0.0);
+        is_one([&before, &beyond])
     }
 
     /// Acceleration at a bond by differences, at every instant but the first and the last.
@@ -312,7 +320,9 @@ pub(super) fn identify(fmus: &Fmus, of: &FmuSystem, c: &Campaign) -> Result<Fact
             let a: Vec<f64> = p.acceleration(b).iter().map(|a| -m.abs() * a).collect();
             force.iter().all(|f| f.is_finite()) && correlation(&inner(force), &a) > SAME
         });
-        let touches = plains.iter().any(|p| p.touch(b).is_some());
+        let is_contact = bond.kind == BondKind::Contact;
+        let goes_on = |p: &Plain| mass.is_some_and(|m| p.goes_on(b, m.abs()));
+        let touches = plains.iter().any(|p| p.touch(b).is_some()) && (is_contact || !plains.iter().all(goes_on));
         let inside = at.source.is_none() && touches;
         let reported = at.source.is_some() || (inside && channel_is_contact);
         let all: Vec<&Plain> = plains.iter().collect();
@@ -320,7 +330,7 @@ pub(super) fn identify(fmus: &Fmus, of: &FmuSystem, c: &Campaign) -> Result<Fact
         let found = if touches { id.law(&all, b, mass.unwrap_or(1.0).abs(), reported) } else { None };
         facts.bonds.push(BondFacts {
             name: bond.name.text.clone(),
-            is_contact: bond.kind == BondKind::Contact,
+            is_contact,
             takes_force: mass.is_some(),
             turned: at.port.is_some_and(|p| p.from_si < 0.0),
             inside,

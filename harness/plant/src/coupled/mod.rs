@@ -107,6 +107,7 @@ fn follow(
             bare: facts.law.map(|l| l.of(&p.free)),
             inside: facts.inside,
             reported: facts.reported,
+            touches: facts.is_contact || facts.law.is_some(),
             mass: of.mass,
             gravity: of.gravity,
             spring: facts.spring,
@@ -158,8 +159,8 @@ impl Run<'_, '_> {
         }
         let mut h = FLIGHT * in_contact;
         for side in &self.sides {
-            if !facts.bonds[side.bond].is_contact {
-                // nothing touches there, and what pushes a body pushes it wherever it is
+            if !side.touches {
+                // what pushes a body pushes it wherever it is
                 h = h.min(in_contact);
             } else if side.rig.face_at(t, &side.y).0 >= 0.0 {
                 let since = t - side.touched;
@@ -318,7 +319,7 @@ impl Run<'_, '_> {
 
     /// Touches and partings between the positions before the step and now.
     fn touches(&mut self, t: f64, before: impl Iterator<Item = f64>) {
-        for (side, x0) in self.sides.iter_mut().zip(before) {
+        for (side, x0) in self.sides.iter_mut().zip(before).filter(|(s, _)| s.touches) {
             let x = side.rig.face_at(t, &side.y).0;
             let near = 1e-9 * self.s.depth;
             let (touches, parts) = (x >= -near && x0 < -near, x <= near && x0 > near);

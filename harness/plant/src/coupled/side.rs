@@ -18,6 +18,8 @@ pub(super) struct Side<'a> {
     pub bare: Option<Parameters>,
     pub inside: bool,
     pub reported: bool,
+    /// Whether anything touches here: else the surface is a place like any other.
+    pub touches: bool,
     pub mass: f64,
     pub gravity: f64,
     pub spring: (f64, f64),
@@ -110,7 +112,7 @@ impl<'a> Side<'a> {
             };
             match stepper.advance(&mut self.rig, &mut each)? {
                 Advance::GaveUp => return Ok(None),
-                Advance::Step(Some(SURFACE)) if stepper.time() > t => break,
+                Advance::Step(Some(SURFACE)) if self.touches && stepper.time() > t => break,
                 Advance::Step(_) => {}
             }
         }
