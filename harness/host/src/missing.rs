@@ -51,7 +51,7 @@ fn forbids_programs(_: &Path) -> bool {
     false
 }
 
-/// What helps against the message `why` of a loader about the file `of`.
+/// The cure for the message `why` of a loader about the file `of`.
 pub(super) fn cure(why: &str, of: &Path) -> String {
     if why.contains("undefined symbol: _Py") || why.contains("undefined symbol: Py") {
         return "it runs in the Python it was exported with: start this with LD_PRELOAD=PATH/libpython3.N.so, that Python's \

@@ -14,7 +14,7 @@ pyo3::create_exception!(
     "What is wrong, where, and the cure, in the words of the command."
 );
 
-/// What is wrong, what steers a terminal spelled out: it may come from files, and from names of folders.
+/// The words of an error, control characters spelled out: they may come from files, and from names of folders.
 fn said(e: &anyhow::Error) -> String {
     format!("{e:#}").lines().map(touchdown::print::spelled_out).collect::<Vec<_>>().join("\n")
 }

@@ -198,8 +198,9 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     );
     let files = recordings(given)?;
     let path = given.join(NAME);
+    let there = || anyhow!("{}: is there already; move it away, or edit it", path.shown());
     // a link that leads nowhere is there too
-    ensure!(path.symlink_metadata().is_err(), "{}: is there already; move it away, or edit it", path.shown());
+    ensure!(path.symlink_metadata().is_err(), there());
     let folder = given.canonicalize().unwrap_or_else(|_| given.to_path_buf());
     let title = folder.file_name().map_or("campaign".into(), |n| n.to_string_lossy());
     let text = if system {
@@ -209,7 +210,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     };
     output::write_new(&path, text.as_bytes()).map_err(|e| match e.kind() {
         // by another who began at the same time
-        std::io::ErrorKind::AlreadyExists => anyhow!("{}: is there already; move it away, or edit it", path.shown()),
+        std::io::ErrorKind::AlreadyExists => there(),
         _ => anyhow::Error::from(e).context(format!("{}: cannot be written", path.shown())),
     })?;
     print::beside(&format!(

@@ -4,13 +4,10 @@ use crate::print::Shown;
 use anyhow::{bail, ensure, Context, Result};
 use output::{Answer, Folder, Manifest};
 use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 /// Bytes of a file of an answer at most.
 const MOST: u64 = 1 << 32;
-/// Bytes at the beginning of a page that hold its first sentence.
-const HEAD: u64 = 1 << 17;
 /// The command by which a campaign made of tables is listed.
 const COMMAND: &str = "campaign";
 
@@ -24,12 +21,8 @@ pub fn bytes(folder: &Path, name: &str) -> Result<Vec<u8>> {
 }
 
 /// Whether a file is a page or an FMU that touchdown has written.
-fn is_ours(mut file: File) -> bool {
-    let mut head = Vec::new();
-    let Ok(copy) = file.try_clone() else { return false };
-    let is_page =
-        (&mut file).take(HEAD).read_to_end(&mut head).is_ok() && chart::lead(&String::from_utf8_lossy(&head)).is_some();
-    is_page || ::pack::is_archive_of_ours(copy, "modelDescription.xml")
+fn is_ours(file: File) -> bool {
+    report::diagnosis::lead_of(&file).is_some() || ::pack::is_archive_of_ours(file, "modelDescription.xml")
 }
 
 /// Writes the file `name` of the answer in `folder` to `out`, whole or not at all. A file of somebody's that is there is kept under

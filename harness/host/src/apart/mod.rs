@@ -124,8 +124,7 @@ impl Apart {
         let encoded = postcard::to_extend(request, std::mem::take(&mut self.bytes));
         self.bytes = encoded.map_err(|e| misuse(format!("what is asked cannot be written ({e})")))?;
         self.number = self.number.wrapping_add(1);
-        self.processor.meet(&self.shared);
-        let asked = Instant::now();
+        let began = self.processor.meet();
         if !self.shared.ask(self.number, &self.bytes) {
             self.number = self.number.wrapping_sub(1);
             let n = self.bytes.len();
@@ -157,7 +156,7 @@ impl Apart {
             }
         };
         let answered = self.shared.reply(self.number, &mut self.bytes, &mut self.waiting, ended);
-        self.processor.answered(asked.elapsed(), &self.shared);
+        self.processor.answered(began, &self.shared);
         let ring = Ring(&self.shared);
         if !ring.is_empty() {
             let dropped = ring.take(|l| self.log.push(l));

@@ -6,7 +6,7 @@
 use super::memory::Shared;
 use rustix::process::Pid;
 use rustix::thread::{sched_getaffinity, sched_getcpu, sched_setaffinity, CpuSet};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Messages by which a way is judged.
 const TRIED: u32 = 64;
@@ -22,7 +22,7 @@ enum Way {
     Same,
 }
 
-/// What has been measured.
+/// How far the comparison of the two ways is.
 #[derive(Clone, Copy)]
 enum Stage {
     /// A way is tried, the time of the other being known or not.
@@ -52,26 +52,26 @@ impl Processor {
         Processor { pid, own, way: Way::Any, stage, left: TRIED, time: Duration::ZERO, held: None }
     }
 
-    /// Before a message is handed on: the process goes where the host is, if that is the way.
-    pub(super) fn meet(&mut self, shared: &Shared) {
-        if self.way == Way::Any {
-            return;
+    /// Before a message is handed on: the process goes where the host is, if that is the way. The time now, where the message is to
+    /// be timed: reading the clock is a good share of a short one.
+    pub(super) fn meet(&mut self) -> Option<Instant> {
+        if self.way == Way::Same {
+            let here = sched_getcpu();
+            if self.held != Some(here) {
+                let mut one = CpuSet::new();
+                one.set(here);
+                // where it is not allowed, the process stays where it is
+                let _ = sched_setaffinity(self.pid, &one);
+                self.held = Some(here);
+            }
         }
-        let here = sched_getcpu();
-        if self.held != Some(here) {
-            let mut one = CpuSet::new();
-            one.set(here);
-            // where it is not allowed, the process stays where it is
-            let _ = sched_setaffinity(self.pid, &one);
-            self.held = Some(here);
-        }
-        shared.set_takes_turns(true);
+        matches!(self.stage, Stage::Tries(_)).then(Instant::now)
     }
 
-    /// After the answer to a message, which took `time`.
-    pub(super) fn answered(&mut self, time: Duration, shared: &Shared) {
+    /// After the answer to a message that began at the time that [`Processor::meet`] gave.
+    pub(super) fn answered(&mut self, began: Option<Instant>, shared: &Shared) {
         self.left -= 1;
-        self.time += time;
+        self.time += began.map_or(Duration::ZERO, |b| b.elapsed());
         if self.left > 0 {
             return;
         }
@@ -99,10 +99,10 @@ impl Processor {
 
     fn take(&mut self, way: Way, shared: &Shared) {
         self.way = way;
+        shared.set_takes_turns(way == Way::Same);
         if let (Way::Any, Some(own)) = (way, &self.own) {
             let _ = sched_setaffinity(self.pid, own);
             self.held = None;
-            shared.set_takes_turns(false);
         }
     }
 

@@ -66,16 +66,21 @@ fn at(samples: &[Sample], deepest: f64, p: f64) -> (f64, f64, f64) {
 /// Share of the scatter that has to be left at most for a force to be taken for one of position and speed.
 const STEADY: f64 = 0.1;
 
+/// Rows without their means.
+fn centred(rows: &[Sample]) -> Vec<Sample> {
+    let n = rows.len() as f64;
+    let mean = |of: fn(&Sample) -> f64| rows.iter().map(of).sum::<f64>() / n;
+    let (mx, mv, mf) = (mean(|r| r.0), mean(|r| r.1), mean(|r| r.2));
+    rows.iter().map(|(x, v, f)| (x - mx, v - mv, f - mf)).collect()
+}
+
 /// How a force falls with position and speed: rates (k, c) of F = f - k x - c v by least squares over rows (x, v, F); zero where
 /// a tenth of the scatter stays.
 pub(super) fn steady(rows: &[Sample]) -> (f64, f64) {
-    let n = rows.len() as f64;
     if rows.len() < LEAST {
         return (0.0, 0.0);
     }
-    let mean = |of: fn(&Sample) -> f64| rows.iter().map(of).sum::<f64>() / n;
-    let (mx, mv, mf) = (mean(|r| r.0), mean(|r| r.1), mean(|r| r.2));
-    let sums: TwoTerms = rows.iter().map(|(x, v, f)| (x - mx, v - mv, f - mf)).collect();
+    let sums: TwoTerms = centred(rows).into_iter().collect();
     let both = sums.both(1e-9).unwrap_or_default();
     let place = Some(sums.first()).filter(|k| k.0.is_finite()).unwrap_or_default();
     // the plainer one where it does as well
@@ -87,7 +92,8 @@ pub(super) fn steady(rows: &[Sample]) -> (f64, f64) {
     }
 }
 
-/// What one dependence on position and speed leaves of the force on two sides, over what one for each leaves, up to which it is one.
+/// Sum of squares of the force that one pair of rates leaves on two sides, over that of a pair for each side, up to which both sides
+/// share one.
 const ONE: f64 = 1.5;
 
 /// Whether a force depends on position and speed alike on two sides: F = f - k x - c v with one k and c leaves no more of it than with
@@ -96,12 +102,6 @@ pub(super) fn is_one(sides: [&[Sample]; 2]) -> bool {
     if sides.iter().any(|s| s.len() < LEAST) {
         return false;
     }
-    let centred = |rows: &[Sample]| -> Vec<Sample> {
-        let n = rows.len() as f64;
-        let mean = |of: fn(&Sample) -> f64| rows.iter().map(of).sum::<f64>() / n;
-        let (mx, mv, mf) = (mean(|r| r.0), mean(|r| r.1), mean(|r| r.2));
-        rows.iter().map(|(x, v, f)| (x - mx, v - mv, f - mf)).collect()
-    };
     let left = |rows: &[Sample]| {
         let sums: TwoTerms = rows.iter().copied().collect();
         sums.rest(sums.both(1e-9).unwrap_or_default())

@@ -1,4 +1,4 @@
-//! What systems other than Unix offer: folders by their path.
+//! Folders by their path, for systems other than Unix.
 
 use super::{Found, Hold, Kind};
 use std::ffi::{OsStr, OsString};

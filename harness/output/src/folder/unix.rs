@@ -1,4 +1,4 @@
-//! What Unix offers: folders held open, and everything by its name in one of them.
+//! Folders held open, and files by their names in them, as Unix has them.
 
 use super::{Found, Hold, Kind};
 use rustix::fs::{

@@ -235,8 +235,8 @@ def as_campaign(
         if not all(v is None or isinstance(v, int | float) for v in (speed, height)):
             raise TypeError("files of instruments have one speed or height; for several give import_ a table or names")
         name = folder.resolve().name
-        of_all = cast("float | None", speed), cast("float | None", height)
-        return import_(files, mass=mass, speed=of_all[0], height=of_all[1], name=name, progress=progress)
+        speed, height = cast("float | None", speed), cast("float | None", height)
+        return import_(files, mass=mass, speed=speed, height=height, name=name, progress=progress)
     return Campaign.of(data, mass=mass, speed=speed, height=height)
 
 

@@ -3,6 +3,7 @@
 use crate::fleet;
 use chart::{lead, Page};
 use output::{Answer, Committed};
+use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -14,8 +15,13 @@ fn finding(dir: &Path) -> Option<String> {
     if !dir.join("verdict.json").is_file() {
         return None;
     }
+    lead_of(&input::open(&dir.join("report.html")).ok()?)
+}
+
+/// The first sentence of a page of ours; None of any other file.
+pub fn lead_of(page: &File) -> Option<String> {
     let mut head = Vec::new();
-    input::open(&dir.join("report.html")).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
+    page.take(HEAD).read_to_end(&mut head).ok()?;
     lead(&String::from_utf8_lossy(&head))
 }
 

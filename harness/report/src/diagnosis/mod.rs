@@ -10,5 +10,5 @@ mod rating;
 mod words;
 
 pub use files::{check_folder, write};
-pub use index::{encoded, write as write_index};
+pub use index::{encoded, lead_of, write as write_index};
 pub use words::{sentence, summary};

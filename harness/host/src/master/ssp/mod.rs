@@ -260,11 +260,12 @@ pub(super) fn load(path: &Path) -> Result<System> {
     let experiment = root.child("DefaultExperiment");
     let time = |name: &str| -> Result<Option<f64>> { experiment.map_or(Ok(None), |e| e.number(name)) };
     let annotated = |element: &str, attribute: &str| root.find(element).map_or(Ok(None), |m| m.number(attribute));
-    let step = match annotated("FixedStepMaster", "stepSize")? {
+    let stated = match annotated("FixedStepMaster", "stepSize")? {
         None => annotated("FixedStepAlgorithm", "baseStepSize")?,
         step => step,
     };
-    if let Some(h) = step.filter(|h| !(*h > 0.0 && h.is_finite())) {
+    let step = stated.filter(|h| *h > 0.0 && h.is_finite());
+    if let (Some(h), None) = (stated, step) {
         r.notes.push(format!("its step of {h} s is none, and is left out"));
     }
     let descriptions = r.wiring.elements.iter().filter_map(|e| e.description.as_ref());
@@ -276,7 +277,7 @@ pub(super) fn load(path: &Path) -> Result<System> {
     Ok(System {
         name: system.attribute("name").map(String::from),
         connect,
-        master: Master { start, stop, step: step.filter(|h| *h > 0.0 && h.is_finite()), tolerance, ..plain },
+        master: Master { start, stop, step, tolerance, ..plain },
         notes: r.notes,
         keep: r.keep,
         ..bare
