@@ -44,9 +44,14 @@ struct Head {
     log: Ends,
     /// Which call of a batch the FMU's process is at.
     at: AtomicU32,
-    /// Whether both sides are on one processor, where who waits has to sleep for the other to work.
-    takes_turns: AtomicU32,
+    takes_turns: Flag,
 }
+
+/// Whether both sides are on one processor, where who waits has to sleep for the other to work; on a cache line of its own, as it is
+/// read at every message and seldom written.
+#[repr(C, align(128))]
+#[derive(Default)]
+struct Flag(AtomicU32);
 
 /// The memory, mapped.
 pub(super) struct Shared {
@@ -103,17 +108,17 @@ impl Turn {
     }
 
     /// Waits for a message of a number, awake at first where there is `patience` for it; asks `ended` at every waking, later and
-    /// later.
+    /// later. Whether it came while who waits was awake.
     fn wait<E>(
         &self,
         number: u32,
         mut patience: Option<&mut Patience>,
         mut ended: impl FnMut() -> Result<(), E>,
-    ) -> Result<(), E> {
+    ) -> Result<bool, E> {
         let here = || self.number.load(Ordering::Acquire) == number;
         let began = Instant::now();
         if patience.as_mut().is_some_and(|p| p.awake(here)) {
-            return Ok(());
+            return Ok(true);
         }
         let mut slept = |whole: Duration| {
             if let Some(p) = &mut patience {
@@ -126,14 +131,14 @@ impl Turn {
             let seen = self.number.load(Ordering::SeqCst);
             if seen == number {
                 slept(began.elapsed());
-                return Ok(());
+                return Ok(false);
             }
             let timeout = futex::Timespec { tv_sec: 0, tv_nsec: i64::from(nap.subsec_nanos()) };
             // woken, or not: the number shows which
             let _ = futex::wait(&self.number, futex::Flags::empty(), seen, Some(&timeout));
             if here() {
                 slept(began.elapsed());
-                return Ok(());
+                return Ok(false);
             }
             ended()?;
             nap = (nap * 2).min(Duration::from_millis(50));
@@ -212,7 +217,7 @@ impl Shared {
         }
     }
 
-    /// Waits for the reply of that number.
+    /// Waits for the reply of that number. Whether it came while the host was awake.
     ///
     /// # Errors
     /// What `ended` gives.
@@ -222,10 +227,10 @@ impl Shared {
         into: &mut Vec<u8>,
         patience: &mut Patience,
         ended: impl FnMut() -> Result<(), E>,
-    ) -> Result<(), E> {
-        self.head().reply.wait(number, Some(patience).filter(|_| !self.takes_turns()), ended)?;
+    ) -> Result<bool, E> {
+        let awake = self.head().reply.wait(number, Some(patience).filter(|_| !self.takes_turns()), ended)?;
         self.take(&self.head().reply, into);
-        Ok(())
+        Ok(awake)
     }
 
     /// Waits for the request of that number.
@@ -254,11 +259,11 @@ impl Shared {
 
     /// Says whether both sides are on one processor.
     pub(super) fn set_takes_turns(&self, on: bool) {
-        self.head().takes_turns.store(u32::from(on), Ordering::Relaxed);
+        self.head().takes_turns.0.store(u32::from(on), Ordering::Relaxed);
     }
 
     fn takes_turns(&self) -> bool {
-        self.head().takes_turns.load(Ordering::Relaxed) != 0
+        self.head().takes_turns.0.load(Ordering::Relaxed) != 0
     }
 
     /// Notes which call of a batch is under way.

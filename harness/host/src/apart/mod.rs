@@ -156,7 +156,7 @@ impl Apart {
             }
         };
         let answered = self.shared.reply(self.number, &mut self.bytes, &mut self.waiting, ended);
-        self.processor.answered(began, &self.shared);
+        self.processor.answered(began, matches!(answered, Ok(true)), &self.shared);
         let ring = Ring(&self.shared);
         if !ring.is_empty() {
             let dropped = ring.take(|l| self.log.push(l));

@@ -1,7 +1,8 @@
 //! Which processor an FMU's process works on. Host and process take turns, so one processor is enough for both. On two of them each
 //! finds the other awake, and a message costs less than a microsecond; but where other work holds the processors it waits for its
-//! turn there, some tens of microseconds. On one of them handing on costs some microseconds, always. Which is cheaper now is
-//! measured: both ways are tried in turn, and the cheaper one is kept for a while.
+//! turn there, some tens of microseconds. On one of them handing on costs some microseconds, always. So two of them are right while
+//! every answer finds the host awake. Where one does not, which way is cheaper now is measured: both are tried in turn, and the
+//! cheaper one is kept for a while.
 
 use super::memory::Shared;
 use rustix::process::Pid;
@@ -40,6 +41,8 @@ pub(super) struct Processor {
     /// Messages until the stage is over, and the time of those before.
     left: u32,
     time: Duration,
+    /// Whether the host was awake at every answer of the stage.
+    awake: bool,
     /// The processor that the process is held on.
     held: Option<usize>,
 }
@@ -49,7 +52,7 @@ impl Processor {
     pub(super) fn new(pid: Option<Pid>) -> Processor {
         let own = pid.and_then(|p| sched_getaffinity(Some(p)).ok());
         let stage = Stage::Tries(None);
-        Processor { pid, own, way: Way::Any, stage, left: TRIED, time: Duration::ZERO, held: None }
+        Processor { pid, own, way: Way::Any, stage, left: TRIED, time: Duration::ZERO, awake: true, held: None }
     }
 
     /// Before a message is handed on: the process goes where the host is, if that is the way. The time now, where the message is to
@@ -68,14 +71,17 @@ impl Processor {
         matches!(self.stage, Stage::Tries(_)).then(Instant::now)
     }
 
-    /// After the answer to a message that began at the time that [`Processor::meet`] gave.
-    pub(super) fn answered(&mut self, began: Option<Instant>, shared: &Shared) {
+    /// After the answer to a message that began at the time that [`Processor::meet`] gave, and whether the host was
+    /// awake at it.
+    pub(super) fn answered(&mut self, began: Option<Instant>, awake: bool, shared: &Shared) {
         self.left -= 1;
+        self.awake &= awake;
         self.time += began.map_or(Duration::ZERO, |b| b.elapsed());
         if self.left > 0 {
             return;
         }
         let whole = std::mem::take(&mut self.time);
+        let awake = std::mem::replace(&mut self.awake, true);
         let other = if self.way == Way::Any { Way::Same } else { Way::Any };
         (self.left, self.stage) = match self.stage {
             Stage::Tries(Some(of_other)) => {
@@ -84,6 +90,7 @@ impl Processor {
                 }
                 (KEPT, Stage::Keeps)
             }
+            Stage::Tries(None) if awake => (KEPT, Stage::Keeps),
             // threads of its own want processors of their own
             Stage::Tries(None) if self.has_threads() => {
                 self.take(Way::Any, shared);
@@ -101,8 +108,13 @@ impl Processor {
         self.way = way;
         shared.set_takes_turns(way == Way::Same);
         if let (Way::Any, Some(own)) = (way, &self.own) {
+            if let Some(here) = self.held.take() {
+                // away from the host first: the system leaves it where it is for long
+                let mut others = own.clone();
+                others.unset(here);
+                let _ = sched_setaffinity(self.pid, &others);
+            }
             let _ = sched_setaffinity(self.pid, own);
-            self.held = None;
         }
     }
 
