@@ -22,6 +22,7 @@ CHOICES = {
     "plastic_form": ["permanent_set", "walton_braun", "thornton"],
     "plastic_damping_form": ["depth", "branch"],
     "adhesion_form": ["contact", "neck", "reach", "leaving", "growing"],
+    "learned_form": ["not", "speed", "direction", "speed_squared"],
 }
 
 

@@ -11,6 +11,7 @@ use variables::{by_reference, Kind, Variable, FIRST_PARAMETER, INPUTS, LOG_CATEG
 /// Value references of the outputs.
 const FORCE: u32 = 3;
 const ADDED: u32 = 4;
+const BEYOND: u32 = 5;
 
 /// One instance.
 #[derive(Clone, Debug)]
@@ -139,7 +140,11 @@ impl Model for Instance {
         }
         self.inputs_are_good()?;
         let [x, speed, other] = s.inputs;
-        let added = s.settings.forces().at(s.life.time, x, speed);
+        let forces = s.settings.forces();
+        if reference == BEYOND {
+            return Ok(f64::from(u8::from(forces.learned.is_beyond(x, speed))));
+        }
+        let added = forces.at(s.life.time, x, speed);
         let value = if reference == FORCE { other - added } else { added };
         if value.is_finite() {
             return Ok(value);

@@ -37,7 +37,7 @@ impl State {
 
 const NUMBERS: usize = PARAMETERS + INPUTS + 3;
 /// What the bytes of a state look like: phase, inputs refused, numbers; the same on every platform.
-pub const LAYOUT: Layout = Layout::new(MODEL, 1, 2 + 8 * NUMBERS);
+pub const LAYOUT: Layout = Layout::new(MODEL, 2, 2 + 8 * NUMBERS);
 /// Length of a state in bytes.
 pub const BYTES: usize = LAYOUT.length;
 

@@ -207,6 +207,10 @@ impl Model for Instance {
                 }
             }
             Role::Contact => f64::from(u8::from(s.input[0] > s.settings.law.permanent_set(memory.deepest))),
+            Role::BeyondLearned => {
+                let [x, v] = s.input;
+                f64::from(u8::from(s.settings.law.learned_law.is_beyond(x, v)))
+            }
             Role::StoredEnergy => memory.stored,
             Role::DissipatedEnergy => memory.dissipated(),
             Role::DeepestPenetration => memory.deepest,

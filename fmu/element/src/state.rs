@@ -65,7 +65,7 @@ impl State {
 
 const NUMBERS: usize = PARAMETERS + 4 + BRANCHES + 10;
 /// What the bytes of a state look like: phase, inputs refused, numbers; the same on every platform.
-pub const LAYOUT: Layout = Layout::new(MODEL, 3, 2 + 8 * NUMBERS);
+pub const LAYOUT: Layout = Layout::new(MODEL, 4, 2 + 8 * NUMBERS);
 /// Length of a state in bytes.
 pub const BYTES: usize = LAYOUT.length;
 

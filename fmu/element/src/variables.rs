@@ -34,6 +34,8 @@ pub enum Role {
     RecommendedStep,
     /// Force at the inputs as set, lookahead left out, N: feeds through.
     ForceNow,
+    /// Whether the inputs are beyond what the learned force was learned on: feeds through.
+    BeyondLearned,
     /// Parameter, by its place in [`PARAMETER_TABLE`].
     Parameter(usize),
 }
@@ -188,7 +190,7 @@ const fn variable(reference: u32, name: &'static str, kind: Kind, unit: &'static
 }
 
 /// Inputs and outputs.
-pub static SIGNALS: [Variable; 10] = [
+pub static SIGNALS: [Variable; 11] = [
     variable(0, "penetration", Kind::Real, "m", Role::Penetration),
     variable(1, "velocity", Kind::Real, "m/s", Role::Velocity),
     variable(2, "force", Kind::Real, "N", Role::Force),
@@ -199,6 +201,7 @@ pub static SIGNALS: [Variable; 10] = [
     variable(7, "permanent_set", Kind::Real, "m", Role::PermanentSet),
     variable(8, "recommended_step", Kind::Real, "s", Role::RecommendedStep),
     variable(9, "force_at_inputs", Kind::Real, "N", Role::ForceNow),
+    variable(10, "beyond_learned", Kind::Boolean, "", Role::BeyondLearned),
 ];
 
 /// The variable of a value reference.

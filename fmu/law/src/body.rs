@@ -4,6 +4,7 @@
 //! `slope` is what that force grows by with x and with v, N/m and N s/m. The default of each part is no force.
 
 use crate::elementary::{exp, pow, tanh};
+use crate::learned::{Learned, WithSpeed, COEFFICIENTS, TERMS};
 
 /// Speed over which Coulomb friction turns with the motion, m/s: its sign is smoothed as tanh(v/[`SLIP_SPEED`])
 /// (Andersson, Soderberg, Bjorklund 2007, Tribology International 40, 580). Five times sharper, estimation's integration
@@ -227,6 +228,64 @@ impl SqueezeFilm {
     }
 }
 
+/// A force of a shape of its own on the body, learned from recordings: F = -(b(z) + c(z) w) - w d(|w|), z the way before the stop
+/// over its range and w the speed over the one that counts as 1 (see [`learned`](crate::learned)).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LearnedForce {
+    /// Coefficients of b, then those of c, N.
+    pub of_place: [f64; COEFFICIENTS],
+    /// Coefficients of d, N.
+    pub of_speed: [f64; TERMS],
+    /// Way up to which b and c were learned, m; 0: there is neither.
+    pub range: f64,
+    /// Speed that counts as 1, m/s; 0: what depends on the speed is none.
+    pub speed: f64,
+}
+
+impl LearnedForce {
+    fn place(&self) -> Option<(Learned, WithSpeed)> {
+        if self.range <= 0.0 {
+            return None;
+        }
+        let goes = if self.speed > 0.0 { WithSpeed::Linear } else { WithSpeed::No };
+        Some((Learned { coefficients: self.of_place, range: self.range, speed: self.speed }, goes))
+    }
+
+    fn speed(&self) -> Option<Learned> {
+        if self.speed <= 0.0 {
+            return None;
+        }
+        let mut learned = Learned { speed: self.speed, ..Learned::default() };
+        learned.coefficients[..TERMS].copy_from_slice(&self.of_speed);
+        Some(learned)
+    }
+
+    /// `f` with the force, N.
+    #[inline]
+    pub fn on(&self, x: f64, v: f64, mut f: f64) -> f64 {
+        if let Some((learned, goes)) = self.place() {
+            f += learned.of_place(goes, x, v);
+        }
+        if let Some(learned) = self.speed() {
+            f += learned.of_speed(v);
+        }
+        f
+    }
+
+    /// Its growth with the place, N/m, and with the speed, N s/m.
+    pub fn slope(&self, x: f64, v: f64) -> (f64, f64) {
+        let (by_place, by_speed) =
+            self.place().map_or((0.0, 0.0), |(learned, goes)| learned.slopes_of_place(goes, x, v));
+        (by_place, by_speed + self.speed().map_or(0.0, |learned| learned.slope_of_speed(v)))
+    }
+
+    /// Whether the place, m, or the speed, m/s, is beyond what was learned.
+    pub fn is_beyond(&self, x: f64, v: f64) -> bool {
+        let far = self.place().map_or(false, |(learned, _)| learned.is_beyond(-x, 0.0));
+        far || self.speed().map_or(false, |learned| learned.is_beyond(0.0, v))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -248,6 +307,8 @@ mod tests {
         let spring = ReturnSpring { preload: 4.0, rate: 30.0, growth: 7e4 };
         let pull = ResidualMagnetism { force: 9.0, gap: 1e-3, time: 0.01 };
         let film = SqueezeFilm { coefficient: 6.0, gap: 2e-3, power: 1.5, reads: true };
+        let mut learned = LearnedForce { range: 0.02, speed: 0.8, ..LearnedForce::default() };
+        (learned.of_place[1], learned.of_place[14], learned.of_speed[2]) = (3.0, 2.0, -1.5);
         for v in [-1.1, -0.3, -0.01, 0.004, 0.2, 0.7, 2.0] {
             near(difference(&|v| friction.on(v, 1.0), v), friction.slope(v));
             near(difference(&|v| drag.on(v, 1.0), v), drag.slope(v));
@@ -257,6 +318,9 @@ mod tests {
                 let (by_place, by_speed) = film.slope(x, v);
                 near(difference(&|x| film.on(x, v, 1.0), x), by_place);
                 near(difference(&|v| film.on(x, v, 1.0), v), by_speed);
+                let (by_place, by_speed) = learned.slope(x, v);
+                near(difference(&|x| learned.on(x, v, 1.0), x), by_place);
+                near(difference(&|v| learned.on(x, v, 1.0), v), by_speed);
             }
         }
     }
@@ -268,6 +332,7 @@ mod tests {
         assert_eq!(ReturnSpring::default().on(0.3, 2.0), 2.0);
         assert_eq!(ResidualMagnetism::default().on(0.1, 0.3, 2.0), 2.0);
         assert_eq!(SqueezeFilm::default().on(-0.1, 0.3, 2.0), 2.0);
+        assert_eq!(LearnedForce::default().on(-0.1, 0.3, 2.0), 2.0);
         let friction = GuideFriction { coulomb: 3.0, viscous: 2.0, ..GuideFriction::default() };
         assert!((friction.on(-1.0, 0.0) - 5.0).abs() < 1e-12);
         let drag = FluidDrag { coefficient: 5.0, ..FluidDrag::default() };

@@ -31,13 +31,17 @@ impl Parameters {
             + self.spring_energy(x)
             + self.adhesion.pull_energy(self.elastic.exponent, x)
             + self.viscoelastic_relaxation.energy(self.elastic.exponent, m, x)
+            + self.learned_law.energy(x)
     }
 
     /// Memory of a contact found at rest at `x` m, loaded slowly from outside: the work of getting there is
     /// counted, the Maxwell branches are relaxed.
     pub fn start(&self, x: f64) -> Memory {
         let mut m = Memory { deepest: if x > 0.0 { x } else { 0.0 }, ..Memory::default() };
-        m.work = self.loading_work(x) + self.spring_energy(x) + self.adhesion.pull_energy(self.elastic.exponent, x);
+        m.work = self.loading_work(x)
+            + self.spring_energy(x)
+            + self.adhesion.pull_energy(self.elastic.exponent, x)
+            + self.learned_law.energy(x);
         m.stored = self.stored_energy(&m, x);
         m
     }
@@ -100,6 +104,9 @@ impl Parameters {
         let bound = neck || growing;
         if !growing {
             w += adhesion.pull_energy(p, x1) - adhesion.pull_energy(p, x0);
+        }
+        if self.learned_law.acts() {
+            w += self.learned_law.work(from, to);
         }
         if !(bound || self.damps() || self.relaxes()) {
             return w;

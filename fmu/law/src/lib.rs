@@ -3,8 +3,8 @@
 //! Invariant: nothing here logs, allocates or reads time; the memory of the law is explicit
 //! [`Memory`], passed in and handed back.
 //!
-//! F = max(0, branch(x) + dampers(x, v) + springs(x) + Maxwell forces) - adhesion, at x > 0; branch(x) is k x^p, or the
-//! plastic unloading curve. Below the permanent set nothing touches, so no damper acts there. Maxwell forces vanish
+//! F = max(0, branch(x) + dampers(x, v) + springs(x) + Maxwell forces) - adhesion + learned(x, v), at x > 0; branch(x) is
+//! k x^p, or the plastic unloading curve. What was learned may pull. Below the permanent set nothing touches, so no damper acts there. Maxwell forces vanish
 //! where the body leaves the nominal surface (x <= 0). Dampers and springs are those of the [`parts`], each a file that
 //! declares (see [`part`]) all that the FMU, scenarios and the diagnosis have to know of it.
 
@@ -12,6 +12,7 @@ pub mod body;
 pub mod elementary;
 mod energy;
 pub mod impact;
+pub mod learned;
 pub mod part;
 pub mod parts;
 mod power_law;
@@ -102,6 +103,9 @@ impl Parameters {
         if self.adhesion.force > 0.0 {
             f -= self.adhesion.pull(self.elastic.exponent, m, x).0;
         }
+        if self.learned_law.acts() {
+            f += self.learned_law.force(x, v);
+        }
         f
     }
 
@@ -119,6 +123,11 @@ impl Parameters {
         if self.adhesion.force > 0.0 {
             fx -= self.adhesion.pull(self.elastic.exponent, m, x).1;
         }
+        if self.learned_law.acts() {
+            let (by_x, by_v) = self.learned_law.slopes(x, v);
+            fx += by_x;
+            fv += by_v;
+        }
         (fx, fv)
     }
 
@@ -127,6 +136,9 @@ impl Parameters {
     pub fn pushes(&self, m: &Memory, x: f64, v: f64) -> bool {
         if x <= 0.0 {
             return false;
+        }
+        if self.learned_law.acts() {
+            return true;
         }
         let (a, b) = self.push(m, x, v, if x > m.deepest { x } else { m.deepest });
         a.0 + b.0 > 0.0

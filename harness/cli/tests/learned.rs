@@ -1,5 +1,8 @@
-//! A press whose missing force has no form of the vocabulary: its shape is learned, and it is named for what it depends on.
+//! A missing force that has no form of the vocabulary: its shape is learned, named for what it depends on, and handed back.
 
+use law::learned::Learned;
+use mechanisms::learned_force::{Dependence, LearnedForce, LearnedForces};
+use plant::recipe::{write_campaign, Recipe};
 use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
@@ -29,6 +32,17 @@ fn press(dir: &Path) {
     std::fs::write(dir.join("campaign.toml"), toml).unwrap();
 }
 
+/// The verdict on a campaign.
+fn diagnosed(campaign: &Path, out: &Path) -> serde_json::Value {
+    let run = Command::new(env!("CARGO_BIN_EXE_touchdown"))
+        .args(["diagnose", campaign.to_str().unwrap(), "--out", out.to_str().unwrap()])
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let name = campaign.file_name().unwrap();
+    serde_json::from_slice(&std::fs::read(out.join(name).join("verdict.json")).unwrap()).unwrap()
+}
+
 #[test]
 fn a_key_with_preload_friction_and_stop_is_named_by_what_its_force_depends_on() {
     let dir = tempfile::tempdir().unwrap();
@@ -36,13 +50,8 @@ fn a_key_with_preload_friction_and_stop_is_named_by_what_its_force_depends_on() 
     std::fs::create_dir(&campaign).unwrap();
     press(&campaign);
     let out = dir.path().join("answer");
-    let run = Command::new(env!("CARGO_BIN_EXE_touchdown"))
-        .args(["diagnose", campaign.to_str().unwrap(), "--out", out.to_str().unwrap()])
-        .output()
-        .unwrap();
-    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let v = diagnosed(&campaign, &out);
     let answer = out.join("key");
-    let v: serde_json::Value = serde_json::from_slice(&std::fs::read(answer.join("verdict.json")).unwrap()).unwrap();
     let missing = v["missing"].as_array().unwrap();
     let mut names: Vec<&str> = missing.iter().map(|m| m["mechanism"].as_str().unwrap()).collect();
     names.sort_unstable();
@@ -67,4 +76,27 @@ fn a_key_with_preload_friction_and_stop_is_named_by_what_its_force_depends_on() 
     assert!((mean - 0.44).abs() < 0.03 && (0.01..0.08).contains(&lost), "{half:?}");
     let page = std::fs::read_to_string(answer.join("report.html")).unwrap();
     assert!(page.contains("the force over depth") && page.contains("law learned"));
+}
+
+#[test]
+fn a_force_learned_in_motion_is_in_the_fmu_which_predicts_what_the_diagnosis_does() {
+    let dir = tempfile::tempdir().unwrap();
+    let campaign = dir.path().join("gives_way");
+    std::fs::create_dir(&campaign).unwrap();
+    let mut force = LearnedForce { of: Dependence::Depth, learned: Learned { range: 4e-4, ..Learned::default() } };
+    (force.learned.coefficients[2], force.learned.coefficients[5]) = (60.0, -45.0);
+    let mut recipe = Recipe::default();
+    recipe.physics.learned_forces = LearnedForces([force, LearnedForce::default()]);
+    write_campaign(&campaign, &recipe).unwrap();
+    let v = diagnosed(&campaign, &dir.path().join("answer"));
+    assert_eq!((&v["missing"], &v["learned"]["leads"]), (&serde_json::json!([]), &true.into()), "{}", v["posterior"]);
+    let element = &v["element"];
+    assert!(element["text"].as_str().unwrap().contains("holds the force that was learned"), "{element}");
+    assert!(element["starts"]["learned_range"]["value"].as_f64().unwrap() > 0.0);
+    assert_eq!(element["predictions_run_through_it"], true);
+    assert!(element["largest_difference_over_range"].as_f64().unwrap() < 1e-4, "{element}");
+    let [before, after] = ["before", "after"].map(|k| v["fit"][k]["heldout_nrmse"].as_f64().unwrap());
+    assert!(after < 0.7 * before, "{before} {after}");
+    let page = std::fs::read_to_string(dir.path().join("answer/gives_way/report.html")).unwrap();
+    assert!(page.contains("HysteresisContact.fmu holds it."));
 }

@@ -4,7 +4,8 @@
 use super::candidate::Candidate;
 use super::evidence::Evidences;
 use super::heldout::{folds, held_out, windows, Folds, HeldOut};
-use super::learned::{learned, Learned, Named, Size, CURE};
+use super::holding;
+use super::learned::{learned, Learned, Named, Size, CURE, HELD_SHAPE};
 use super::material::remainder;
 use super::motion::{learn, learn_beside, Force, Loss};
 use super::order::trend;
@@ -286,12 +287,13 @@ impl Decision {
     fn likely_losses(&self) -> Vec<Named> {
         let likely = self.posterior.likely_names();
         let loss = self.force().and_then(|f| f.loss).filter(|l| likely.contains(&l.mechanism.name));
+        let in_contact = holding::learned(self).is_some_and(|h| h.in_contact);
         let named = |l: Loss| Named {
             mechanism: l.mechanism,
             probability: self.posterior.of(l.mechanism.name),
             also_possible: l.also_possible.to_vec(),
             size: Size::largest_force(l.largest),
-            cure: CURE,
+            cure: if in_contact { HELD_SHAPE } else { CURE },
             shares: l.shares,
         };
         loss.into_iter().map(named).collect()

@@ -9,6 +9,7 @@ use crate::decide::Decision;
 use crate::experiment::{ties, Tie};
 use crate::figure::figure;
 use crate::gates::{gates, little_measured};
+use crate::holding::{learned, Holds};
 use crate::intervals::{intervals, Intervals};
 use crate::latent::{latent, Latent};
 use crate::map::{map, Cell};
@@ -49,6 +50,8 @@ pub struct Findings {
     pub bootstrap: Option<Bootstrap>,
     /// This campaign's sensor against others that read the same impacts.
     pub sensors: Vec<Against>,
+    /// Which FMUs hold the force that was learned in motion.
+    pub holds_learned: Holds,
     /// What BodyForce.fmu holds; None where it is not written.
     pub on_body: Option<OnBody>,
     /// Why what is named is not handed out in an FMU; these stand among the caveats, too.
@@ -96,6 +99,7 @@ pub fn gather(c: &Campaign, search: &Search, d: &Decision, stage: &dyn Fn(&str))
         f.latent = named_part(d).and_then(|r| latent(&r));
     }
     f.gates = gates(d, &f.remainder);
+    f.holds_learned = learned(d).filter(|_| f.gates.is_empty()).unwrap_or_default();
     f.caveats.extend(disagreement(c, d));
     f.caveats.extend(cut_short(d));
     f.caveats.extend(learned_shape(d));

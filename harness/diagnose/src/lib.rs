@@ -18,6 +18,7 @@ pub mod findings;
 pub mod fit_out;
 pub mod gates;
 pub mod heldout;
+pub mod holding;
 mod impulse;
 pub mod intervals;
 pub mod latent;

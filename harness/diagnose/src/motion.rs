@@ -76,7 +76,7 @@ impl Loss {
         if largest == 0.0 {
             return None;
         }
-        let whole: f64 = taken.iter().zip(&force.coefficients[TERMS..]).map(|(t, c)| t * c).sum();
+        let whole: f64 = taken.iter().zip(&force.learned.coefficients[TERMS..]).map(|(t, c)| t * c).sum();
         let unit = unit(of, &f.structure.base().context);
         let first = f.structure.values_of(term).start + TERMS;
         let covariance = f.problem().covariance(f.point())?;
@@ -424,8 +424,8 @@ mod tests {
 
     #[test]
     fn a_force_that_gives_way_at_some_depth_is_learned_as_one_of_depth_and_predicts_levels_not_seen() {
-        let mut force = LearnedForce { of: Dependence::Depth, range: 4e-4, ..LearnedForce::default() };
-        (force.coefficients[2], force.coefficients[5]) = (20.0, -15.0);
+        let mut force = LearnedForce { of: Dependence::Depth, learned: Learned { range: 4e-4, ..Learned::default() } };
+        (force.learned.coefficients[2], force.learned.coefficients[5]) = (20.0, -15.0);
         let (base, forces) = learned(by_itself(force));
         let first = &forces[0];
         let all: Vec<_> = forces.iter().map(|f| (f.words(), f.probability)).collect();
@@ -488,8 +488,8 @@ mod tests {
 
     #[test]
     fn a_force_in_flight_is_learned_as_one_on_the_body() {
-        let mut force = LearnedForce { of: Dependence::Speed, speed: 1.0, ..LearnedForce::default() };
-        (force.coefficients[0], force.coefficients[3]) = (8.0, 8.0);
+        let mut force = LearnedForce { of: Dependence::Speed, learned: Learned { speed: 1.0, ..Learned::default() } };
+        (force.learned.coefficients[0], force.learned.coefficients[3]) = (8.0, 8.0);
         let (_, forces) = learned(by_itself(force));
         let words = forces[0].words();
         assert!(words.starts_with("on the body"), "{words}");
@@ -497,10 +497,10 @@ mod tests {
 
     #[test]
     fn two_forces_that_act_in_different_places_are_learned_side_by_side() {
-        let mut depth = LearnedForce { of: Dependence::Depth, range: 4e-4, ..LearnedForce::default() };
-        (depth.coefficients[2], depth.coefficients[5]) = (20.0, -15.0);
-        let mut speed = LearnedForce { of: Dependence::Speed, speed: 1.0, ..LearnedForce::default() };
-        (speed.coefficients[0], speed.coefficients[3]) = (8.0, 8.0);
+        let mut depth = LearnedForce { of: Dependence::Depth, learned: Learned { range: 4e-4, ..Learned::default() } };
+        (depth.learned.coefficients[2], depth.learned.coefficients[5]) = (20.0, -15.0);
+        let mut speed = LearnedForce { of: Dependence::Speed, learned: Learned { speed: 1.0, ..Learned::default() } };
+        (speed.learned.coefficients[0], speed.learned.coefficients[3]) = (8.0, 8.0);
         let (base, forces) = learned(LearnedForces([depth, speed]));
         let first = &forces[0];
         let all: Vec<_> = forces.iter().map(|f| (f.words(), f.probability)).collect();

@@ -133,6 +133,12 @@ fn words(names: &[&str]) -> String {
 fn recalibrated(d: &Decision, named: &[&Mechanism], f: &Findings) -> &'static str {
     if !f.gates.is_empty() {
         "Until that is settled, HysteresisContact.fmu holds the simulation as given, recalibrated, without what is named."
+    } else if f.holds_learned.in_contact {
+        "Put HysteresisContact.fmu in the place of the simulation's contact: it holds the force that was learned. Where beyond_learned \
+         is true, it is asked for more than the recordings show."
+    } else if f.holds_learned.on_body {
+        "Put HysteresisContact.fmu in the place of the simulation's contact: it is calibrated beside the force in BodyForce.fmu, and \
+         right with it alone."
     } else if d.unexplained {
         "HysteresisContact.fmu holds what is known, recalibrated; what stays unexplained is not in it."
     } else if named.is_empty() {

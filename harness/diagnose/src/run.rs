@@ -8,6 +8,7 @@ use super::decide::Decision;
 use super::element::{packed, Packed};
 use super::findings::{gather, Findings};
 use super::heldout::{held_out, HeldOut};
+use super::holding::{self, held};
 use super::learned::Learned;
 use super::motion::Force;
 use super::propose::Pool;
@@ -277,17 +278,16 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     }
     let relied_on = findings.gates.is_empty();
     // a law fitted beside what stands in for the unknown is none without it
-    let holds = relied_on && decision.chosen.is_named();
-    let law = if holds { decision.chosen.physics().law } else { decision.base.physics().law };
+    let calibrated = &held(&decision, findings.holds_learned, relied_on).clone();
+    let (law, _) = holding::law(calibrated);
     // of FMUs, where our element can take the place of a contact of theirs
-    let calibrated = if holds { &decision.chosen } else { &decision.base };
     let replaces = c.system.as_ref().is_none_or(|s| host::replaceable(s, calibrated.structure.bond()));
     let has_remainder = decision.has_remainder();
     let element = if settings.element && replaces && law.elastic.stiffness > 0.0 {
         stage("running the recordings through the element")?;
-        let by_names = !decision.is_learned() && !has_remainder;
-        let through = decision.after.as_ref().filter(|_| relied_on && c.kind != Kind::System && by_names);
-        let through = through.map(|a| (&decision.chosen, a));
+        let holds_all = !decision.is_learned() && (!has_remainder || findings.holds_learned.any());
+        let through = decision.after.as_ref().filter(|_| relied_on && c.kind != Kind::System && holds_all);
+        let through = through.map(|a| (decision.simulated(), a));
         let binaries = pack::Model::contact().libraries(settings.platforms);
         let overdispersion = decision.overdispersion.1.max(1.0);
         let packing = |binaries| packed(binaries, calibrated, overdispersion, &law, through);
@@ -295,7 +295,7 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     } else {
         Err(NOT_PACKED.into())
     };
-    let on_body = if settings.element && holds { packed_body(&decision.chosen, settings.platforms) } else { Ok(None) };
+    let on_body = if settings.element { packed_body(calibrated, settings.platforms) } else { Ok(None) };
     let on_body = on_body.unwrap_or_else(|e| {
         findings.caveats.push(format!("BodyForce.fmu is not written: {e:#}."));
         None

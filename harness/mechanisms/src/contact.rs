@@ -21,7 +21,8 @@ const fn mechanism<P: Part>() -> Mechanism {
     Mechanism {
         name: m.name,
         origin: m.origin,
-        named: true,
+        // what no search takes has no name in the vocabulary
+        named: !m.forms.is_empty(),
         equation: m.equation,
         source: m.source,
         sentence: m.sentence,

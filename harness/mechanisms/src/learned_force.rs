@@ -1,11 +1,14 @@
 //! learned_force: a force whose shape is learned, of one of several dependences
 
-use crate::constants::SLIP_SPEED;
 use crate::load_history::LoadHistory;
 use crate::mechanism::*;
 use crate::part::{Motion, Part, Sampling, Wear};
+use law::body;
+use law::learned::{series, Learned, WithSpeed, COEFFICIENTS};
+pub use law::learned::{SPEEDS, TERMS};
+use law::parts::LearnedLaw;
 use record::Channel;
-use std::f64::consts::{PI, SQRT_2};
+use std::f64::consts::PI;
 
 /// A force learned as a function: series over depth, or over the way before the touch, of what it depends on. No search
 /// takes it: its forms are none, and what is learned is asked for by [`dependences`].
@@ -28,10 +31,6 @@ const fn of_origin(origin: Origin) -> Mechanism {
     }
 }
 
-/// Terms of a series.
-pub const TERMS: usize = 12;
-/// Series of one force at most.
-const SERIES: usize = 2;
 /// Standard deviation, before anything is seen, of the constant of a series and of what varies about it, share of the scale of
 /// force.
 const SPREAD: f64 = 1.0;
@@ -134,13 +133,23 @@ impl Dependence {
         matches!(self, Depth | DepthAndSpeed | DepthAndDirection | DepthAndSpeedSquared)
     }
 
+    /// How its force goes with the speed.
+    const fn goes(self) -> WithSpeed {
+        match self {
+            Dependence::DepthAndSpeed | Dependence::PlaceAndSpeed | Dependence::Speed => WithSpeed::Linear,
+            Dependence::DepthAndDirection => WithSpeed::Direction,
+            Dependence::DepthAndSpeedSquared => WithSpeed::Squared,
+            _ => WithSpeed::No,
+        }
+    }
+
     /// Coefficients of it.
     const fn coefficients(self) -> usize {
         match self {
             Dependence::Nothing => 0,
             Dependence::Depth | Dependence::Place | Dependence::Speed => TERMS,
             Dependence::Reading(_) | Dependence::Force => TERMS,
-            _ => SERIES * TERMS,
+            _ => COEFFICIENTS,
         }
     }
 
@@ -154,64 +163,52 @@ impl Dependence {
     }
 }
 
-/// Depth within which a force between the faces rises from none at the touch, share of the range.
-const RISE: f64 = 0.03;
-/// Range of a series over the speed, in speeds that count as 1: of a middling impact.
-const SPEEDS: f64 = 2.0;
-
 /// The force that was learned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LearnedForce {
     pub of: Dependence,
-    /// Coefficients of the series, N, of a reading in its unit, of factors 1: those of what depends on depth or place alone
-    /// first.
-    pub coefficients: [f64; SERIES * TERMS],
-    /// Range of the series: m of depth or way, of a reading or a force in its own unit, in recordings; speed that counts as 1,
-    /// m/s.
-    pub range: f64,
-    pub speed: f64,
+    /// Coefficients of the series, N, of a reading in its unit, of factors 1; range of the series, m of depth or way, of a reading or
+    /// a force in its own unit, in recordings; and the speed that counts as 1.
+    pub learned: Learned,
 }
 
 impl Default for LearnedForce {
     fn default() -> Self {
-        LearnedForce { of: Dependence::Nothing, coefficients: [0.0; SERIES * TERMS], range: 1.0, speed: 1.0 }
+        LearnedForce { of: Dependence::Nothing, learned: Learned::default() }
     }
-}
-
-/// A series at `u`, 0 to 1: its cosines by Chebyshev's recurrence.
-#[inline]
-fn series(coefficients: &[f64], u: f64) -> f64 {
-    let c = (PI * u.clamp(0.0, 1.0)).cos();
-    let (mut before, mut now) = (1.0, c);
-    let mut sum = coefficients[0];
-    for a in &coefficients[1..] {
-        sum += a * SQRT_2 * now;
-        (before, now) = (now, 2.0 * c * now - before);
-    }
-    sum
 }
 
 impl LearnedForce {
-    /// What it does at `u` of its range and the speed `v`, N: in units of its own.
+    /// Factor at `u` of the range, of what depends on no speed.
     #[inline]
-    fn at(&self, u: f64, v: f64) -> f64 {
-        let (alone, with) = self.coefficients.split_at(TERMS);
-        let w = v / self.speed;
+    fn factor(&self, u: f64) -> f64 {
+        series(&self.learned.coefficients[..TERMS], u)
+    }
+
+    /// Puts it into the contact law and the forces on the body, where they can hold it. False where it is neither.
+    pub fn put(&self, law: &mut law::Parameters, on_body: &mut body::LearnedForce) -> bool {
+        let l = &self.learned;
+        let speed = if self.of.goes() == WithSpeed::No { 0.0 } else { l.speed };
         match self.of {
-            Dependence::Nothing => 0.0,
-            Dependence::Depth | Dependence::Place => series(alone, u),
-            Dependence::DepthAndSpeed | Dependence::PlaceAndSpeed => series(alone, u) + series(with, u) * w,
-            Dependence::DepthAndDirection => series(alone, u) + series(with, u) * (v / SLIP_SPEED).clamp(-1.0, 1.0),
-            Dependence::DepthAndSpeedSquared => series(alone, u) + series(with, u) * w * w.abs(),
-            Dependence::Speed => w * series(alone, w.abs() / SPEEDS),
-            Dependence::Reading(_) | Dependence::Force => u * series(alone, u),
-            Dependence::Order => series(alone, u),
+            of if of.is_contact() => {
+                let form = LearnedLaw::form_of(of.goes());
+                law.learned_law = LearnedLaw { form, range: l.range, speed: l.speed, coefficients: l.coefficients };
+            }
+            Dependence::Place | Dependence::PlaceAndSpeed => {
+                *on_body = body::LearnedForce { of_place: l.coefficients, range: l.range, speed, ..Default::default() };
+            }
+            Dependence::Speed => {
+                *on_body = body::LearnedForce { speed: l.speed, ..Default::default() };
+                on_body.of_speed.copy_from_slice(&l.coefficients[..TERMS]);
+            }
+            _ => return false,
         }
+        true
     }
 
     #[inline]
     fn is_something(&self) -> bool {
-        self.of != Dependence::Nothing && self.coefficients.iter().any(|c| *c != 0.0)
+        self.of != Dependence::Nothing && self.learned.coefficients.iter().any(|c| *c != 0.0)
     }
 
     #[inline]
@@ -228,8 +225,9 @@ impl LearnedForce {
     /// where that is 1 N. Their sum with the coefficients as factors is the power of the part.
     pub fn powers(&self, x: f64, v: f64) -> [f64; TERMS] {
         std::array::from_fn(|j| {
-            let mut alone = LearnedForce { coefficients: [0.0; SERIES * TERMS], ..*self };
-            alone.coefficients[TERMS + j] = 1.0;
+            let mut alone = *self;
+            alone.learned.coefficients = [0.0; COEFFICIENTS];
+            alone.learned.coefficients[TERMS + j] = 1.0;
             alone.with_speed(x, v) * v
         })
     }
@@ -263,14 +261,14 @@ impl LearnedForce {
         };
         let row = |k: usize| {
             let u = k as f64 / (rows.max(2) - 1) as f64;
-            let q = u * self.range;
+            let q = u * self.learned.range;
             match self.of {
                 Dependence::Nothing => Vec::new(),
                 Dependence::Speed => {
-                    let v = u * SPEEDS * self.speed;
+                    let v = u * SPEEDS * self.learned.speed;
                     vec![v, moved(0.0, v)]
                 }
-                Dependence::Reading(_) | Dependence::Force => vec![q, self.at(u, 0.0)],
+                Dependence::Reading(_) | Dependence::Force => vec![q, u * self.factor(u)],
                 Dependence::Order => {
                     let before = 2.0 * q;
                     let wear = self.wear(&LoadHistory::alike(before));
@@ -278,7 +276,7 @@ impl LearnedForce {
                 }
                 of => {
                     let x = if of.is_contact() { q } else { -q };
-                    vec![x, moved(x, 0.0), moved(x, self.speed), moved(x, -self.speed)]
+                    vec![x, moved(x, 0.0), moved(x, self.learned.speed), moved(x, -self.learned.speed)]
                 }
             }
         };
@@ -297,6 +295,14 @@ impl LearnedForces {
     /// The one that depends on `of`; None where none does.
     pub fn of(&self, of: Dependence) -> Option<&LearnedForce> {
         self.0.iter().find(|f| f.of == of)
+    }
+
+    /// Takes what acts between the faces out, and puts it into the contact law.
+    pub fn give_contact_to(&mut self, law: &mut law::Parameters) {
+        for of in self.0.iter_mut().filter(|of| of.acts_on_face()) {
+            of.put(law, &mut body::LearnedForce::default());
+            *of = LearnedForce::default();
+        }
     }
 }
 
@@ -345,8 +351,7 @@ impl Part for LearnedForce {
         if x <= 0.0 || !self.acts_on_face() {
             return f;
         }
-        let u = x / self.range;
-        f + (1.0 - (-u / RISE).exp()) * self.at(u, v)
+        f + self.learned.between(self.of.goes(), x, v)
     }
 
     #[inline]
@@ -354,7 +359,10 @@ impl Part for LearnedForce {
         if !self.is_on_body() {
             return f;
         }
-        f - self.at(-at.x / self.range, at.v)
+        f + match self.of {
+            Dependence::Speed => self.learned.of_speed(at.v),
+            of => self.learned.of_place(of.goes(), at.x, at.v),
+        }
     }
 
     #[inline]
@@ -366,13 +374,16 @@ impl Part for LearnedForce {
         if self.of != Dependence::Order {
             return Wear { stiffness: 1.0, damping: 1.0 };
         }
-        let (stiffness, damping) = self.coefficients.split_at(TERMS);
-        let u = history.recordings / (history.recordings + self.range);
+        let (stiffness, damping) = self.learned.coefficients.split_at(TERMS);
+        let u = history.recordings / (history.recordings + self.learned.range);
         Wear { stiffness: series(stiffness, u).exp(), damping: series(damping, u).exp() }
     }
 
     fn measure(&self, y: &mut [Vec<f64>; 3], _: &Sampling) {
-        let wrong = |v: f64| v.signum() * self.at(v.abs() / self.range, 0.0);
+        let wrong = |v: f64| {
+            let u = v.abs() / self.learned.range;
+            v.signum() * u * self.factor(u)
+        };
         match self.of {
             Dependence::Reading(channel) => y[channel.index()].iter_mut().for_each(|v| *v += wrong(*v)),
             Dependence::Force => {
@@ -408,7 +419,7 @@ pub fn unit(of: Dependence, c: &Context) -> f64 {
 
 /// The force of that dependence with the coefficients `t`.
 fn of_coefficients(t: &[f64], c: &Context, of: Dependence) -> LearnedForce {
-    let mut coefficients = [0.0; SERIES * TERMS];
+    let mut coefficients = [0.0; COEFFICIENTS];
     let unit = unit(of, c);
     for (a, t) in coefficients.iter_mut().zip(t) {
         *a = t * unit;
@@ -420,7 +431,7 @@ fn of_coefficients(t: &[f64], c: &Context, of: Dependence) -> LearnedForce {
         of if of.is_contact() => RANGE * c.scales.depth,
         _ => 0.5 * c.scales.speed * c.scales.length,
     };
-    LearnedForce { of, coefficients, range, speed: c.scales.speed }
+    LearnedForce { of, learned: Learned { coefficients, range, speed: c.scales.speed } }
 }
 
 /// The forms of a force of one dependence, as the first and as one beside it.
@@ -497,17 +508,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_series_is_its_sum_of_cosines() {
-        let mut coefficients = [0.0; TERMS];
-        (coefficients[0], coefficients[1], coefficients[7]) = (0.5, -0.25, 2.0);
-        for u in [0.0, 0.13, 0.5, 1.0] {
-            let want = 0.5 - 0.25 * SQRT_2 * (PI * u).cos() + 2.0 * SQRT_2 * (7.0 * PI * u).cos();
-            assert!((series(&coefficients, u) - want).abs() < 1e-12);
-        }
-        assert_eq!(series(&coefficients, 1.5), series(&coefficients, 1.0));
-    }
-
-    #[test]
     fn what_varies_is_as_likely_beforehand_as_the_constant_and_shorter_waves_are_less_likely() {
         let varies: f64 = (1..200).map(|j| spread(j).powi(2)).sum();
         assert!((varies - SPREAD * SPREAD).abs() < 1e-9);
@@ -517,13 +517,13 @@ mod tests {
     #[test]
     fn a_force_between_the_faces_begins_at_the_touch_and_one_on_the_body_acts_in_flight() {
         let mut force =
-            LearnedForce { of: Dependence::DepthAndSpeed, range: 2.0, speed: 4.0, ..LearnedForce::default() };
+            LearnedForce { of: Dependence::DepthAndSpeed, learned: Learned { range: 2.0, speed: 4.0, ..Learned::default() } };
         assert!(!force.acts_on_face());
-        (force.coefficients[0], force.coefficients[TERMS]) = (3.0, 5.0);
+        (force.learned.coefficients[0], force.learned.coefficients[TERMS]) = (3.0, 5.0);
         assert!(force.acts_on_face() && !force.needs_integration());
         assert_eq!((force.on_face(-0.1, 1.0, 7.0), force.on_face(0.0, 1.0, 7.0)), (7.0, 7.0));
         assert!(
-            (force.on_face(1.0, 2.0, 7.0) - (7.0 + (1.0 - (-0.5f64 / RISE).exp()) * (3.0 + 5.0 * 0.5))).abs() < 1e-12
+            (force.on_face(1.0, 2.0, 7.0) - (7.0 + (1.0 - (-0.5f64 / law::learned::RISE).exp()) * (3.0 + 5.0 * 0.5))).abs() < 1e-12
         );
         let at = |x: f64, v: f64| Motion { time: 0.0, x, v, travel: 0.0 };
         assert_eq!(force.on_body(&at(-1.0, 2.0), 7.0), 7.0);
@@ -535,8 +535,8 @@ mod tests {
     #[test]
     fn the_powers_of_the_coefficients_make_up_what_depends_on_the_speed_takes_out() {
         let mut force =
-            LearnedForce { of: Dependence::DepthAndSpeed, range: 2.0, speed: 4.0, ..LearnedForce::default() };
-        (force.coefficients[0], force.coefficients[TERMS], force.coefficients[TERMS + 3]) = (3.0, 5.0, -2.0);
+            LearnedForce { of: Dependence::DepthAndSpeed, learned: Learned { range: 2.0, speed: 4.0, ..Learned::default() } };
+        (force.learned.coefficients[0], force.learned.coefficients[TERMS], force.learned.coefficients[TERMS + 3]) = (3.0, 5.0, -2.0);
         for (x, v) in [(0.5, 2.0), (1.5, -1.0)] {
             let powers = force.powers(x, v);
             let want = force.with_speed(x, v) * v;
@@ -547,10 +547,30 @@ mod tests {
 
     #[test]
     fn an_error_of_a_reading_moves_that_reading_alone() {
-        let mut force = LearnedForce { of: Dependence::Force, range: 10.0, ..LearnedForce::default() };
-        force.coefficients[0] = 1e-3;
+        let mut force = LearnedForce { of: Dependence::Force, learned: Learned { range: 10.0, ..Learned::default() } };
+        force.learned.coefficients[0] = 1e-3;
         let mut y = [vec![5.0, -5.0], vec![1.0, 1.0], vec![0.0, 0.0]];
         force.measure(&mut y, &Sampling { dt: 1.0, before: 0.0 });
         assert_eq!(y, [vec![5.0, -5.0], vec![1.0, 1.0], vec![5e-4, -5e-4]]);
+    }
+
+    #[test]
+    fn what_goes_into_an_fmu_does_there_what_it_did_here() {
+        use Dependence::*;
+        let mut learned = Learned { range: 2e-3, speed: 0.7, ..Learned::default() };
+        (learned.coefficients[0], learned.coefficients[3], learned.coefficients[TERMS + 1]) = (5.0, -2.0, 1.5);
+        for of in [Depth, DepthAndSpeed, DepthAndDirection, DepthAndSpeedSquared, Place, PlaceAndSpeed, Speed, Force, Order] {
+            let force = LearnedForce { of, learned };
+            let (mut law, mut on_body) = (law::Parameters::default(), body::LearnedForce::default());
+            let held = force.put(&mut law, &mut on_body);
+            assert_eq!(held, ![Force, Order].contains(&of));
+            for (x, v) in [(1e-3, 0.4), (-1e-3, -0.3), (3e-3, -1.8), (-5e-3, 0.0)] {
+                let between = if law.learned_law.acts() { law.learned_law.force(x, v) } else { 0.0 };
+                assert_eq!(between, force.on_face(x, v, 0.0), "{of:?}");
+                let at = Motion { time: 0.0, x, v, travel: 0.0 };
+                let (there, here) = (on_body.on(x, v, 0.0), force.on_body(&at, 0.0));
+                assert!((there - here).abs() < 1e-12, "{of:?}: {there} {here}");
+            }
+        }
     }
 }

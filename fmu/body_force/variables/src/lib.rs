@@ -2,14 +2,17 @@
 
 use face::text;
 pub use face::Kind;
-use law::body::{FluidDrag, GuideFriction, ResidualMagnetism, ReturnSpring, SqueezeFilm};
+use law::body::{FluidDrag, GuideFriction, LearnedForce, ResidualMagnetism, ReturnSpring, SqueezeFilm};
+use law::learned::{COEFFICIENTS, TERMS};
 
 /// Name of the model, and of its shared library.
 pub const MODEL: &str = "BodyForce";
 /// Categories that are logged; the modelDescription lists the same.
 pub const LOG_CATEGORIES: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logTurn"];
 /// Number of parameters.
-pub const PARAMETERS: usize = 20;
+pub const PARAMETERS: usize = OWN + 2 + COEFFICIENTS + TERMS;
+/// Number of those of the forces that have an equation; the learned force's follow.
+const OWN: usize = 20;
 /// Number of inputs; their value references are the first ones.
 pub const INPUTS: usize = 3;
 
@@ -76,6 +79,44 @@ pub static PARAMETER_TABLE: [Parameter; PARAMETERS] = [
     parameter("squeeze_gap", "m", 1.0, AboveZero),
     parameter("squeeze_power", "", 1.0, AboveZero),
     parameter("weight", "N", 0.0, Any),
+    parameter("learned_range", "m", 0.0, FromZero),
+    parameter("learned_speed", "m/s", 0.0, FromZero),
+    parameter("learned_place_1", "N", 0.0, Any),
+    parameter("learned_place_2", "N", 0.0, Any),
+    parameter("learned_place_3", "N", 0.0, Any),
+    parameter("learned_place_4", "N", 0.0, Any),
+    parameter("learned_place_5", "N", 0.0, Any),
+    parameter("learned_place_6", "N", 0.0, Any),
+    parameter("learned_place_7", "N", 0.0, Any),
+    parameter("learned_place_8", "N", 0.0, Any),
+    parameter("learned_place_9", "N", 0.0, Any),
+    parameter("learned_place_10", "N", 0.0, Any),
+    parameter("learned_place_11", "N", 0.0, Any),
+    parameter("learned_place_12", "N", 0.0, Any),
+    parameter("learned_place_speed_1", "N", 0.0, Any),
+    parameter("learned_place_speed_2", "N", 0.0, Any),
+    parameter("learned_place_speed_3", "N", 0.0, Any),
+    parameter("learned_place_speed_4", "N", 0.0, Any),
+    parameter("learned_place_speed_5", "N", 0.0, Any),
+    parameter("learned_place_speed_6", "N", 0.0, Any),
+    parameter("learned_place_speed_7", "N", 0.0, Any),
+    parameter("learned_place_speed_8", "N", 0.0, Any),
+    parameter("learned_place_speed_9", "N", 0.0, Any),
+    parameter("learned_place_speed_10", "N", 0.0, Any),
+    parameter("learned_place_speed_11", "N", 0.0, Any),
+    parameter("learned_place_speed_12", "N", 0.0, Any),
+    parameter("learned_speed_1", "N", 0.0, Any),
+    parameter("learned_speed_2", "N", 0.0, Any),
+    parameter("learned_speed_3", "N", 0.0, Any),
+    parameter("learned_speed_4", "N", 0.0, Any),
+    parameter("learned_speed_5", "N", 0.0, Any),
+    parameter("learned_speed_6", "N", 0.0, Any),
+    parameter("learned_speed_7", "N", 0.0, Any),
+    parameter("learned_speed_8", "N", 0.0, Any),
+    parameter("learned_speed_9", "N", 0.0, Any),
+    parameter("learned_speed_10", "N", 0.0, Any),
+    parameter("learned_speed_11", "N", 0.0, Any),
+    parameter("learned_speed_12", "N", 0.0, Any),
 ];
 
 /// Value reference of the first parameter.
@@ -86,12 +127,13 @@ const fn signal(name: &'static str, unit: &'static str) -> Variable {
 }
 
 /// Inputs and outputs; the value reference is the place.
-pub static SIGNALS: [Variable; 5] = [
+pub static SIGNALS: [Variable; 6] = [
     signal("penetration", "m"),
     signal("velocity", "m/s"),
     signal("other_force", "N"),
     signal("force", "N"),
     signal("added_force", "N"),
+    Variable { name: "beyond_learned", kind: Kind::Boolean, unit: "" },
 ];
 
 /// The variable of a value reference.
@@ -134,18 +176,21 @@ pub struct Forces {
     pub film: SqueezeFilm,
     /// Weight along +x, N.
     pub weight: f64,
+    /// A force of a shape of its own.
+    pub learned: LearnedForce,
 }
 
 impl Forces {
     /// All of them along +x, N, at `time` s, `x` m and `v` m/s.
     pub fn at(&self, time: f64, x: f64, v: f64) -> f64 {
         let f = self.spring.on(x, self.drag.on(v, self.friction.on(v, self.weight)));
-        self.film.on(x, v, self.magnet.on(time, x + self.travel, f))
+        self.learned.on(x, v, self.film.on(x, v, self.magnet.on(time, x + self.travel, f)))
     }
 
     /// Growth of that with x, N/m, and with v, N s/m.
     pub fn slopes(&self, time: f64, x: f64, v: f64) -> (f64, f64) {
-        let (by_place, by_speed) = self.film.slope(x, v);
+        let (film, learned) = (self.film.slope(x, v), self.learned.slope(x, v));
+        let (by_place, by_speed) = (film.0 + learned.0, film.1 + learned.1);
         let by_place = by_place + self.spring.slope(x) + self.magnet.slope(time, x + self.travel);
         (by_place, by_speed + self.friction.slope(v) + self.drag.slope(v))
     }
@@ -155,7 +200,7 @@ impl Forces {
         // what is infinite, or not there, has 0 for its parameter
         let or_zero = |v: f64| if v.is_finite() { v } else { 0.0 };
         let (f, d, s, m, q) = (&self.friction, &self.drag, &self.spring, &self.magnet, &self.film);
-        Settings([
+        let own = [
             f.coulomb,
             f.viscous,
             f.stribeck_excess,
@@ -176,7 +221,13 @@ impl Forces {
             q.gap,
             q.power,
             self.weight,
-        ])
+        ];
+        let l = &self.learned;
+        let learned = [l.range, l.speed];
+        let mut all = Settings::default();
+        let values = own.iter().chain(&learned).chain(&l.of_place).chain(&l.of_speed);
+        all.0.iter_mut().zip(values).for_each(|(a, v)| *a = *v);
+        all
     }
 }
 
@@ -195,8 +246,14 @@ impl Settings {
 
     /// The forces they set.
     pub fn forces(&self) -> Forces {
+        let (own, rest) = self.0.split_at(OWN);
+        let mut first = [0.0; OWN];
+        first.copy_from_slice(own);
+        let mut learned = LearnedForce { range: rest[0], speed: rest[1], ..LearnedForce::default() };
+        learned.of_place.copy_from_slice(&rest[2..2 + COEFFICIENTS]);
+        learned.of_speed.copy_from_slice(&rest[2 + COEFFICIENTS..]);
         let [coulomb, viscous, stribeck_excess, stribeck_speed, drag, power, back, beyond, crisis, preload, rate, growth, magnet, gap, time, travel, film, film_gap, film_power, weight] =
-            self.0;
+            first;
         let or_infinite = |v: f64| if v > 0.0 { v } else { f64::INFINITY };
         Forces {
             friction: GuideFriction { coulomb, stribeck_excess, stribeck_speed, viscous },
@@ -212,6 +269,7 @@ impl Settings {
             travel,
             film: SqueezeFilm { coefficient: film, gap: film_gap, power: film_power, ..SqueezeFilm::default() },
             weight,
+            learned,
         }
     }
 
@@ -248,11 +306,11 @@ mod tests {
             all.set(i, 40.0 + i as f64);
         }
         assert_eq!(all.forces().settings(), all);
-        let names = [(0, "friction"), (8, "drag_crisis_speed"), (15, "travel"), (19, "weight")];
+        let names = [(0, "friction"), (8, "drag_crisis_speed"), (15, "travel"), (19, "weight"), (57, "learned_speed_12")];
         for (i, name) in names.iter().copied() {
             assert_eq!(by_reference(FIRST_PARAMETER + i).unwrap().name, name);
         }
-        assert_eq!((by_reference(120), by_reference(5)), (None, None));
+        assert_eq!((by_reference(158), by_reference(6)), (None, None));
         all.set(3, 0.0);
         assert!(all.validate().unwrap_err().contains("stribeck_speed is 0: give a finite number above 0"));
     }

@@ -159,3 +159,14 @@ fn powers_rise_across_the_seams() {
         }
     }
 }
+
+#[test]
+fn sine_and_cosine_of_half_turns_are_those_of_the_angle() {
+    for n in 0..=1000 {
+        let t = f64::from(n) / 1000.0;
+        let angle = std::f64::consts::PI * t;
+        assert!((sin_of_half_turns(t) - angle.sin()).abs() < 5e-16, "{}", t);
+        assert!((cos_of_half_turns(t) - angle.cos()).abs() < 5e-16, "{}", t);
+    }
+    assert_eq!((sin_of_half_turns(0.0), sin_of_half_turns(1.0), cos_of_half_turns(0.5)), (0.0, 0.0, 0.0));
+}

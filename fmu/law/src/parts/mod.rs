@@ -5,6 +5,7 @@ mod adhesion;
 mod contact_preload;
 mod elastic;
 mod hysteresis_damping;
+mod learned_law;
 mod plastic_indentation;
 mod secondary_stiffening;
 mod viscoelastic_relaxation;
@@ -16,6 +17,7 @@ pub use adhesion::{Adhesion, AdhesionForm};
 pub use contact_preload::ContactPreload;
 pub use elastic::Elastic;
 pub use hysteresis_damping::HysteresisDamping;
+pub use learned_law::LearnedLaw;
 pub use plastic_indentation::{PlasticForm, PlasticIndentation};
 pub use secondary_stiffening::SecondaryStiffening;
 pub use viscoelastic_relaxation::ViscoelasticRelaxation;
@@ -34,6 +36,7 @@ macro_rules! contact_mechanisms {
             viscoelastic_relaxation: ViscoelasticRelaxation,
             secondary_stiffening: SecondaryStiffening,
             contact_preload: ContactPreload,
+            learned_law: LearnedLaw,
         }
     };
 }
@@ -280,7 +283,7 @@ mod tests {
     #[test]
     fn every_choice_names_the_numbers_of_its_range_and_no_other() {
         let choices: Vec<&Parameter> = parameters().filter(|p| p.kind != Kind::Real).collect();
-        assert_eq!(choices.len(), 3);
+        assert_eq!(choices.len(), 4);
         for p in choices {
             let items = p.kind.items();
             for (n, item) in items.iter().enumerate() {

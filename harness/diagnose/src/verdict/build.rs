@@ -336,6 +336,11 @@ fn element(d: &Decision, f: &Findings, packed: Option<&Packed>) -> Element {
         "the FMU holds the simulation as given, calibrated; the shape that was learned is not in it"
     } else if !f.gates.is_empty() {
         "the FMU holds the simulation as given, calibrated; what is named is not in it, for it is not to be relied on"
+    } else if f.holds_learned.in_contact {
+        "the FMU holds the force that was learned, beside the law calibrated with it; deeper or faster than it was learned that force \
+         holds on, and beyond_learned says so"
+    } else if f.holds_learned.on_body {
+        "the FMU holds the contact, calibrated beside the force that was learned, which is in BodyForce.fmu"
     } else if d.unexplained {
         "the FMU holds what is known, calibrated; what stays unexplained is not in it"
     } else if !d.detected {

@@ -130,10 +130,13 @@ impl<'a> Problem<'a> {
         element: &dyn Fn(&Law) -> anyhow::Result<Box<dyn Element>>,
         steps: f64,
     ) -> anyhow::Result<(Trace, [Vec<f64>; 3])> {
-        let p = self.physics(theta);
+        let mut p = self.physics(theta);
         let rec = &self.data.records[r];
         let l = self.local(local);
-        let t = simulate_on(element(&law_of(&p, &rec.setup, &l))?, steps, &p, &rec.setup, &l)?;
+        let mut law = law_of(&p, &rec.setup, &l);
+        // what was learned between the faces is the element's, too
+        p.learned_forces.give_contact_to(&mut law);
+        let t = simulate_on(element(&law)?, steps, &p, &rec.setup, &l)?;
         let mut y = readings(&p, &t, &rec.setup.time);
         self.add_zeros(r, &mut y, local);
         Ok((t, y))

@@ -51,7 +51,10 @@ fn held(o: &Outcome) -> impl Iterator<Item = &Missing> {
 
 /// Campaign and findings in a sentence or two.
 fn description(c: &Campaign, o: &Outcome) -> String {
-    let found: Vec<String> = held(o).map(in_short).collect();
+    let mut found: Vec<String> = held(o).map(in_short).collect();
+    if let Some(f) = o.force.as_ref().filter(|_| o.findings.holds_learned.in_contact) {
+        found.push(format!("a force of a shape of its own, learned: it acts {}", f.words()));
+    }
     let what = if found.is_empty() { "no further mechanism".into() } else { found.join("; ") };
     let many = c.recordings.len();
     let text = format!("Contact calibrated to {many} recordings of the campaign {}, with {what}", c.name);

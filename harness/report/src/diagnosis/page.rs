@@ -2,7 +2,7 @@
 
 use super::card::{capital, card};
 use super::handed;
-use super::words::{bias, cause, ends, on_body, plain, probability, sensors, share, sigmas, through};
+use super::words::{bias, cause, ends, holds_learned, on_body, plain, probability, sensors, share, sigmas, through};
 use super::{pictures, rating};
 use chart::{interval, quantity, Chart, Heat, Page, Style};
 use diagnose::phases::PHASES;
@@ -298,7 +298,10 @@ fn learned_in_motion(mut page: Page, o: &Outcome) -> Page {
         vec![c.class.to_string(), words, probability(c.probability)]
     };
     page.table(&["tried", "in words", "probability"], &classes.map(row).collect::<Vec<_>>())
-        .paragraph("learned/law.csv holds the curves; what was learned ends where the recordings end, and is held constant beyond.")
+        .paragraph(&format!(
+            "learned/law.csv holds the curves; what was learned ends where the recordings end, and is held constant beyond. {}",
+            holds_learned(o)
+        ))
 }
 
 /// The first recording of each level.

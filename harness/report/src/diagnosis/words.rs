@@ -200,6 +200,18 @@ pub fn on_body(b: &OnBody) -> String {
     format!("it holds {} as found; put it between the force of the contact and the body", plain(&b.names.join(" and ")))
 }
 
+/// Which FMUs hold the force that was learned in motion.
+pub fn holds_learned(o: &Outcome) -> String {
+    let h = o.findings.holds_learned;
+    let fmus = [("HysteresisContact.fmu", h.in_contact), ("BodyForce.fmu", h.on_body)];
+    let fmus: Vec<&str> = fmus.iter().filter(|f| f.1).map(|f| f.0).collect();
+    match &fmus[..] {
+        [] => "No FMU holds it.".into(),
+        [one] => format!("{one} holds it."),
+        all => format!("{} hold it.", all.join(" and ")),
+    }
+}
+
 /// Where the FMU runs, and how it comes to run elsewhere.
 fn platforms(all: &[&str]) -> String {
     match all {

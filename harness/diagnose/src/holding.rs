@@ -1,0 +1,66 @@
+//! What the FMUs handed back hold: the law and the forces of one of the fits of a diagnosis.
+
+use crate::body::is_force_on_body;
+use crate::decide::Decision;
+use crate::gates::little_measured;
+use estimate::fitted::Fitted;
+use estimate::structure::Term;
+use law::body::LearnedForce;
+use law::Parameters;
+use mechanisms::learned_force::Dependence;
+use mechanisms::mechanism::{Mechanism, Origin};
+
+/// What a force that was learned in motion is in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Holds {
+    /// HysteresisContact.fmu.
+    pub in_contact: bool,
+    /// BodyForce.fmu.
+    pub on_body: bool,
+}
+
+impl Holds {
+    /// Whether any FMU holds it.
+    pub fn any(self) -> bool {
+        self.in_contact || self.on_body
+    }
+}
+
+/// What FMUs can hold of the force that `d` has learned; None where they would do something else than the simulation with it:
+/// what stands in beside it, or follows the order of the recordings, is in no FMU, or too little was measured.
+pub fn learned(d: &Decision) -> Option<Holds> {
+    let force = d.force()?;
+    if little_measured(d).is_some() {
+        return None;
+    }
+    let stands_in = |t: &Term| !t.mechanism.named && mechanisms::learned_force::MECHANISM.name != t.name();
+    let mut others = force.fitted.structure.terms().iter().filter(|t| stands_in(t)).map(|t| t.mechanism);
+    let is_held = |m: &Mechanism| m.origin == Origin::Chain || is_force_on_body(m) || pack::holds(m.name);
+    if force.depends.contains(&Dependence::Order) || !others.all(is_held) {
+        return None;
+    }
+    let is = |origin: Origin| force.depends.iter().any(|of| of.origin() == origin);
+    Some(Holds { in_contact: is(Origin::Contact), on_body: is(Origin::Motion) }).filter(|h| h.any())
+}
+
+/// The fit whose law and forces the FMUs hold: with the force that was learned where they can, as `holds` says; with the names where
+/// those are relied on; or else the simulation as given.
+pub fn held(d: &Decision, holds: Holds, relied_on: bool) -> &Fitted {
+    if holds.any() {
+        d.simulated()
+    } else if relied_on && d.chosen.is_named() {
+        &d.chosen
+    } else {
+        &d.base
+    }
+}
+
+/// The contact law of a fit with what was learned between the faces, and what was learned on the body.
+pub fn law(f: &Fitted) -> (Parameters, LearnedForce) {
+    let mut p = f.physics();
+    let (mut law, mut on_body) = (p.law, LearnedForce::default());
+    for force in &mut p.learned_forces.0 {
+        force.put(&mut law, &mut on_body);
+    }
+    (law, on_body)
+}
