@@ -352,24 +352,47 @@ pub fn asinh(x: f64) -> f64 {
     }
 }
 
-/// sin(pi t) for t from -0.5 to 0.5, by Taylor's series: what is left out is below 1e-17.
+/// Coefficients of Taylor's series of the sine behind the first: -1/3!, 1/5!, -1/7! and on; what is left out is below 1e-17 within a
+/// quarter of a turn.
+const SINE: [f64; 11] = [
+    -1.0 / 6.0,
+    1.0 / 120.0,
+    -1.0 / 5_040.0,
+    1.0 / 362_880.0,
+    -1.0 / 39_916_800.0,
+    1.0 / 6_227_020_800.0,
+    -1.0 / 1_307_674_368_000.0,
+    1.0 / 355_687_428_096_000.0,
+    -1.0 / 121_645_100_408_832_000.0,
+    1.0 / 51_090_942_171_709_440_000.0,
+    -1.0 / 25_852_016_738_884_976_640_000.0,
+];
+
+/// sin(pi t) for t from -0.5 to 0.5.
+#[inline]
 fn sin_within_a_quarter(t: f64) -> f64 {
     let x = std::f64::consts::PI * t;
     let square = x * x;
-    let mut sum = 0.0;
-    for n in (1..=11).rev() {
-        let n = f64::from(n);
-        sum = (1.0 + sum) * -square / (2.0 * n * (2.0 * n + 1.0));
+    let twice = square * square;
+    // the even and the odd places side by side
+    let (mut even, mut odd) = (SINE[10], SINE[9]);
+    for k in (0..5).rev() {
+        even = even * twice + SINE[2 * k];
+        if k > 0 {
+            odd = odd * twice + SINE[2 * k - 1];
+        }
     }
-    x + x * sum
+    x + x * square * (even + odd * square)
 }
 
 /// sin(pi t) for t from 0 to 1.
+#[inline]
 pub fn sin_of_half_turns(t: f64) -> f64 {
     sin_within_a_quarter(if t > 0.5 { 1.0 - t } else { t })
 }
 
 /// cos(pi t) for t from 0 to 1.
+#[inline]
 pub fn cos_of_half_turns(t: f64) -> f64 {
     sin_within_a_quarter(0.5 - t)
 }

@@ -401,6 +401,7 @@ const STARTS: usize = 3;
 mod tests {
     use super::*;
     use estimate::prepare::Prepared;
+    use law::learned::Learned;
     use mechanisms::learned_force::{LearnedForce, LearnedForces};
     use plant::recipe::{write_campaign, Recipe};
 

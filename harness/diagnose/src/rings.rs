@@ -74,6 +74,9 @@ const TAILS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 /// Angular frequency up to which modes are looked for, 1 over a duration of the pulse: seven periods within it. Faster ones are
 /// hardly excited by a pulse.
 const HIGHEST: f64 = 45.0;
+/// Standard deviations of its noise by which a force read in flight shows that the body still touches; one of 10^6 samples is so far
+/// off by chance.
+const PUSHES: f64 = 5.0;
 /// Samples of a duration that are enough for that; of more, means are taken.
 const ENOUGH: f64 = 30.0;
 
@@ -93,12 +96,12 @@ pub fn rings(f: &Fitted) -> Option<Rings> {
 }
 
 /// The flight after the first impact of recording `r`, until the simulation touches again, its time in s; with the duration of the
-/// impact, s.
+/// impact, s. Where the force is read, nothing counts as flight before it is over: a simulation may leave sooner than the body.
 fn flight(f: &Fitted, r: usize) -> Option<(Flight, f64)> {
     let channel = Channel::Acceleration;
     let rec = &f.data.records[r];
     let pulse = Pulse::new(rec, channel)?;
-    let (trace, _) = f.predict(r);
+    let (trace, simulated) = f.predict(r);
     let (time, y) = (&rec.setup.time, rec.y[channel.index()].as_deref()?);
     let weight = &rec.weight[channel.index()];
     // half of the impact once more is another one, wherever the simulation has it
@@ -106,7 +109,13 @@ fn flight(f: &Fitted, r: usize) -> Option<(Flight, f64)> {
     let flies = |i: usize| trace.position[i] < 0.0 && !again(i);
     let first = (pulse.end..time.len()).find(|i| flies(*i))?;
     let end = (first..time.len()).find(|i| !flies(*i) || time[*i] > pulse.middle + LONGEST * pulse.duration);
-    let kept = (first..end.unwrap_or(time.len())).filter(|i| weight[*i] > 0.0 && y[*i].is_finite());
+    let end = end.unwrap_or(time.len());
+    let (at, noise) = (Channel::Force.index(), f.data.noise[Channel::Force.index()].marginal());
+    let first = rec.y[at].as_deref().map_or(first, |force| {
+        let pushes = |i: &usize| rec.weight[at][*i] > 0.0 && (force[*i] - simulated[at][*i]).abs() > PUSHES * noise;
+        (first..end).rev().find(pushes).map_or(first, |last| last + 1)
+    });
+    let kept = (first..end).filter(|i| weight[*i] > 0.0 && y[*i].is_finite());
     let of = |i: usize| (time[i] - pulse.middle, y[i] * pulse.duration / pulse.impulse);
     let all: Vec<(f64, f64)> = kept.map(of).collect();
     let block = (pulse.duration / (ENOUGH * f.data.scales.dt)).max(1.0) as usize;
@@ -322,5 +331,23 @@ mod tests {
         let frequency = w * (mass / (mass - ride)).sqrt() / (2.0 * PI);
         assert!((found.modes[0].frequency / frequency - 1.0).abs() < 0.03, "{found:?} {frequency}");
         assert!(of(0.0, w).0.is_none_or(|r| r.probability(&numbers) < 0.5));
+    }
+
+    #[test]
+    fn a_contact_that_lasts_longer_than_the_simulation_has_it_does_not_ring() {
+        use law::learned::Learned;
+        use mechanisms::learned_force::{Dependence, LearnedForce};
+        let dir = tempfile::tempdir().unwrap();
+        let mut recipe = plant::recipe::Recipe::default();
+        let force = &mut recipe.physics.learned_forces.0[0];
+        *force = LearnedForce { of: Dependence::Depth, learned: Learned { range: 4e-4, ..Learned::default() } };
+        (force.learned.coefficients[2], force.learned.coefficients[5]) = (60.0, -45.0);
+        plant::recipe::write_campaign(dir.path(), &recipe).unwrap();
+        let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        let prepared = estimate::prepare::Prepared::new(&campaign).unwrap();
+        let base = Fitted::base(&prepared.data, &prepared.structure, &prepared.guess);
+        let found = rings(&base);
+        let numbers = crate::table::Table::calibrated().learned;
+        assert!(found.as_ref().is_none_or(|r| r.probability(&numbers) < 0.5), "{found:?}");
     }
 }
