@@ -35,7 +35,8 @@ pub fn is_force_on_body(m: &Mechanism) -> bool {
 fn forces(f: &Fitted, names: &[&str]) -> Forces {
     let p = f.physics();
     let learned = holding::law(f).1;
-    let mut all = Forces { learned, travel: f.data.records.first().map_or(0.0, |r| r.setup.travel), ..Forces::default() };
+    let mut all =
+        Forces { learned, travel: f.data.records.first().map_or(0.0, |r| r.setup.travel), ..Forces::default() };
     for name in names {
         match *name {
             "guide_friction" => all.friction = p.guide_friction,

@@ -516,14 +516,18 @@ mod tests {
 
     #[test]
     fn a_force_between_the_faces_begins_at_the_touch_and_one_on_the_body_acts_in_flight() {
-        let mut force =
-            LearnedForce { of: Dependence::DepthAndSpeed, learned: Learned { range: 2.0, speed: 4.0, ..Learned::default() } };
+        let mut force = LearnedForce {
+            of: Dependence::DepthAndSpeed,
+            learned: Learned { range: 2.0, speed: 4.0, ..Learned::default() },
+        };
         assert!(!force.acts_on_face());
         (force.learned.coefficients[0], force.learned.coefficients[TERMS]) = (3.0, 5.0);
         assert!(force.acts_on_face() && !force.needs_integration());
         assert_eq!((force.on_face(-0.1, 1.0, 7.0), force.on_face(0.0, 1.0, 7.0)), (7.0, 7.0));
         assert!(
-            (force.on_face(1.0, 2.0, 7.0) - (7.0 + (1.0 - (-0.5f64 / law::learned::RISE).exp()) * (3.0 + 5.0 * 0.5))).abs() < 1e-12
+            (force.on_face(1.0, 2.0, 7.0) - (7.0 + (1.0 - (-0.5f64 / law::learned::RISE).exp()) * (3.0 + 5.0 * 0.5)))
+                .abs()
+                < 1e-12
         );
         let at = |x: f64, v: f64| Motion { time: 0.0, x, v, travel: 0.0 };
         assert_eq!(force.on_body(&at(-1.0, 2.0), 7.0), 7.0);
@@ -534,9 +538,12 @@ mod tests {
 
     #[test]
     fn the_powers_of_the_coefficients_make_up_what_depends_on_the_speed_takes_out() {
-        let mut force =
-            LearnedForce { of: Dependence::DepthAndSpeed, learned: Learned { range: 2.0, speed: 4.0, ..Learned::default() } };
-        (force.learned.coefficients[0], force.learned.coefficients[TERMS], force.learned.coefficients[TERMS + 3]) = (3.0, 5.0, -2.0);
+        let mut force = LearnedForce {
+            of: Dependence::DepthAndSpeed,
+            learned: Learned { range: 2.0, speed: 4.0, ..Learned::default() },
+        };
+        (force.learned.coefficients[0], force.learned.coefficients[TERMS], force.learned.coefficients[TERMS + 3]) =
+            (3.0, 5.0, -2.0);
         for (x, v) in [(0.5, 2.0), (1.5, -1.0)] {
             let powers = force.powers(x, v);
             let want = force.with_speed(x, v) * v;
@@ -559,7 +566,9 @@ mod tests {
         use Dependence::*;
         let mut learned = Learned { range: 2e-3, speed: 0.7, ..Learned::default() };
         (learned.coefficients[0], learned.coefficients[3], learned.coefficients[TERMS + 1]) = (5.0, -2.0, 1.5);
-        for of in [Depth, DepthAndSpeed, DepthAndDirection, DepthAndSpeedSquared, Place, PlaceAndSpeed, Speed, Force, Order] {
+        for of in
+            [Depth, DepthAndSpeed, DepthAndDirection, DepthAndSpeedSquared, Place, PlaceAndSpeed, Speed, Force, Order]
+        {
             let force = LearnedForce { of, learned };
             let (mut law, mut on_body) = (law::Parameters::default(), body::LearnedForce::default());
             let held = force.put(&mut law, &mut on_body);

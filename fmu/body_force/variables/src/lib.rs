@@ -306,7 +306,8 @@ mod tests {
             all.set(i, 40.0 + i as f64);
         }
         assert_eq!(all.forces().settings(), all);
-        let names = [(0, "friction"), (8, "drag_crisis_speed"), (15, "travel"), (19, "weight"), (57, "learned_speed_12")];
+        let names =
+            [(0, "friction"), (8, "drag_crisis_speed"), (15, "travel"), (19, "weight"), (57, "learned_speed_12")];
         for (i, name) in names.iter().copied() {
             assert_eq!(by_reference(FIRST_PARAMETER + i).unwrap().name, name);
         }

@@ -110,7 +110,7 @@ impl Processor {
         if let (Way::Any, Some(own)) = (way, &self.own) {
             if let Some(here) = self.held.take() {
                 // away from the host first: the system leaves it where it is for long
-                let mut others = own.clone();
+                let mut others = *own;
                 others.unset(here);
                 let _ = sched_setaffinity(self.pid, &others);
             }
