@@ -1,5 +1,4 @@
 //! The `touchdown` command: its subcommands, benchmarks, studies, progress.
-pub mod agreement;
 pub mod aligned;
 pub mod bench;
 pub mod campaign;

@@ -224,6 +224,25 @@ fn a_kind_nobody_knows() {
 }
 
 #[test]
+fn a_force_in_pounds_that_is_called_newton() {
+    let in_pounds = |l: Vec<String>| {
+        let row = |(i, s): (usize, String)| {
+            if i == 0 {
+                return s;
+            }
+            let mut cells: Vec<String> = s.split(',').map(String::from).collect();
+            cells[1] = format!("{:e}", cells[1].parse::<f64>().unwrap() / 4.448_221_6);
+            cells.join(",")
+        };
+        l.into_iter().enumerate().map(row).collect()
+    };
+    refused(
+        |d| (1..=10).for_each(|i| edit(d, &format!("r{i:02}.csv"), in_pounds)),
+        &["force over mass times acceleration is 0.22", "force looks like lbf; correct the unit"],
+    );
+}
+
+#[test]
 fn force_in_kilonewton_that_is_in_newton() {
     refused(
         |d| edit(d, "r03.csv", |l| l.into_iter().map(|s| s.replace("force [N]", "force [kN]")).collect()),

@@ -1,5 +1,6 @@
 //! What is worked out beyond the decision: map, intervals, ties, bias, latent force, caveats.
 
+use crate::agreement::agreement;
 use crate::alarm::{alarm, Alarm};
 use crate::bias::{biases, Bias};
 use crate::body::OnBody;
@@ -212,6 +213,8 @@ fn caveats(c: &Campaign, d: &Decision) -> Vec<String> {
     if !d.chosen.fit.converged {
         v.push("The fit with the mechanisms named was still improving when it was stopped.".into());
     }
+    let contradictions = agreement(c).contradictions;
+    v.extend(contradictions.into_iter().map(|t| format!("What was read contradicts itself: {t}.")));
     v.extend(c.warnings.iter().cloned());
     v
 }

@@ -1,5 +1,6 @@
 //! Diagnosis: where the simulation misses the recordings, which physics is missing, and how much better it fits.
 
+pub mod agreement;
 pub mod alarm;
 pub mod bias;
 pub mod body;

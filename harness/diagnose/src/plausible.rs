@@ -1,5 +1,6 @@
 //! Whether channels and speeds agree at all: a wrong unit is no physics, nor are two campaigns in one folder.
 
+use crate::agreement::agreement;
 use estimate::condition::Invalid;
 use estimate::problem::{Data, Record};
 use estimate::statistics::median;
@@ -18,7 +19,8 @@ fn refused(file: &str, what: String, cure: &str) -> Invalid {
 /// the speed of the impact, that against the height of the fall, and that the recordings are of one campaign.
 ///
 /// # Errors
-/// Everything that disagrees, a line each: the recording, what disagrees and by what factor, and the cure.
+/// Everything that disagrees, a line each: the recording, what disagrees and by what factor, and the cure; or over all recordings, a
+/// unit that was taken for another.
 pub fn check(c: &Campaign, data: &Data) -> Result<(), Invalid> {
     let mut found: Vec<Invalid> = against_given(c, data).err().into_iter().collect();
     if c.kind != Kind::Indentation {
@@ -29,6 +31,10 @@ pub fn check(c: &Campaign, data: &Data) -> Result<(), Invalid> {
             // one wrong unit shows in all of them
             found.extend(of.into_iter().find_map(Result::err));
         }
+    }
+    // what is a smaller factor off than the checks above see, and yet a unit
+    if found.is_empty() {
+        found.extend(agreement(c).units.into_iter().map(Invalid));
     }
     if found.is_empty() {
         return one_campaign(c, data);

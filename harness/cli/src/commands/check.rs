@@ -2,11 +2,11 @@
 
 use super::fmus::Fmus;
 use super::form::Form;
-use crate::agreement::{agreement, Compared};
 use crate::aligned::aligned;
 use crate::campaign::of_campaign;
 use crate::print::{self, Shown};
 use anyhow::Result;
+use diagnose::agreement::{agreement, Compared};
 use diagnose::figure::figure;
 use estimate::condition::{condition_on, Guess, Invalid};
 use estimate::impact::touch;
@@ -246,11 +246,11 @@ fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
         simulated: Vec::new(),
         errors: agreed.contradictions.iter().map(of_dir).collect(),
     };
-    let lines = |e: Invalid| of_campaign(dir, &e).lines().map(str::to_string).collect();
+    let lines = |e: Invalid| -> Vec<String> { of_campaign(dir, &e).lines().map(str::to_string).collect() };
     let (data, guess) = match condition_on(&c, machine.as_ref()) {
         Ok(conditioned) => (conditioned.data, conditioned.guess),
         Err(e) => {
-            u.errors.extend::<Vec<String>>(lines(e));
+            u.errors.extend(lines(e));
             return Ok(u);
         }
     };
@@ -261,7 +261,9 @@ fn understood(dir: &Path, isolation: &Isolation) -> Result<Understood> {
     };
     u.noise = Channel::ALL.into_iter().filter(|k| data.has(*k)).map(noise).collect();
     if let Err(e) = diagnose::plausible::check(&c, &data) {
-        u.errors.extend::<Vec<String>>(lines(e));
+        // a unit that was taken for another is told already
+        let further = lines(e).into_iter().filter(|l| !u.errors.contains(l)).collect::<Vec<_>>();
+        u.errors.extend(further);
     }
     if let Some(m) = machine {
         u.notes.extend(m.facts().notes.iter().cloned());

@@ -1,26 +1,20 @@
 //! Channels, speeds, heights and files of a campaign, compared with each other before anything is fitted.
 
+mod contact;
+mod files;
 mod ratio;
+mod slips;
 
-use diagnose::figure::figure;
+use crate::figure::figure;
+use contact::{contact, ends, impulse, push, Contact};
 use estimate::impact::touch;
 use estimate::statistics::median;
+use files::{files, is_flat};
 use ratio::{weighed, Answer, Ratio, Slip, GAIN, MASS, WAY};
 use record::{Campaign, Kind, Recording, GRAVITY};
 use serde::Serialize;
+use slips::{FORCE_OVER_MA, PUSH_OVER_SPEED, SPEED_OVER_FALL, WAY_OVER_SPEED, WAY_OVER_TRAVEL};
 
-/// Share of its peak above which a push pushes, as the search for impacts has it.
-const SHARE: f64 = 0.04;
-/// Share of the peak of a contact at which it is not over: no body resting on a stop presses so hard.
-const PRESSING: f64 = 0.3;
-/// Share of the first peak from which a later one is a second impact, not noise.
-const AGAIN: f64 = 0.3;
-/// Distance of the last zero and of the surface from where they should be, in depths of the contact.
-const DEPTH: f64 = 1.0;
-/// Share of its travel to which a bar of a contactor bounces back only where next to nothing is lost.
-const BACK: f64 = 0.9;
-/// Times the flight of a free body that guides may make of it.
-const HELD_UP: f64 = 1.5;
 /// Standard deviation of the logarithm of a sum over a contact: where it ends, and how its zero drifts meanwhile.
 const SUMS: f64 = 0.02;
 /// Standard deviations that leave one in a thousand outside.
@@ -51,127 +45,9 @@ pub struct Agreement {
     pub doubts: Vec<String>,
     /// Differences that nothing but a mistake explains.
     pub contradictions: Vec<String>,
+    /// Those of the contradictions that a unit taken for another explains.
+    pub units: Vec<String>,
 }
-
-/// A recording's first contact, by sample.
-struct Contact {
-    first: usize,
-    last: usize,
-    /// The push on the body, N, zero before it.
-    push: Vec<f64>,
-    peak: f64,
-}
-
-/// Median of what a channel reads shortly before a sample.
-fn before(y: &[f64], first: usize, length: usize) -> f64 {
-    let (from, to) = (first.saturating_sub(length.max(8)), first.saturating_sub(length / 10 + 1));
-    let quiet = if to > from + 4 { &y[from..to] } else { &y[..(y.len() / 20).max(4).min(y.len())] };
-    median(quiet.to_vec())
-}
-
-fn sample_at(r: &Recording, t: f64) -> usize {
-    r.time.partition_point(|u| *u < t).min(r.time.len() - 1)
-}
-
-/// The push on the body by one channel, N: force, or mass times acceleration, less what it reads before the contact.
-fn push(r: &Recording, channel: usize, mass: f64, first: usize, length: usize) -> Option<Vec<f64>> {
-    let y = r.channels[channel].as_ref()?;
-    let zero = before(y, first, length);
-    let by = if channel == 0 { 1.0 } else { -mass };
-    Some(y.iter().map(|v| by * (v - zero)).collect())
-}
-
-/// The first contact of a recording; None where nothing pushes in it.
-fn contact(kind: Kind, r: &Recording, mass: f64) -> Option<Contact> {
-    let (at, length) = touch(kind, r, mass)?;
-    let mut first = sample_at(r, at);
-    let mut last = sample_at(r, at + length);
-    let push = push(r, 0, mass, first, last - first).or_else(|| push(r, 1, mass, first, last - first))?;
-    let most = push[first..].iter().copied().fold(0.0, f64::max);
-    let pushes = |i: &usize| push[*i] > SHARE * most;
-    loop {
-        // ringing parts a contact
-        while let Some(more) = {
-            let reach = (last + (last - first) / 2 + 4).min(push.len() - 1);
-            (last + 1..=reach).rev().find(pushes)
-        } {
-            last = more;
-        }
-        if push[first..=last].iter().any(|p| *p > AGAIN * most) {
-            break;
-        }
-        // what is so weak is noise that touched, or a slam before the contact
-        let next = (last + 1..push.len().saturating_sub(2)).find(|i| (*i..*i + 3).all(|k| pushes(&k)));
-        first = next?;
-        last = first + 2;
-    }
-    // a later impact may be harder
-    let peak = push[first..=last].iter().copied().fold(0.0, f64::max);
-    Some(Contact { first, last, push, peak })
-}
-
-/// Sum of a push over a contact and half its length on both sides, N s.
-fn impulse(time: &[f64], push: &[f64], k: &Contact) -> f64 {
-    let half = (k.last - k.first) / 2 + 2;
-    let (from, to) = (k.first.saturating_sub(half), (k.last + half).min(push.len() - 1));
-    (from..to).map(|i| 0.5 * (push[i] + push[i + 1]) * (time[i + 1] - time[i])).sum()
-}
-
-/// Whether the push ends in the recording.
-fn ends(k: &Contact) -> bool {
-    let end = &k.push[k.push.len().saturating_sub(4)..];
-    median(end.to_vec()) < PRESSING * k.peak
-}
-
-const FORCE_OVER_MA: [Slip; 10] = [
-    Slip { factor: 1.0 / 4.448_221_6, words: "a factor of 4.448: force looks like lbf" },
-    Slip { factor: 4.448_221_6, words: "a factor of 4.448: force looks like N that is called lbf" },
-    Slip {
-        factor: 1.0 / 9.80665,
-        words: "a factor of 9.807: force looks like kgf, or acceleration like m/s^2 called g",
-    },
-    Slip { factor: 9.80665, words: "a factor of 9.807: acceleration looks like g, or force like N called kgf" },
-    Slip { factor: 1e-3, words: "a factor of 1000: force looks like kN, or moving_mass like g" },
-    Slip {
-        factor: 1e3,
-        words: "a factor of 1000: acceleration looks like km/s^2, force like mN or moving_mass like t",
-    },
-    Slip { factor: 0.1, words: "a factor of 10: force looks like daN" },
-    Slip { factor: 10.0, words: "a factor of 10: force looks like N called daN" },
-    Slip { factor: 1.0 / 2.204_622_6, words: "a factor of 2.205: moving_mass looks like lb" },
-    Slip { factor: 2.204_622_6, words: "a factor of 2.205: moving_mass looks like kg that was taken for lb" },
-];
-
-const PUSH_OVER_SPEED: [Slip; 7] = [
-    Slip { factor: 1.0 / 31.6228, words: "a factor of 31.6, the root of 1000: drop_height looks like mm" },
-    Slip {
-        factor: 1e-3,
-        words: "a factor of 1000: the speed looks like mm/s, moving_mass like g or the force like kN",
-    },
-    Slip { factor: 1e3, words: "a factor of 1000: time looks like ms" },
-    Slip { factor: 1e6, words: "a factor of a million: time looks like us" },
-    Slip { factor: 1.0 / 4.448_221_6, words: "a factor of 4.448: force looks like lbf" },
-    Slip { factor: 1.0 / 9.80665, words: "a factor of 9.807: the force looks like kgf, or the acceleration like g" },
-    Slip { factor: 9.80665, words: "a factor of 9.807: the acceleration looks like m/s^2 called g" },
-];
-
-const WAY_OVER_SPEED: [Slip; 7] = [
-    Slip { factor: 1e3, words: "a factor of 1000: penetration looks like mm, or the speed like km/h or mm/s" },
-    Slip { factor: 1e-3, words: "a factor of 1000: the speed looks like mm/s, or time like ms" },
-    Slip { factor: 25.4, words: "a factor of 25.4: penetration looks like mm called in" },
-    Slip { factor: 1.0 / 25.4, words: "a factor of 25.4: penetration looks like in called mm" },
-    Slip { factor: 1.0 / 31.6228, words: "a factor of 31.6, the root of 1000: drop_height looks like mm" },
-    Slip { factor: 10.0, words: "a factor of 10: penetration looks like cm called mm" },
-    Slip { factor: 0.1, words: "a factor of 10: penetration looks like mm called cm" },
-];
-
-const SPEED_OVER_FALL: [Slip; 5] = [
-    Slip { factor: 1.0 / 31.6228, words: "a factor of 31.6, the root of 1000: drop_height looks like mm" },
-    Slip { factor: 0.1, words: "a factor of 10, the root of 100: drop_height looks like cm" },
-    Slip { factor: 1e3, words: "a factor of 1000: impact_speed looks like mm/s" },
-    Slip { factor: 3.6, words: "a factor of 3.6: impact_speed looks like km/h" },
-    Slip { factor: 1.0 / 5.0395, words: "a factor of 5.04, the root of 25.4: drop_height looks like inches" },
-];
 
 /// Where a ratio is expected: within `right`, to a standard deviation `tolerance` of its logarithm by calibrations; `below`:
 /// by which standard deviation a rig lowers it, where that is more than it raises it.
@@ -207,7 +83,11 @@ impl Agreement {
         match weighed(&r, right, tolerance, below, slips) {
             Answer::Sensors => {}
             Answer::Rig => self.doubts.push(format!("{said}: {cure}")),
-            Answer::Unit(s) => self.contradictions.push(format!("{said}: {}; correct the unit", s.words)),
+            Answer::Unit(s) => {
+                let text = format!("{said}: {}; correct the unit", s.words);
+                self.units.push(text.clone());
+                self.contradictions.push(text);
+            }
             Answer::Nothing => self.contradictions.push(format!("{said}: {cure}")),
         }
         self.compared.push(Compared { what, value: r.value(), interval: r.interval(), expected, recordings: r.count });
@@ -354,17 +234,11 @@ fn begins(all: &[(&Recording, &Contact)], travel: f64, a: &mut Agreement) {
     let ratios: Vec<f64> = all.iter().filter_map(begin).collect();
     let tolerance = WAY.hypot(RULED).hypot(RULER / travel / IN_A_THOUSAND);
     let cure = "the zero of the displacement is not at the stop, or travel is another one: set one of them right";
-    let slips = [
-        Slip { factor: 1e3, words: "a factor of 1000: penetration looks like mm" },
-        Slip { factor: 1e-3, words: "a factor of 1000: travel looks like mm" },
-        Slip { factor: 25.4, words: "a factor of 25.4: penetration looks like mm called in" },
-        Slip { factor: 1.0 / 25.4, words: "a factor of 25.4: penetration looks like in called mm" },
-    ];
     a.ratio(
         "the way from the first sample to the stop over travel",
         &ratios,
         Expected { right: [1.0, 1.0], tolerance, below: 0.0 },
-        &slips,
+        &WAY_OVER_TRAVEL,
         cure,
     );
     let wrong = all.iter().filter_map(begin).filter(|b| *b <= 0.0).count();
@@ -382,113 +256,6 @@ fn named(all: &[&str]) -> String {
         0..=3 => all.join(", "),
         n => format!("{}, {} and {} more", all[0], all[1], n - 2),
     }
-}
-
-/// Doubts that single files raise: cut contacts, flat tops, a zero far off, several operations; and campaigns of one level.
-fn files(c: &Campaign, contacts: &[Option<Contact>], a: &mut Agreement) {
-    let mut lists: [Vec<&str>; 4] = Default::default();
-    for (r, k) in c.recordings.iter().zip(contacts) {
-        let Some(k) = k else { continue };
-        let start = median(k.push[..4.min(k.push.len())].to_vec());
-        if !ends(k) || (k.first == 0 && start > PRESSING * k.peak) {
-            lists[0].push(&r.file);
-        }
-        if is_flat(r, k) {
-            lists[1].push(&r.file);
-        }
-        if zero_is_off(r, k) {
-            lists[2].push(&r.file);
-        }
-        if several(r, k, c.travel.filter(|_| c.kind == Kind::ContactorOpening)) {
-            lists[3].push(&r.file);
-        }
-    }
-    let texts = [
-        "the recording begins or ends inside of the contact: what is lost in it cannot be told; record longer",
-        "the peak has a flat top, as of a channel at the end of its range: choose a larger range; a diagnosis takes it for \
-         clipping",
-        "penetration at the touch is farther from zero than the contact is deep: set its zero to the surface of the stop",
-        "a later impact is no bounce of the first one: it comes later than a body can bounce, or is harder; give each \
-         operation a file",
-    ];
-    // a zero stays where it was set: of a few shallow contacts alone it is the noise
-    let ways = c.recordings.iter().zip(contacts).filter(|(r, k)| k.is_some() && r.channels[2].is_some()).count();
-    if 2 * lists[2].len() < ways {
-        lists[2].clear();
-    }
-    for (list, text) in lists.iter().zip(texts).filter(|l| !l.0.is_empty()) {
-        a.doubts.push(format!("{}: {text}", named(list)));
-    }
-}
-
-/// Whether the peak of a channel reads the very same for longer than a smooth peak does at its resolution.
-fn is_flat(r: &Recording, k: &Contact) -> bool {
-    let flat = |all: &[f64]| {
-        let y = &all[k.first..=k.last];
-        let zero = y[0].min(y[y.len() - 1]);
-        let top = y.iter().copied().fold(f64::MIN, f64::max);
-        let run = longest_run(y, |v| v == top);
-        // the curvature about the peak, by the width of the pulse at nine tenths of it, and the step of the resolution
-        let wide = longest_run(y, |v| v - zero > 0.9 * (top - zero)).max(1) as f64;
-        let mut steps: Vec<f64> = all.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
-        steps.sort_by(f64::total_cmp);
-        let step = steps.get(steps.len() / 50).copied().unwrap_or(0.0);
-        let smooth = wide * (step / (0.1 * (top - zero)).max(f64::MIN_POSITIVE)).sqrt();
-        run >= 4 && run as f64 > IN_A_THOUSAND * (1.0 + smooth)
-    };
-    let of =
-        |channel: usize, by: f64| r.channels[channel].as_ref().map(|y| y.iter().map(|v| by * v).collect::<Vec<_>>());
-    [of(0, 1.0), of(1, -1.0)].iter().flatten().any(|y| flat(y))
-}
-
-/// Length of the longest run of samples for which `holds`.
-fn longest_run(y: &[f64], holds: impl Fn(f64) -> bool) -> usize {
-    let (mut run, mut longest) = (0, 0);
-    for v in y {
-        run = if holds(*v) { run + 1 } else { 0 };
-        longest = longest.max(run);
-    }
-    longest
-}
-
-/// Whether penetration misses zero at the touch by more than the contact's depth.
-fn zero_is_off(r: &Recording, k: &Contact) -> bool {
-    let Some(x) = &r.channels[2] else { return false };
-    let deepest = x[k.first..=k.last].iter().copied().fold(f64::MIN, f64::max);
-    let depth = deepest - x[k.first];
-    depth > 0.0 && x[k.first].abs() > DEPTH * depth
-}
-
-/// Whether an impact follows the first that is none of its bounces: a body that leaves at most as fast as it came is back
-/// within twice its speed over gravity, and no harder; and a bar of a contactor does not bounce as far as its travel.
-fn several(r: &Recording, k: &Contact, travel: Option<f64>) -> bool {
-    if let (Some(travel), Some(x)) = (travel, &r.channels[2]) {
-        let back = x[k.last..].iter().position(|x| *x < -BACK * travel);
-        if back.is_some_and(|b| x[k.last + b..].iter().any(|x| *x > -(1.0 - BACK) * travel)) {
-            return true;
-        }
-    }
-    let gap = ((k.last - k.first) / 2 + 4).min(k.push.len());
-    let later = &k.push[(k.last + gap).min(k.push.len())..];
-    let from = k.last + gap;
-    let noise = 1.4826 * median(k.push[..k.first.max(8).min(k.push.len())].iter().map(|v| v.abs()).collect());
-    let level = (AGAIN * k.peak).max(IN_A_THOUSAND * noise);
-    let hard = |w: &[f64]| w.iter().copied().fold(f64::INFINITY, f64::min);
-    // a flight parts two impacts; a slam and what follows it in one contact are none
-    let flight = |n: usize| longest_run(&later[..n], |v| v.abs() < SHARE * k.peak + IN_A_THOUSAND * noise);
-    let length = k.last - k.first;
-    let mut pulses = later.windows(3).enumerate().filter(|(_, w)| hard(w) > level);
-    let Some((next, _)) = pulses.find(|(n, _)| flight(*n) + gap > 2 * length) else { return false };
-    let peak = later[next..].windows(3).map(hard).fold(0.0, f64::max);
-    let harder = peak > k.peak * (1.0 + IN_A_THOUSAND * GAIN) + IN_A_THOUSAND * noise;
-    let late = |n: usize| {
-        let (v, std) = r.impact_speed?;
-        let back = 2.0 * (v + IN_A_THOUSAND * std) / GRAVITY;
-        // the next contact rises as long as the first at most, and guides hold a body up
-        let rising = r.time[k.last] - r.time[k.first];
-        Some(r.time[from + n] - r.time[k.last] > HELD_UP * back + rising)
-    };
-    harder || late(next).unwrap_or(false)
 }
 
 /// Recordings of the same content.
