@@ -16,25 +16,44 @@ typedef struct {
     const char *name;
     double k, p, mu, viscous, plastic, adhesion, relaxation, second;
     int plastic_form, adhesion_form;
+    /* how a learned force goes with the speed, from 1 on; 0: there is none */
+    int learned;
     double mass, speed, step;
 } Case;
 
 static const Case cases[] = {
-    {"the power law", 1e8, 1.5, 0, 0, 0, 0, 0, 0, 0, 0, 0.5, 0.4, 1e-6},
-    {"the paper's first guess", 1.85e8, 1.96, 8.77e7, 0, 0, 0, 0, 0, 0, 0, 1.0, 1.0, 2e-6},
-    {"the paper's estimate", 3.51e10, 2.79, 2.70e10, 0, 0, 0, 0, 0, 0, 0, 1.0, 1.0, 2e-6},
-    {"plastic indentation", 1e8, 1.5, 2e7, 0, 0.4, 0, 0, 0, 0, 0, 0.5, 0.5, 1e-6},
-    {"plastic, straight", 1e6, 1.0, 0, 0, 0.3, 0, 0, 0, 1, 0, 0.5, 0.5, 5e-6},
-    {"plastic, shifted", 3e8, 1.7, 0, 0, 0.2, 0, 0, 0, 2, 0, 0.5, 0.5, 1e-6},
-    {"adhesion in contact", 1e8, 1.5, 1e7, 0, 0, 3.0, 0, 0, 0, 0, 0.2, 0.3, 1e-6},
-    {"adhesion, a neck", 1e8, 1.3, 1e7, 0, 0, 3.0, 0, 0, 0, 1, 0.2, 0.3, 1e-6},
-    {"adhesion, a neck near the surface", 1e8, 1.3, 1e7, 0, 0, 3.0, 0, 0, 0, 3, 0.2, 0.3, 1e-6},
-    {"adhesion, growing", 1e8, 1.5, 1e7, 0, 0, 3.0, 0, 0, 0, 4, 0.2, 0.3, 1e-6},
-    {"relaxation", 5e7, 1.4, 0, 0, 0, 0, 4e7, 0, 0, 0, 0.3, 0.3, 1e-6},
-    {"a second layer and dashpot", 1e8, 2.2, 0, 30.0, 0, 0, 0, 1e11, 0, 0, 0.5, 0.5, 2e-6},
-    {"all of it", 8e7, 1.62, 2e7, 10.0, 0.2, 2.0, 1e7, 1e10, 0, 1, 0.5, 0.5, 1e-6},
+    {"the power law", 1e8, 1.5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.5, 0.4, 1e-6},
+    {"the paper's first guess", 1.85e8, 1.96, 8.77e7, 0, 0, 0, 0, 0, 0, 0, 0, 1.0, 1.0, 2e-6},
+    {"the paper's estimate", 3.51e10, 2.79, 2.70e10, 0, 0, 0, 0, 0, 0, 0, 0, 1.0, 1.0, 2e-6},
+    {"plastic indentation", 1e8, 1.5, 2e7, 0, 0.4, 0, 0, 0, 0, 0, 0, 0.5, 0.5, 1e-6},
+    {"plastic, straight", 1e6, 1.0, 0, 0, 0.3, 0, 0, 0, 1, 0, 0, 0.5, 0.5, 5e-6},
+    {"plastic, shifted", 3e8, 1.7, 0, 0, 0.2, 0, 0, 0, 2, 0, 0, 0.5, 0.5, 1e-6},
+    {"adhesion in contact", 1e8, 1.5, 1e7, 0, 0, 3.0, 0, 0, 0, 0, 0, 0.2, 0.3, 1e-6},
+    {"adhesion, a neck", 1e8, 1.3, 1e7, 0, 0, 3.0, 0, 0, 0, 1, 0, 0.2, 0.3, 1e-6},
+    {"adhesion, a neck near the surface", 1e8, 1.3, 1e7, 0, 0, 3.0, 0, 0, 0, 3, 0, 0.2, 0.3, 1e-6},
+    {"adhesion, growing", 1e8, 1.5, 1e7, 0, 0, 3.0, 0, 0, 0, 4, 0, 0.2, 0.3, 1e-6},
+    {"relaxation", 5e7, 1.4, 0, 0, 0, 0, 4e7, 0, 0, 0, 0, 0.3, 0.3, 1e-6},
+    {"a second layer and dashpot", 1e8, 2.2, 0, 30.0, 0, 0, 0, 1e11, 0, 0, 0, 0.5, 0.5, 2e-6},
+    {"a learned force of depth", 1e8, 1.5, 2e7, 0, 0, 0, 0, 0, 0, 0, 1, 0.5, 0.4, 1e-6},
+    {"a learned force of depth and speed", 1e8, 1.5, 2e7, 0, 0, 0, 0, 0, 0, 0, 2, 0.5, 0.4, 1e-6},
+    {"a learned force of depth and direction", 1e8, 1.5, 2e7, 0, 0, 0, 0, 0, 0, 0, 3, 0.5, 0.4, 1e-6},
+    {"a learned force of depth and the square of the speed", 1e8, 1.5, 2e7, 0, 0, 0, 0, 0, 0, 0, 4, 0.5, 0.4, 1e-6},
+    {"all of it", 8e7, 1.62, 2e7, 10.0, 0.2, 2.0, 1e7, 1e10, 0, 1, 2, 0.5, 0.5, 1e-6},
 };
 #define CASES (sizeof cases / sizeof *cases)
+
+/* a force of a shape of its own, of all twelve terms */
+static int learn(Component c, int form) {
+    int s = set_integer(c, "learned_form", form - 1) | set(c, "learned_range", 1e-4) | set(c, "learned_speed", 0.3);
+    for (int i = 1; i <= 12; i++) {
+        char name[32];
+        snprintf(name, sizeof name, "learned_rest_%d", i);
+        s |= set(c, name, (i % 3 ? 4.0 : -7.0) / i);
+        snprintf(name, sizeof name, "learned_speed_%d", i);
+        s |= set(c, name, i == 1 ? 6.0 : 3.0 / (i - 5.5));
+    }
+    return s;
+}
 
 static Component start(const Case *a, const char *name) {
     Component c = fmi2.Instantiate(name, 1, guid, NULL, &callbacks, 0, 0);
@@ -50,6 +69,7 @@ static Component start(const Case *a, const char *name) {
             set(c, "relaxation_stiffness", a->relaxation) | set(c, "relaxation_time", 2e-4) |
             set(c, "relaxation_spread", a->relaxation > 0 ? 0.5 : 0) | set(c, "secondary_stiffness", a->second) |
             set(c, "secondary_depth", 1e-5) | set(c, "effective_mass", a->mass);
+    if (a->learned) s |= learn(c, a->learned);
     s |= fmi2.SetupExperiment(c, 0, 0, 0, 0, 0);
     s |= fmi2.EnterInitializationMode(c) | set(c, "penetration", -1e-5) | set(c, "velocity", a->speed);
     s |= fmi2.ExitInitializationMode(c);
@@ -69,18 +89,20 @@ static const char *outputs[] = {"force", "stored_energy", "dissipated_energy", "
 /* Drops the body on for `steps` steps (semi-implicit Euler, gravity, the force held over a step); hashes every answer,
  * prints each `every`-th. */
 static uint64_t drop(Component c, const Case *a, Body *b, int steps, int every, uint64_t h) {
-    Reference in[2] = {reference("penetration"), reference("velocity")}, out[OUTPUTS], touch = reference("contact");
-    int one = 1, contact, good = 1;
+    Reference in[2] = {reference("penetration"), reference("velocity")}, out[OUTPUTS];
+    Reference touch = reference("contact"), far = reference("beyond_learned");
+    int one = 1, contact, beyond, good = 1;
     double seed = 1, fx, fv, rate, answer[OUTPUTS], at[2];
     for (int i = 0; i < OUTPUTS; i++) out[i] = reference(outputs[i]);
     for (int i = 0; i < steps; i++, b->step++) {
         good &= fmi2.GetReal(c, out, OUTPUTS, answer) == OK;
         good &= fmi2.GetBoolean(c, &touch, 1, &contact) == OK;
+        good &= fmi2.GetBoolean(c, &far, 1, &beyond) == OK;
         good &= fmi2.GetDirectionalDerivative(c, out, 1, in, 1, &seed, &fx) == OK;
         good &= fmi2.GetDirectionalDerivative(c, out, 1, in + 1, 1, &seed, &fv) == OK;
         good &= fmi2.GetRealOutputDerivatives(c, out, 1, &one, &rate) == OK;
         for (int j = 0; j < OUTPUTS; j++) h = mix(h, bits(answer[j]));
-        h = mix(mix(mix(mix(h, bits(fx)), bits(fv)), bits(rate)), (uint64_t)contact);
+        h = mix(mix(mix(mix(h, bits(fx)), bits(fv)), bits(rate)), (uint64_t)(contact + 2 * beyond));
         if (every && b->step % every == 0) {
             printf("%d %016" PRIx64 " %016" PRIx64, b->step, bits(b->x), bits(b->v));
             for (int j = 0; j < OUTPUTS; j++) printf(" %016" PRIx64, bits(answer[j]));
