@@ -28,6 +28,12 @@ fn every_step_of_the_demo_leaves_its_picture_and_the_last_fmu_holds_what_was_fou
     assert_eq!(verdict["missing"][0]["mechanism"], "adhesion");
     assert_eq!(verdict["mismatch"]["where"][0]["bond"], "stop");
     assert!(answer.join("system/system.toml").exists() && answer.join("system/system.ssp").exists());
+    // a spring drives this bar: by the impulse alone it would leave faster than it came
+    let page = std::fs::read_to_string(answer.join("report.html")).unwrap();
+    let (_, chart) = page.split_once("<title>Restitution: restitution over speed at touch</title>").unwrap();
+    let (_, measured) = chart.split_once("measured: least ").unwrap();
+    let least: f64 = measured.split(' ').next().unwrap().parse().unwrap();
+    assert!((0.9..0.96).contains(&least), "{least}");
 }
 
 #[test]

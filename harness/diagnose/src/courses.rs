@@ -4,6 +4,7 @@
 use crate::decide::Decision;
 use crate::heldout::HeldOut;
 use crate::predictions::Predictions;
+use assess::bounces::{by_position, noise_reach};
 use estimate::fitted::Fitted;
 use estimate::problem::{Data, Nuisance};
 use estimate::structure::Law;
@@ -31,7 +32,8 @@ pub struct Loop {
 pub struct Impact {
     /// Largest force, N.
     pub peak_force: f64,
-    /// Rebound speed over speed at touch, by the impulse; None where the recording ends in contact.
+    /// Rebound speed over speed at touch (Newton); None where the recording ends in contact. By the impulse; of FMUs, whose other
+    /// forces on the body are not known, by the penetration before and after the contact, None without one.
     pub restitution: Option<f64>,
     /// Time between the crossings of 5 % of the peak, s; None where the recording ends before the second.
     pub contact_time: Option<f64>,
@@ -209,12 +211,15 @@ impl<'a> View<'a> {
         let setup = &self.data.records[r].setup;
         let force = self.force(&readings);
         let moves = self.data.kind != Kind::Indentation;
-        let impact = if moves {
+        let mut impact = if moves {
             let drive = pull + setup.drive(0.0) / self.data.mass;
             read_off(&setup.time, &force, self.data.mass, drive, c)
         } else {
             None
         };
+        if let (Kind::System, Some(i)) = (self.data.kind, &mut impact) {
+            i.restitution = by_speeds(&setup.time, &readings[Channel::Penetration.index()], c);
+        }
         let beyond = MARGIN * (c.leave - c.touch);
         let inside = |t: &f64| !moves || (c.touch - beyond..=c.leave + beyond).contains(t);
         let kept = |v: &[f64]| v.iter().zip(&setup.time).map(|(v, t)| if inside(t) { *v } else { f64::NAN }).collect();
@@ -254,6 +259,17 @@ fn read_off(time: &[f64], force: &[f64], mass: f64, pull: f64, c: &Contact) -> O
     })
 }
 
+/// Restitution of the contact `c` by the speeds of the penetration read before and after it; None where there are none.
+fn by_speeds(time: &[f64], penetration: &[f64], c: &Contact) -> Option<f64> {
+    let at = time.partition_point(|t| *t < c.touch);
+    let zero = penetration.get(at)?;
+    let x: Vec<f64> = penetration.iter().map(|x| x - zero).collect();
+    let impacts = by_position(time, &x, noise_reach(time, &x))?.impacts;
+    let off = |i: &assess::bounces::Impact| (i.touch - c.touch).abs();
+    let nearest = impacts.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+    nearest.restitution.filter(|_| off(nearest) < c.leave - c.touch)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -281,5 +297,29 @@ mod tests {
         let cut = read_off(&time[..220], &force[..220], mass, GRAVITY, &c).unwrap();
         assert_eq!((cut.restitution, cut.contact_time), (None, None));
         assert!(read_off(&time, &vec![f64::NAN; 500], mass, GRAVITY, &c).is_none());
+    }
+
+    #[test]
+    fn of_fmus_restitution_is_that_of_the_speeds_whatever_drives_the_body() {
+        // in at 0.8 m/s, driven by 40 m/s^2, out at 0.5 m/s; a zero that is off, and noise
+        let (touch, leave, e) = (2e-3, 3e-3, 0.5 / 0.8);
+        let way = |t: f64| {
+            if t < touch {
+                0.8 * (t - touch) - 20.0 * (t - touch).powi(2)
+            } else if t < leave {
+                let u = t - touch;
+                0.8 * u - 0.5 * 1600.0 * u * u
+            } else {
+                -0.5 * (t - leave) + 20.0 * (t - leave).powi(2)
+            }
+        };
+        let time: Vec<f64> = (0..500).map(|i| 1e-5 * f64::from(i)).collect();
+        let noise = |i: usize| 1e-7 * ((i * 7919 % 101) as f64 / 101.0 - 0.5);
+        let x: Vec<f64> = time.iter().enumerate().map(|(i, t)| 3e-4 + way(*t) + noise(i)).collect();
+        let c = Contact { touch, leave, speed: 0.8 };
+        let got = by_speeds(&time, &x, &c).unwrap();
+        assert!((got / e - 1.0).abs() < 0.01, "{got} {e}");
+        assert!(by_speeds(&time, &[], &c).is_none());
+        assert!(by_speeds(&time[..250], &x[..250], &c).is_none());
     }
 }
