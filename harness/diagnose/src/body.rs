@@ -26,6 +26,17 @@ pub struct OnBody {
     pub starts: Vec<(&'static str, f64, &'static str)>,
 }
 
+impl OnBody {
+    /// What it holds, in words.
+    pub fn words(&self) -> String {
+        let plain = |name: &&str| match *name {
+            name if name == learned_force::MECHANISM.name => "the force that was learned".to_string(),
+            name => name.replace('_', " "),
+        };
+        self.names.iter().map(plain).collect::<Vec<_>>().join(" and ")
+    }
+}
+
 /// Whether a mechanism acts as a force on the body.
 pub fn is_force_on_body(m: &Mechanism) -> bool {
     m.origin == Origin::Motion && matches!(m.acts, Acts::Force)

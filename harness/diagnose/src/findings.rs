@@ -75,8 +75,9 @@ pub fn gather(c: &Campaign, search: &Search, d: &Decision, stage: &dyn Fn(&str))
     if d.detected {
         stage("finding intervals");
         f.intervals = intervals(&d.chosen, overdispersion);
-        // of a law that was learned there is none of the simulation's own parameters
-        if !d.is_learned() {
+        // of a law that was learned there is none of the simulation's own parameters, and beside a force learned in the place of an
+        // unknown cause they stand for something else
+        if !d.is_learned() && (d.force().is_none() || d.has_remainder()) {
             f.bias = biases(&d.base, &d.chosen, overdispersion);
         }
         f.unclipped = unclipped(&d.chosen);

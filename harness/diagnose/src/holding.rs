@@ -34,13 +34,15 @@ pub fn learned(d: &Decision) -> Option<Holds> {
         return None;
     }
     let stands_in = |t: &Term| !t.mechanism.named && mechanisms::learned_force::MECHANISM.name != t.name();
-    let mut others = force.fitted.structure.terms().iter().filter(|t| stands_in(t)).map(|t| t.mechanism);
+    let others = || force.fitted.structure.terms().iter().filter(|t| stands_in(t)).map(|t| t.mechanism);
     let is_held = |m: &Mechanism| m.origin == Origin::Chain || is_force_on_body(m) || pack::holds(m.name);
-    if force.depends.contains(&Dependence::Order) || !others.all(is_held) {
+    if force.depends.contains(&Dependence::Order) || !others().all(is_held) {
         return None;
     }
     let is = |origin: Origin| force.depends.iter().any(|of| of.origin() == origin);
-    Some(Holds { in_contact: is(Origin::Contact), on_body: is(Origin::Motion) }).filter(|h| h.any())
+    let in_contact = is(Origin::Contact) || others().any(|m| pack::holds(m.name));
+    let on_body = is(Origin::Motion) || others().any(is_force_on_body);
+    Some(Holds { in_contact, on_body }).filter(|h| h.any() && (is(Origin::Contact) || is(Origin::Motion)))
 }
 
 /// The fit whose law and forces the FMUs hold: with the force that was learned where they can, as `holds` says; with the names where

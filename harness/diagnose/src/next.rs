@@ -108,7 +108,7 @@ fn on_body(c: &Campaign, f: &Findings) -> Option<String> {
     Some(format!(
         "BodyForce.fmu holds {}: feed its other_force with the contact's force, penetration and velocity with the body's, and \
          the body with its force.",
-        words(&held.names)
+        held.words()
     ))
 }
 
@@ -133,6 +133,9 @@ fn words(names: &[&str]) -> String {
 fn recalibrated(d: &Decision, named: &[&Mechanism], f: &Findings) -> &'static str {
     if !f.gates.is_empty() {
         "Until that is settled, HysteresisContact.fmu holds the simulation as given, recalibrated, without what is named."
+    } else if f.holds_learned.in_contact && f.holds_learned.on_body {
+        "Put HysteresisContact.fmu in the place of the simulation's contact, beside BodyForce.fmu: each holds a part of the force that \
+         was learned, and is right with the other alone. Where beyond_learned is true, they are asked for more than the recordings show."
     } else if f.holds_learned.in_contact {
         "Put HysteresisContact.fmu in the place of the simulation's contact: it holds the force that was learned. Where beyond_learned \
          is true, it is asked for more than the recordings show."

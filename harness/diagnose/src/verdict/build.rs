@@ -336,6 +336,9 @@ fn element(d: &Decision, f: &Findings, packed: Option<&Packed>) -> Element {
         "the FMU holds the simulation as given, calibrated; the shape that was learned is not in it"
     } else if !f.gates.is_empty() {
         "the FMU holds the simulation as given, calibrated; what is named is not in it, for it is not to be relied on"
+    } else if f.holds_learned.in_contact && f.holds_learned.on_body {
+        "the FMU holds the part of the force that was learned between the faces, beside the law calibrated with it; the part on the body \
+         is in BodyForce.fmu, and each is right with the other alone; beyond what was learned they hold on, and beyond_learned says so"
     } else if f.holds_learned.in_contact {
         "the FMU holds the force that was learned, beside the law calibrated with it; deeper or faster than it was learned that force \
          holds on, and beyond_learned says so"

@@ -197,7 +197,7 @@ pub fn through(o: &Outcome, p: &Packed) -> String {
 
 /// What the packed forces on the body hold, and where they go.
 pub fn on_body(b: &OnBody) -> String {
-    format!("it holds {} as found; put it between the force of the contact and the body", plain(&b.names.join(" and ")))
+    format!("it holds {} as found; put it between the force of the contact and the body", b.words())
 }
 
 /// Which FMUs hold the force that was learned in motion.
