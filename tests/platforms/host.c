@@ -90,14 +90,14 @@ static const char *outputs[] = {"force", "stored_energy", "dissipated_energy", "
  * prints each `every`-th. */
 static uint64_t drop(Component c, const Case *a, Body *b, int steps, int every, uint64_t h) {
     Reference in[2] = {reference("penetration"), reference("velocity")}, out[OUTPUTS];
-    Reference touch = reference("contact"), far = reference("beyond_learned");
+    Reference touch = reference("contact"), past = reference("beyond_learned");
     int one = 1, contact, beyond, good = 1;
     double seed = 1, fx, fv, rate, answer[OUTPUTS], at[2];
     for (int i = 0; i < OUTPUTS; i++) out[i] = reference(outputs[i]);
     for (int i = 0; i < steps; i++, b->step++) {
         good &= fmi2.GetReal(c, out, OUTPUTS, answer) == OK;
         good &= fmi2.GetBoolean(c, &touch, 1, &contact) == OK;
-        good &= fmi2.GetBoolean(c, &far, 1, &beyond) == OK;
+        good &= fmi2.GetBoolean(c, &past, 1, &beyond) == OK;
         good &= fmi2.GetDirectionalDerivative(c, out, 1, in, 1, &seed, &fx) == OK;
         good &= fmi2.GetDirectionalDerivative(c, out, 1, in + 1, 1, &seed, &fv) == OK;
         good &= fmi2.GetRealOutputDerivatives(c, out, 1, &one, &rate) == OK;
