@@ -285,7 +285,7 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     let has_remainder = decision.has_remainder();
     let element = if settings.element && replaces && law.elastic.stiffness > 0.0 {
         stage("running the recordings through the element")?;
-        let holds_all = !decision.is_learned() && (!has_remainder || findings.holds_learned.any());
+        let holds_all = !decision.is_learned() && (decision.force().is_none() || findings.holds_learned.any());
         let through = decision.after.as_ref().filter(|_| relied_on && c.kind != Kind::System && holds_all);
         let through = through.map(|a| (decision.simulated(), a));
         let binaries = pack::Model::contact().libraries(settings.platforms);
