@@ -28,7 +28,7 @@ pub enum WithSpeed {
     No,
     /// As w.
     Linear,
-    /// As the sign of v, smoothed over [`TURN`].
+    /// As the sign of v, smoothed over 5 mm/s.
     Direction,
     /// As w |w|.
     Squared,

@@ -6,7 +6,7 @@ use crate::part::{Item, Kind, Mechanism, Origin, Parameter, Part, Range, StartsF
 /// A force between the faces of a shape of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LearnedLaw {
-    /// How it goes with the speed: the number of an item of [`HOW`].
+    /// How it goes with the speed: the number of an item of `learned_form`.
     pub form: i32,
     /// Depth, m, >= 0, beyond which its factors stay as they are there; 0 turns it off.
     pub range: f64,
