@@ -4,7 +4,7 @@
 //! `slope` is what that force grows by with x and with v, N/m and N s/m. The default of each part is no force.
 
 use crate::elementary::{exp, pow, tanh};
-use crate::learned::{Learned, WithSpeed, COEFFICIENTS, TERMS};
+use crate::learned::{of_speed, slope_of_speed, Learned, WithSpeed, TERMS};
 
 /// Speed over which Coulomb friction turns with the motion, m/s: its sign is smoothed as tanh(v/[`SLIP_SPEED`])
 /// (Andersson, Soderberg, Bjorklund 2007, Tribology International 40, 580). Five times sharper, estimation's integration
@@ -230,59 +230,68 @@ impl SqueezeFilm {
 
 /// A force of a shape of its own on the body, learned from recordings: F = -(b(z) + c(z) w) - w d(|w|), z the way before the stop
 /// over its range and w the speed over the one that counts as 1 (see [`learned`](crate::learned)).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LearnedForce {
-    /// Coefficients of b, then those of c, N.
-    pub of_place: [f64; COEFFICIENTS],
+    /// b and c, with the range, 0 where there is neither, and the speed that counts as 1, 0 where nothing depends on the speed.
+    pub of_place: Learned,
     /// Coefficients of d, N.
     pub of_speed: [f64; TERMS],
-    /// Way up to which b and c were learned, m; 0: there is neither.
-    pub range: f64,
-    /// Speed that counts as 1, m/s; 0: what depends on the speed is none.
-    pub speed: f64,
+}
+
+impl Default for LearnedForce {
+    fn default() -> Self {
+        LearnedForce { of_place: Learned { range: 0.0, speed: 0.0, ..Learned::default() }, of_speed: [0.0; TERMS] }
+    }
 }
 
 impl LearnedForce {
-    fn place(&self) -> Option<(Learned, WithSpeed)> {
-        if self.range <= 0.0 {
-            return None;
-        }
-        let goes = if self.speed > 0.0 { WithSpeed::Linear } else { WithSpeed::No };
-        Some((Learned { coefficients: self.of_place, range: self.range, speed: self.speed }, goes))
+    fn depends_on_place(&self) -> bool {
+        self.of_place.range > 0.0
     }
 
-    fn speed(&self) -> Option<Learned> {
-        if self.speed <= 0.0 {
-            return None;
+    fn depends_on_speed(&self) -> bool {
+        self.of_place.speed > 0.0
+    }
+
+    /// How what depends on the place goes with the speed.
+    fn goes(&self) -> WithSpeed {
+        if self.depends_on_speed() {
+            WithSpeed::Linear
+        } else {
+            WithSpeed::No
         }
-        let mut learned = Learned { speed: self.speed, ..Learned::default() };
-        learned.coefficients[..TERMS].copy_from_slice(&self.of_speed);
-        Some(learned)
     }
 
     /// `f` with the force, N.
     #[inline]
     pub fn on(&self, x: f64, v: f64, mut f: f64) -> f64 {
-        if let Some((learned, goes)) = self.place() {
-            f += learned.of_place(goes, x, v);
+        if self.depends_on_place() {
+            f += self.of_place.of_place(self.goes(), x, v);
         }
-        if let Some(learned) = self.speed() {
-            f += learned.of_speed(v);
+        if self.depends_on_speed() {
+            f += of_speed(&self.of_speed, self.of_place.speed, v);
         }
         f
     }
 
     /// Its growth with the place, N/m, and with the speed, N s/m.
     pub fn slope(&self, x: f64, v: f64) -> (f64, f64) {
-        let (by_place, by_speed) =
-            self.place().map_or((0.0, 0.0), |(learned, goes)| learned.slopes_of_place(goes, x, v));
-        (by_place, by_speed + self.speed().map_or(0.0, |learned| learned.slope_of_speed(v)))
+        let (mut by_place, mut by_speed) = (0.0, 0.0);
+        if self.depends_on_place() {
+            let slopes = self.of_place.slopes_of_place(self.goes(), x, v);
+            by_place = slopes.0;
+            by_speed = slopes.1;
+        }
+        if self.depends_on_speed() {
+            by_speed += slope_of_speed(&self.of_speed, self.of_place.speed, v);
+        }
+        (by_place, by_speed)
     }
 
     /// Whether the place, m, or the speed, m/s, is beyond what was learned.
     pub fn is_beyond(&self, x: f64, v: f64) -> bool {
-        let far = self.place().map_or(false, |(learned, _)| learned.is_beyond(-x, 0.0));
-        far || self.speed().map_or(false, |learned| learned.is_beyond(0.0, v))
+        let is_farther = self.depends_on_place() && self.of_place.is_farther(-x);
+        is_farther || (self.depends_on_speed() && self.of_place.is_faster(v))
     }
 }
 
@@ -307,8 +316,10 @@ mod tests {
         let spring = ReturnSpring { preload: 4.0, rate: 30.0, growth: 7e4 };
         let pull = ResidualMagnetism { force: 9.0, gap: 1e-3, time: 0.01 };
         let film = SqueezeFilm { coefficient: 6.0, gap: 2e-3, power: 1.5, reads: true };
-        let mut learned = LearnedForce { range: 0.02, speed: 0.8, ..LearnedForce::default() };
-        (learned.of_place[1], learned.of_place[14], learned.of_speed[2]) = (3.0, 2.0, -1.5);
+        let mut learned = LearnedForce::default();
+        (learned.of_place.range, learned.of_place.speed) = (0.02, 0.8);
+        let coefficients = &mut learned.of_place.coefficients;
+        (coefficients[1], coefficients[14], learned.of_speed[2]) = (3.0, 2.0, -1.5);
         for v in [-1.1, -0.3, -0.01, 0.004, 0.2, 0.7, 2.0] {
             near(difference(&|v| friction.on(v, 1.0), v), friction.slope(v));
             near(difference(&|v| drag.on(v, 1.0), v), drag.slope(v));

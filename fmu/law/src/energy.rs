@@ -6,7 +6,7 @@ use super::parts::MECHANISMS;
 use super::{AdhesionForm, Memory, Parameters, BRANCHES};
 
 /// Nodes of Gauss and Legendre's two-point rule on (0, 1).
-const NODES: [f64; 2] = [0.211_324_865_405_187_13, 0.788_675_134_594_812_9];
+pub(crate) const NODES: [f64; 2] = [0.211_324_865_405_187_13, 0.788_675_134_594_812_9];
 
 /// Most pieces a step is cut into: its ends, the kinks of branch and adhesion, one a part, and the turn.
 const MOST_CUTS: usize = 9 + MECHANISMS.len();

@@ -5,6 +5,7 @@
 //! reduced basis). Its slope is 0 at both ends, so that the force has no kink where the range ends.
 
 use crate::elementary::{cos_of_half_turns, exp, sin_of_half_turns};
+use crate::energy::NODES;
 use std::f64::consts::{PI, SQRT_2};
 
 /// Terms of a series.
@@ -75,7 +76,7 @@ fn inside(u: f64) -> f64 {
     u.clamp(0.0, 1.0)
 }
 
-/// Calls `with` on j pi and the sine of j pi u for j from 1 on.
+/// Calls `with` on j, j pi, and the cosine and the sine of j pi u, for j from 1 on.
 fn sines(u: f64, mut with: impl FnMut(usize, f64, f64, f64)) {
     let (c, s) = (cos_of_half_turns(u), sin_of_half_turns(u));
     let (mut cosine, mut sine) = (1.0, 0.0);
@@ -97,7 +98,7 @@ fn slope(coefficients: &[f64], u: f64) -> f64 {
     sum
 }
 
-/// What was learned: coefficients, and what a depth and a speed of 1 are.
+/// A learned force: its coefficients, the range of its series, and the speed that counts as 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Learned {
     /// Coefficients of the series, N: those of what does not depend on the speed first.
@@ -155,6 +156,15 @@ impl Learned {
         (1.0 - exp(-u / RISE)) * self.at(goes, u, v)
     }
 
+    /// The part of that which depends on the speed, N.
+    pub fn with_speed_between(&self, goes: WithSpeed, x: f64, v: f64) -> f64 {
+        if x <= 0.0 || goes == WithSpeed::No {
+            return 0.0;
+        }
+        let u = x / self.range;
+        (1.0 - exp(-u / RISE)) * series(self.with(), u) * goes.factor(v, self.speed).0
+    }
+
     /// Growth of that with x, N/m, and with v, N s/m.
     pub fn slopes_between(&self, goes: WithSpeed, x: f64, v: f64) -> (f64, f64) {
         if x <= 0.0 {
@@ -198,16 +208,11 @@ impl Learned {
         let (a, b) = if x0 < 0.0 { (share(0.0), 1.0) } else { (0.0, if x1 < 0.0 { share(0.0) } else { 1.0 }) };
         let pieces = ((b - a) * (x1 - x0).abs() / self.range * PIECES).ceil().clamp(1.0, MOST_PIECES);
         let width = (b - a) / pieces;
-        let at = |s: f64| {
-            let x = x0 + s * (x1 - x0);
-            let v = v0 + s * (v1 - v0);
-            self.between(goes, x, v) - self.between(WithSpeed::No, x, v)
-        };
+        let at = |s: f64| self.with_speed_between(goes, x0 + s * (x1 - x0), v0 + s * (v1 - v0));
         let mut sum = 0.0;
         for i in 0..pieces as usize {
             let begin = a + width * i as f64;
-            // Gauss and Legendre's two points
-            sum += at(begin + 0.211_324_865_405_187_13 * width) + at(begin + 0.788_675_134_594_812_9 * width);
+            sum += NODES.iter().map(|node| at(begin + node * width)).sum::<f64>();
         }
         0.5 * width * (x1 - x0) * sum
     }
@@ -224,23 +229,28 @@ impl Learned {
         (by_u / self.range, -by_v)
     }
 
-    /// Force on the body along +x, N, that depends on its speed `v` m/s alone, by the first series.
-    #[inline]
-    pub fn of_speed(&self, v: f64) -> f64 {
-        let w = v / self.speed;
-        -w * series(self.alone(), w.abs() / SPEEDS)
+    /// Whether the way `x`, m, into the range is farther than it was learned.
+    pub fn is_farther(&self, x: f64) -> bool {
+        x > self.range
     }
 
-    /// Growth of that with v, N s/m.
-    pub fn slope_of_speed(&self, v: f64) -> f64 {
-        let w = (v / self.speed).abs();
-        -(series(self.alone(), w / SPEEDS) + w / SPEEDS * slope(self.alone(), w / SPEEDS)) / self.speed
+    /// Whether the speed `v`, m/s, is higher than it was learned.
+    pub fn is_faster(&self, v: f64) -> bool {
+        v.abs() > SPEEDS * self.speed
     }
+}
 
-    /// Whether a way into the range, m, or a speed, m/s, is beyond what was learned.
-    pub fn is_beyond(&self, way: f64, v: f64) -> bool {
-        way > self.range || v.abs() > SPEEDS * self.speed
-    }
+/// Force on a body along +x, N, that depends on its speed `v` m/s alone, by a series; `speed` m/s counts as 1.
+#[inline]
+pub fn of_speed(coefficients: &[f64], speed: f64, v: f64) -> f64 {
+    let w = v / speed;
+    -w * series(coefficients, w.abs() / SPEEDS)
+}
+
+/// Growth of that with v, N s/m.
+pub fn slope_of_speed(coefficients: &[f64], speed: f64, v: f64) -> f64 {
+    let w = (v / speed).abs();
+    -(series(coefficients, w / SPEEDS) + w / SPEEDS * slope(coefficients, w / SPEEDS)) / speed
 }
 
 #[cfg(test)]
@@ -288,7 +298,8 @@ mod tests {
                     near(by_v, difference(&|v| l.of_place(goes, -x, v), v, 1e-7), 1e-5);
                 }
             }
-            near(l.slope_of_speed(v), difference(&|v| l.of_speed(v), v, 1e-7), 1e-5);
+            let (c, speed) = (&l.coefficients[..TERMS], l.speed);
+            near(slope_of_speed(c, speed, v), difference(&|v| of_speed(c, speed, v), v, 1e-7), 1e-5);
         }
     }
 
@@ -317,6 +328,6 @@ mod tests {
     #[test]
     fn beyond_what_was_learned_is_told() {
         let l = some();
-        assert!(!l.is_beyond(2e-3, 1.4) && l.is_beyond(2.1e-3, 0.0) && l.is_beyond(0.0, -1.5));
+        assert!(!l.is_farther(2e-3) && !l.is_faster(1.4) && l.is_farther(2.1e-3) && l.is_faster(-1.5));
     }
 }

@@ -3,10 +3,11 @@
 //! Invariant: nothing here logs, allocates or reads time; the memory of the law is explicit
 //! [`Memory`], passed in and handed back.
 //!
-//! F = max(0, branch(x) + dampers(x, v) + springs(x) + Maxwell forces) - adhesion + learned(x, v), at x > 0; branch(x) is
-//! k x^p, or the plastic unloading curve. What was learned may pull. Below the permanent set nothing touches, so no damper acts there. Maxwell forces vanish
-//! where the body leaves the nominal surface (x <= 0). Dampers and springs are those of the [`parts`], each a file that
-//! declares (see [`part`]) all that the FMU, scenarios and the diagnosis have to know of it.
+//! F = max(0, branch(x) + dampers(x, v) + springs(x) + Maxwell forces) - adhesion + learned(x, v), at x > 0;
+//! branch(x) is k x^p, or the plastic unloading curve. What was learned may pull. Below the permanent set nothing
+//! touches, so no damper acts there. Maxwell forces vanish where the body leaves the nominal surface (x <= 0).
+//! Dampers and springs are those of the [`parts`], each a file that declares (see [`part`]) all that the FMU,
+//! scenarios and the diagnosis have to know of it.
 
 pub mod body;
 pub mod elementary;

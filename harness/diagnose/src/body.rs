@@ -1,6 +1,7 @@
 //! The forces on the body that were found, as an FMU to be put between the contact and the body: BodyForce.
 
 use crate::holding;
+use crate::next::plain;
 use anyhow::Result;
 use body_force_variables::{Forces, Settings, PARAMETERS, PARAMETER_TABLE};
 use estimate::fitted::Fitted;
@@ -27,13 +28,13 @@ pub struct OnBody {
 }
 
 impl OnBody {
-    /// What it holds, in words.
+    /// The forces that the FMU holds, in words.
     pub fn words(&self) -> String {
-        let plain = |name: &&str| match *name {
+        let word = |name: &&str| match *name {
             name if name == learned_force::MECHANISM.name => "the force that was learned".to_string(),
-            name => name.replace('_', " "),
+            name => plain(name),
         };
-        self.names.iter().map(plain).collect::<Vec<_>>().join(" and ")
+        self.names.iter().map(word).collect::<Vec<_>>().join(" and ")
     }
 }
 

@@ -217,7 +217,7 @@ impl<'a> View<'a> {
         } else {
             None
         };
-        if let (Kind::System, Some(i)) = (self.data.kind, &mut impact) {
+        if let (Some(_), Some(i)) = (self.data.machine(), &mut impact) {
             i.restitution = by_speeds(&setup.time, &readings[Channel::Penetration.index()], c);
         }
         let beyond = MARGIN * (c.leave - c.touch);

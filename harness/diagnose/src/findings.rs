@@ -1,6 +1,5 @@
 //! What is worked out beyond the decision: map, intervals, ties, bias, latent force, caveats.
 
-use crate::agreement::agreement;
 use crate::alarm::{alarm, Alarm};
 use crate::bias::{biases, Bias};
 use crate::body::OnBody;
@@ -64,11 +63,18 @@ pub struct Findings {
 /// Quiet samples (nothing touches) below which noise is not learnt from them.
 const QUIET: usize = 64;
 
-/// Works the findings out. `stage` is called with what is done next.
-pub fn gather(c: &Campaign, search: &Search, d: &Decision, stage: &dyn Fn(&str)) -> Findings {
+/// Works the findings out; `contradictions`: those of what was read. `stage` is called with what is done next.
+pub fn gather(
+    c: &Campaign,
+    contradictions: &[String],
+    search: &Search,
+    d: &Decision,
+    stage: &dyn Fn(&str),
+) -> Findings {
     let overdispersion = d.overdispersion.1.max(1.0);
     stage("mapping the misfit");
-    let mut f = Findings { map: map(&d.base, d.simulated()), caveats: caveats(c, d), ..Findings::default() };
+    let mut f =
+        Findings { map: map(&d.base, d.simulated()), caveats: caveats(c, contradictions, d), ..Findings::default() };
     stage("drawing nulls");
     f.alarm = alarm(search, &d.base, &d.chosen, d.gain);
     f.rivals = rivals(d);
@@ -179,7 +185,7 @@ fn named_part(d: &Decision) -> Option<Fitted> {
 }
 
 /// Samples in which nothing touches, and the channels compared.
-fn caveats(c: &Campaign, d: &Decision) -> Vec<String> {
+fn caveats(c: &Campaign, contradictions: &[String], d: &Decision) -> Vec<String> {
     let mut v = Vec::new();
     let data = &d.base.data;
     let mut short: Vec<&str> = Vec::new();
@@ -214,8 +220,7 @@ fn caveats(c: &Campaign, d: &Decision) -> Vec<String> {
     if !d.chosen.fit.converged {
         v.push("The fit with the mechanisms named was still improving when it was stopped.".into());
     }
-    let contradictions = agreement(c).contradictions;
-    v.extend(contradictions.into_iter().map(|t| format!("What was read contradicts itself: {t}.")));
+    v.extend(contradictions.iter().map(|t| format!("What was read contradicts itself: {t}.")));
     v.extend(c.warnings.iter().cloned());
     v
 }

@@ -1,4 +1,4 @@
-//! What the FMUs handed back hold: the law and the forces of one of the fits of a diagnosis.
+//! The law and the forces that the FMUs handed back hold: those of one of the fits of a diagnosis.
 
 use crate::body::is_force_on_body;
 use crate::decide::Decision;
@@ -10,7 +10,7 @@ use law::Parameters;
 use mechanisms::learned_force::Dependence;
 use mechanisms::mechanism::{Mechanism, Origin};
 
-/// What a force that was learned in motion is in.
+/// The FMUs that hold a force learned in motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Holds {
     /// HysteresisContact.fmu.
@@ -26,7 +26,7 @@ impl Holds {
     }
 }
 
-/// What FMUs can hold of the force that `d` has learned; None where they would do something else than the simulation with it:
+/// The FMUs that can hold the force that `d` has learned; None where they would do something else than the simulation with it:
 /// what stands in beside it, or follows the order of the recordings, is in no FMU, or too little was measured.
 pub fn learned(d: &Decision) -> Option<Holds> {
     let force = d.force()?;
@@ -42,7 +42,7 @@ pub fn learned(d: &Decision) -> Option<Holds> {
     let is = |origin: Origin| force.depends.iter().any(|of| of.origin() == origin);
     let in_contact = is(Origin::Contact) || others().any(|m| pack::holds(m.name));
     let on_body = is(Origin::Motion) || others().any(is_force_on_body);
-    Some(Holds { in_contact, on_body }).filter(|h| h.any() && (is(Origin::Contact) || is(Origin::Motion)))
+    (is(Origin::Contact) || is(Origin::Motion)).then_some(Holds { in_contact, on_body })
 }
 
 /// The fit whose law and forces the FMUs hold: with the force that was learned where they can, as `holds` says; with the names where
@@ -59,9 +59,9 @@ pub fn held(d: &Decision, holds: Holds, relied_on: bool) -> &Fitted {
 
 /// The contact law of a fit with what was learned between the faces, and what was learned on the body.
 pub fn law(f: &Fitted) -> (Parameters, LearnedForce) {
-    let mut p = f.physics();
+    let p = f.physics();
     let (mut law, mut on_body) = (p.law, LearnedForce::default());
-    for force in &mut p.learned_forces.0 {
+    for force in &p.learned_forces.0 {
         force.put(&mut law, &mut on_body);
     }
     (law, on_body)

@@ -22,7 +22,7 @@ pub const OF_ITS_OWN: &str = "of a shape of its own";
 pub const CURE: &str =
     "HysteresisContact.fmu does not hold the shape that was learned: take the force over depth, on the way \
                         in and back, from learned/law.csv into a table of your simulator.";
-/// What to do where the FMU holds it.
+/// The cure of a mechanism whose learned shape the FMU holds.
 pub const HELD_SHAPE: &str = "HysteresisContact.fmu holds the shape that was learned: import it.";
 
 /// A number by which a mechanism without a form is told.

@@ -121,7 +121,7 @@ fn named(d: &Decision) -> Vec<&'static Mechanism> {
 }
 
 /// A name as it is read.
-fn plain(name: &str) -> String {
+pub fn plain(name: &str) -> String {
     name.replace('_', " ")
 }
 

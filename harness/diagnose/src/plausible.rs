@@ -1,6 +1,6 @@
 //! Whether channels and speeds agree at all: a wrong unit is no physics, nor are two campaigns in one folder.
 
-use crate::agreement::agreement;
+use crate::agreement::{agreement, Agreement};
 use estimate::condition::Invalid;
 use estimate::problem::{Data, Record};
 use estimate::statistics::median;
@@ -16,12 +16,13 @@ fn refused(file: &str, what: String, cure: &str) -> Invalid {
 }
 
 /// Checks force against mass times acceleration and against a calibrated simulation, what the push adds up to against
-/// the speed of the impact, that against the height of the fall, and that the recordings are of one campaign.
+/// the speed of the impact, that against the height of the fall, and that the recordings are of one campaign. Gives what was compared
+/// over all recordings.
 ///
 /// # Errors
 /// Everything that disagrees, a line each: the recording, what disagrees and by what factor, and the cure; or over all recordings, a
 /// unit that was taken for another.
-pub fn check(c: &Campaign, data: &Data) -> Result<(), Invalid> {
+pub fn check(c: &Campaign, data: &Data) -> Result<Agreement, Invalid> {
     let mut found: Vec<Invalid> = against_given(c, data).err().into_iter().collect();
     if c.kind != Kind::Indentation {
         found.extend(c.recordings.iter().filter_map(|r| against_height(r).err()));
@@ -32,14 +33,16 @@ pub fn check(c: &Campaign, data: &Data) -> Result<(), Invalid> {
             found.extend(of.into_iter().find_map(Result::err));
         }
     }
+    if !found.is_empty() {
+        return Err(Invalid(found.into_iter().map(|e| e.0).collect::<Vec<_>>().join("\n")));
+    }
     // what is a smaller factor off than the checks above see, and yet a unit
-    if found.is_empty() {
-        found.extend(agreement(c).units.into_iter().map(Invalid));
+    let agreed = agreement(c);
+    if !agreed.units.is_empty() {
+        return Err(Invalid(agreed.units.join("\n")));
     }
-    if found.is_empty() {
-        return one_campaign(c, data);
-    }
-    Err(Invalid(found.into_iter().map(|e| e.0).collect::<Vec<_>>().join("\n")))
+    one_campaign(c, data)?;
+    Ok(agreed)
 }
 
 /// Factor between a measured speed of impact and that of a free fall beyond which one of them is in another unit: guides

@@ -110,7 +110,8 @@ fn flight(f: &Fitted, r: usize) -> Option<(Flight, f64)> {
     let first = (pulse.end..time.len()).find(|i| flies(*i))?;
     let end = (first..time.len()).find(|i| !flies(*i) || time[*i] > pulse.middle + LONGEST * pulse.duration);
     let end = end.unwrap_or(time.len());
-    let (at, noise) = (Channel::Force.index(), f.data.noise[Channel::Force.index()].marginal());
+    let at = Channel::Force.index();
+    let noise = f.data.noise[at].marginal();
     let first = rec.y[at].as_deref().map_or(first, |force| {
         let pushes = |i: &usize| rec.weight[at][*i] > 0.0 && (force[*i] - simulated[at][*i]).abs() > PUSHES * noise;
         (first..end).rev().find(pushes).map_or(first, |last| last + 1)
@@ -284,6 +285,15 @@ mod tests {
         (0..5).map(&mut flight).collect()
     }
 
+    /// The simulation as given, fitted to a campaign of the recipe.
+    fn simulation_of(recipe: &plant::recipe::Recipe) -> Fitted {
+        let dir = tempfile::tempdir().unwrap();
+        plant::recipe::write_campaign(dir.path(), recipe).unwrap();
+        let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        let prepared = estimate::prepare::Prepared::new(&campaign).unwrap();
+        Fitted::base(&prepared.data, &prepared.structure, &prepared.guess)
+    }
+
     #[test]
     fn modes_that_follow_the_impact_alike_are_found_with_their_frequencies() {
         let two = |_: usize, t: f64| {
@@ -310,18 +320,13 @@ mod tests {
     #[test]
     fn a_mass_that_rides_on_the_body_rings_at_the_frequency_of_the_pair_and_a_body_alone_does_not() {
         let of = |ride: f64, w: f64| {
-            let dir = tempfile::tempdir().unwrap();
             let mut recipe = plant::recipe::Recipe::default();
             // as short as rings show best
             recipe.physics.law.scale_stiffness(30.0);
             recipe.physics.law.hysteresis_damping.coefficient *= 30.0;
             let riding = &mut recipe.physics.attached_mass;
             (riding.mass, riding.stiffness, riding.damping) = (ride, ride * w * w, 0.02 * ride * w);
-            plant::recipe::write_campaign(dir.path(), &recipe).unwrap();
-            let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
-            let prepared = estimate::prepare::Prepared::new(&campaign).unwrap();
-            let base = Fitted::base(&prepared.data, &prepared.structure, &prepared.guess);
-            (rings(&base), recipe.physics.mass)
+            (rings(&simulation_of(&recipe)), recipe.physics.mass)
         };
         let (ride, w) = (0.1, 1.2e4);
         let (found, mass) = of(ride, w);
@@ -337,16 +342,11 @@ mod tests {
     fn a_contact_that_lasts_longer_than_the_simulation_has_it_does_not_ring() {
         use law::learned::Learned;
         use mechanisms::learned_force::{Dependence, LearnedForce};
-        let dir = tempfile::tempdir().unwrap();
         let mut recipe = plant::recipe::Recipe::default();
         let force = &mut recipe.physics.learned_forces.0[0];
         *force = LearnedForce { of: Dependence::Depth, learned: Learned { range: 4e-4, ..Learned::default() } };
         (force.learned.coefficients[2], force.learned.coefficients[5]) = (60.0, -45.0);
-        plant::recipe::write_campaign(dir.path(), &recipe).unwrap();
-        let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
-        let prepared = estimate::prepare::Prepared::new(&campaign).unwrap();
-        let base = Fitted::base(&prepared.data, &prepared.structure, &prepared.guess);
-        let found = rings(&base);
+        let found = rings(&simulation_of(&recipe));
         let numbers = crate::table::Table::calibrated().learned;
         assert!(found.as_ref().is_none_or(|r| r.probability(&numbers) < 0.5), "{found:?}");
     }

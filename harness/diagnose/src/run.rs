@@ -206,7 +206,7 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
     stage("learning the noise")?;
     let mut conditioned = condition_on(c, settings.machine.as_ref())?;
     conditioned.data.budget = settings.budget;
-    super::plausible::check(c, &conditioned.data)?;
+    let agreed = super::plausible::check(c, &conditioned.data)?;
     stage("fitting the simulation as given")?;
     let mut prepared = match Prepared::from(c, conditioned.clone()) {
         Ok(v) => v,
@@ -250,7 +250,7 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
         decision.learn_in_motion();
     }
     stage("working out the answer")?;
-    let mut findings = gather(c, &search, &decision, settings.stage);
+    let mut findings = gather(c, &agreed.contradictions, &search, &decision, settings.stage);
     findings.sensors = against(c, settings.others);
     if settings.bootstrap > 0 {
         let n = settings.bootstrap;

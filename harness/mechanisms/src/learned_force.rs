@@ -4,7 +4,7 @@ use crate::load_history::LoadHistory;
 use crate::mechanism::*;
 use crate::part::{Motion, Part, Sampling, Wear};
 use law::body;
-use law::learned::{series, Learned, WithSpeed, COEFFICIENTS};
+use law::learned::{of_speed, series, Learned, WithSpeed, COEFFICIENTS};
 pub use law::learned::{SPEEDS, TERMS};
 use law::parts::LearnedLaw;
 use record::Channel;
@@ -192,13 +192,14 @@ impl LearnedForce {
         match self.of {
             of if of.is_contact() => {
                 let form = LearnedLaw::form_of(of.goes());
-                law.learned_law = LearnedLaw { form, range: l.range, speed: l.speed, coefficients: l.coefficients };
+                law.learned_law = LearnedLaw { form, shape: *l };
             }
             Dependence::Place | Dependence::PlaceAndSpeed => {
-                *on_body = body::LearnedForce { of_place: l.coefficients, range: l.range, speed, ..Default::default() };
+                *on_body = body::LearnedForce { of_place: Learned { speed, ..*l }, ..Default::default() };
             }
             Dependence::Speed => {
-                *on_body = body::LearnedForce { speed: l.speed, ..Default::default() };
+                *on_body = body::LearnedForce::default();
+                on_body.of_place.speed = l.speed;
                 on_body.of_speed.copy_from_slice(&l.coefficients[..TERMS]);
             }
             _ => return false,
@@ -218,7 +219,11 @@ impl LearnedForce {
 
     /// Force of what depends on the speed, N, at a depth and a velocity, m and m/s.
     pub fn with_speed(&self, x: f64, v: f64) -> f64 {
-        self.on_face(x, v, 0.0) - self.on_face(x, 0.0, 0.0)
+        if self.acts_on_face() {
+            self.learned.with_speed_between(self.of.goes(), x, v)
+        } else {
+            0.0
+        }
     }
 
     /// Power, W, that the part which depends on the speed takes out at a depth and a velocity, m and m/s, by each of its coefficients
@@ -360,7 +365,7 @@ impl Part for LearnedForce {
             return f;
         }
         f + match self.of {
-            Dependence::Speed => self.learned.of_speed(at.v),
+            Dependence::Speed => of_speed(&self.learned.coefficients[..TERMS], self.learned.speed, at.v),
             of => self.learned.of_place(of.goes(), at.x, at.v),
         }
     }

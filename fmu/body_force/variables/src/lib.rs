@@ -223,9 +223,9 @@ impl Forces {
             self.weight,
         ];
         let l = &self.learned;
-        let learned = [l.range, l.speed];
+        let learned = [l.of_place.range, l.of_place.speed];
         let mut all = Settings::default();
-        let values = own.iter().chain(&learned).chain(&l.of_place).chain(&l.of_speed);
+        let values = own.iter().chain(&learned).chain(&l.of_place.coefficients).chain(&l.of_speed);
         all.0.iter_mut().zip(values).for_each(|(a, v)| *a = *v);
         all
     }
@@ -249,8 +249,10 @@ impl Settings {
         let (own, rest) = self.0.split_at(OWN);
         let mut first = [0.0; OWN];
         first.copy_from_slice(own);
-        let mut learned = LearnedForce { range: rest[0], speed: rest[1], ..LearnedForce::default() };
-        learned.of_place.copy_from_slice(&rest[2..2 + COEFFICIENTS]);
+        let mut learned = LearnedForce::default();
+        learned.of_place.range = rest[0];
+        learned.of_place.speed = rest[1];
+        learned.of_place.coefficients.copy_from_slice(&rest[2..2 + COEFFICIENTS]);
         learned.of_speed.copy_from_slice(&rest[2 + COEFFICIENTS..]);
         let [coulomb, viscous, stribeck_excess, stribeck_speed, drag, power, back, beyond, crisis, preload, rate, growth, magnet, gap, time, travel, film, film_gap, film_power, weight] =
             first;

@@ -8,17 +8,13 @@ use crate::part::{Item, Kind, Mechanism, Origin, Parameter, Part, Range, StartsF
 pub struct LearnedLaw {
     /// How it goes with the speed: the number of an item of `learned_form`.
     pub form: i32,
-    /// Depth, m, >= 0, beyond which its factors stay as they are there; 0 turns it off.
-    pub range: f64,
-    /// Speed that counts as 1, m/s, > 0.
-    pub speed: f64,
-    /// Coefficients of the two series, N.
-    pub coefficients: [f64; COEFFICIENTS],
+    /// Its series; a range of 0 turns it off.
+    pub shape: Learned,
 }
 
 impl Default for LearnedLaw {
     fn default() -> Self {
-        LearnedLaw { form: 0, range: 0.0, speed: 1.0, coefficients: [0.0; COEFFICIENTS] }
+        LearnedLaw { form: 0, shape: Learned { range: 0.0, ..Learned::default() } }
     }
 }
 
@@ -30,7 +26,10 @@ pub const HOW: &[Item] = &[
     Item { name: "speed_squared", text: "g(x) + h(x) w |w|" },
 ];
 
-/// A coefficient of its own for each number.
+/// What each item of [`HOW`] is, in the same order.
+const GOES: [WithSpeed; 4] = [WithSpeed::No, WithSpeed::Linear, WithSpeed::Direction, WithSpeed::Squared];
+
+/// Parameters, and a coefficient of its own for each number.
 macro_rules! with_coefficients {
     ($($first:expr,)* ; $($i:literal $name:literal $reference:literal),* $(,)?) => {
         &[$($first,)* $(Parameter {
@@ -42,8 +41,8 @@ macro_rules! with_coefficients {
             neutral: 0.0,
             range: ANY,
             text: COEFFICIENT_TEXT[$i / (COEFFICIENTS / 2)],
-            get: |p| p.learned_law.coefficients[$i],
-            set: |p, v| p.learned_law.coefficients[$i] = v,
+            get: |p| p.learned_law.shape.coefficients[$i],
+            set: |p, v| p.learned_law.shape.coefficients[$i] = v,
         },)*]
     };
 }
@@ -82,8 +81,8 @@ const PARAMETERS: &[Parameter] = with_coefficients! {
         neutral: 0.0,
         range: Range::FROM_ZERO,
         text: "Depth up to which a force was learned; deeper, its factors stay as there; 0 turns it off",
-        get: |p| p.learned_law.range,
-        set: |p, v| p.learned_law.range = v,
+        get: |p| p.learned_law.shape.range,
+        set: |p, v| p.learned_law.shape.range = v,
     },
     Parameter {
         name: "learned_speed",
@@ -94,8 +93,8 @@ const PARAMETERS: &[Parameter] = with_coefficients! {
         neutral: 1.0,
         range: Range::POSITIVE,
         text: "Speed that counts as 1 in the learned force, above 0; it was learned up to twice that",
-        get: |p| p.learned_law.speed,
-        set: |p, v| p.learned_law.speed = v,
+        get: |p| p.learned_law.shape.speed,
+        set: |p, v| p.learned_law.shape.speed = v,
     },;
     0 "learned_rest_1" 133,
     1 "learned_rest_2" 134,
@@ -149,48 +148,34 @@ impl LearnedLaw {
     /// Whether there is any.
     #[inline(always)]
     pub fn acts(&self) -> bool {
-        self.range > 0.0
+        self.shape.range > 0.0
     }
 
     fn goes(&self) -> WithSpeed {
-        match self.form {
-            1 => WithSpeed::Linear,
-            2 => WithSpeed::Direction,
-            3 => WithSpeed::Squared,
-            _ => WithSpeed::No,
-        }
+        usize::try_from(self.form).ok().and_then(|form| GOES.get(form).copied()).unwrap_or(WithSpeed::No)
     }
 
     /// The number of a form that goes so with the speed.
     pub fn form_of(goes: WithSpeed) -> i32 {
-        match goes {
-            WithSpeed::No => 0,
-            WithSpeed::Linear => 1,
-            WithSpeed::Direction => 2,
-            WithSpeed::Squared => 3,
-        }
-    }
-
-    fn learned(&self) -> Learned {
-        Learned { coefficients: self.coefficients, range: self.range, speed: self.speed }
+        GOES.iter().position(|g| *g == goes).map_or(0, |form| form as i32)
     }
 
     /// Force, N, at `x` m and `v` m/s, where it acts; a function of its own, so that a law without it only passes it by.
     #[inline(never)]
     pub fn force(&self, x: f64, v: f64) -> f64 {
-        self.learned().between(self.goes(), x, v)
+        self.shape.between(self.goes(), x, v)
     }
 
     /// Growth of that with x, N/m, and with v, N s/m.
     #[inline(never)]
     pub fn slopes(&self, x: f64, v: f64) -> (f64, f64) {
-        self.learned().slopes_between(self.goes(), x, v)
+        self.shape.slopes_between(self.goes(), x, v)
     }
 
     /// Energy, J, that it holds at `x` m; 0 where there is none.
     pub fn energy(&self, x: f64) -> f64 {
         if self.acts() {
-            self.learned().energy_between(x)
+            self.shape.energy_between(x)
         } else {
             0.0
         }
@@ -198,13 +183,14 @@ impl LearnedLaw {
 
     /// Work, J, over a step of straight x and v, where it acts.
     pub(crate) fn work(&self, from: (f64, f64), to: (f64, f64)) -> f64 {
-        let l = self.learned();
+        let l = &self.shape;
         l.energy_between(to.0) - l.energy_between(from.0) + l.work_between(self.goes(), from, to)
     }
 
     /// Whether the depth, m, or where it depends on the speed, the speed, m/s, is beyond what was learned.
     pub fn is_beyond(&self, x: f64, v: f64) -> bool {
-        self.acts() && self.learned().is_beyond(x, if self.goes() == WithSpeed::No { 0.0 } else { v })
+        let is_faster = self.goes() != WithSpeed::No && self.shape.is_faster(v);
+        self.acts() && (self.shape.is_farther(x) || is_faster)
     }
 }
 
@@ -217,11 +203,11 @@ mod tests {
         let mut p = Parameters::power_law(2e6, 1.5, 0.0);
         let l = &mut p.learned_law;
         l.form = 1;
-        l.range = 1e-3;
-        l.speed = 0.5;
-        l.coefficients[0] = -20.0;
-        l.coefficients[2] = 15.0;
-        l.coefficients[12] = 30.0;
+        l.shape.range = 1e-3;
+        l.shape.speed = 0.5;
+        l.shape.coefficients[0] = -20.0;
+        l.shape.coefficients[2] = 15.0;
+        l.shape.coefficients[12] = 30.0;
         p
     }
 

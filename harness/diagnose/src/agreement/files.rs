@@ -1,4 +1,4 @@
-//! What single files give to doubt: cut contacts, flat tops, a zero far off, several operations.
+//! Doubts that single files raise: cut contacts, flat tops, a zero far off, several operations.
 
 use super::contact::{ends, Contact, AGAIN, PRESSING, SHARE};
 use super::ratio::GAIN;

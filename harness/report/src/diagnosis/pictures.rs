@@ -213,7 +213,7 @@ pub fn over_speed(page: Page, c: &Campaign, o: &Outcome) -> Page {
     let mut page = page.section("Restitution and contact time over impact speed").paragraph(&format!(
         "All read off the {read} of the first impact in one way, measured and simulated alike: restitution by {}, contact time \
          between the crossings of 5 % of the peak. {} recordings.",
-        if c.kind == Kind::System { "the speeds of the penetration before and after" } else { "the impulse" },
+        if c.system.is_some() { "the speeds of the penetration before and after" } else { "the impulse" },
         c.recordings.len()
     ));
     type Figure = fn(&Impact) -> Option<f64>;
