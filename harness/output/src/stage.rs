@@ -71,12 +71,13 @@ impl Stage {
     }
 
     /// The stage of that name; None where the name is taken, or the stage cleared away at once.
-    fn made(home: Folder, name: &OsStr) -> Result<Option<Stage>> {
+    pub fn made(home: Folder, name: &OsStr) -> Result<Option<Stage>> {
         let folder = match home.make_private(name) {
-            Err(e) if matches!(e.kind(), ErrorKind::AlreadyExists | ErrorKind::NotFound) => return Ok(None),
+            Err(e) if e.kind() == ErrorKind::AlreadyExists => return Ok(None),
             Err(e) => {
-                drop(home.remove_empty(name));
-                return Err(e);
+                // made, and it has moved with the place of the folder before it was opened
+                remove_moved(&home, name);
+                return if e.kind() == ErrorKind::NotFound { Ok(None) } else { Err(e) };
             }
             Ok(folder) => folder,
         };
@@ -142,15 +143,21 @@ impl Held {
         if [NEW, READY].map(|name| self.folder.remove_all(name)).iter().all(Result::is_ok) {
             drop(self.folder.remove_all(LOCK));
             let is_gone = self.folder.is_named(&self.home, &self.name) && self.home.remove_empty(&self.name).is_ok();
-            // it has moved with the place of the folder, before or just now
-            if let Some(home) = (!is_gone).then(|| Folder::open(self.home.path())).and_then(Result::ok) {
-                drop(home.remove_empty(&self.name));
+            if !is_gone {
+                remove_moved(&self.home, &self.name);
             }
         }
     }
 
     fn forget(self: &Arc<Held>) {
         list().retain(|h| !Arc::ptr_eq(h, self));
+    }
+}
+
+/// Removes an empty stage that has moved, before or just now, into the folder that has taken the place of `home`.
+fn remove_moved(home: &Folder, name: &OsStr) {
+    if let Ok(there) = Folder::open(home.path()) {
+        drop(there.remove_empty(name));
     }
 }
 

@@ -548,6 +548,21 @@ fn what_is_put_below_a_folder_that_changes_places_is_not_lost() {
     }
 }
 
+/// A stage moves with the place of its folder after it was made and before it could be opened: it is not left where it is now.
+#[test]
+#[cfg(unix)]
+fn a_stage_that_moved_before_it_was_opened_is_not_left() {
+    let t = tempfile::tempdir().unwrap();
+    let out = t.path().join("out");
+    let name = std::ffi::OsString::from(format!(".touchdown-stage-{}", "0".repeat(16)));
+    std::fs::create_dir(&out).unwrap();
+    let home = Folder::open(&out).unwrap();
+    std::fs::remove_dir(&out).unwrap();
+    std::fs::create_dir_all(out.join(&name)).unwrap();
+    assert!(Stage::made(home, &name).unwrap().is_none());
+    assert_eq!(std::fs::read_dir(&out).unwrap().count(), 0);
+}
+
 #[test]
 #[cfg(unix)]
 fn a_file_of_a_list_that_is_larger_than_anything_we_write_is_not_hashed() {
