@@ -8,16 +8,20 @@ from . import motion as m
 ORIGIN = {}
 FORMS = {}          # (mechanism, form) -> (kinds, needs, maker)
 STRANGE = set()     # forms no candidate of the diagnosis has, as far as its mechanisms/ showed when they were written
+DEPENDS = {}        # stranger -> classes of a verdict's learned force that say what it depends on; empty: no class does
 DIC = "dci"         # drop-test, contactor-opening, indentation
 
 
-def form(mechanism, name, origin, kinds, needs=(), strange=False):
-    """Registers a maker(rng, rig) -> apply for one form of a mechanism; strange: not a form the diagnosis fits."""
+def form(mechanism, name, origin, kinds, needs=(), strange=False, depends=None):
+    """Registers a maker(rng, rig) -> apply for one form of a mechanism; strange: not a form the diagnosis fits; depends: of a stranger
+    the classes, as verdicts name them, of which any is right: several where one campaign cannot part them."""
     def add(f):
         ORIGIN[mechanism] = origin
         FORMS[mechanism, name] = (kinds, tuple(needs), f)
         if strange:
             STRANGE.add((mechanism, name))
+        if depends is not None:
+            DEPENDS[mechanism] = frozenset(depends)
         return f
     return add
 

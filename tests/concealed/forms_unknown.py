@@ -5,33 +5,33 @@ from . import motion as m
 from .forms import chained, form, setter
 
 
-@form("unknown:fracture", "crack", "contact", "di")
+@form("unknown:fracture", "crack", "contact", "di", depends=("contact: depth", "contact: depth and direction"))
 def _(rng, rig):
     return setter(CRACK_F=rng.uniform(0.35, 0.8) * rig.ref["Fmax"], CRACK_D=lambda s: min(0.4 * s, 0.7))
 
 
-@form("unknown:bent_scale", "quadratic", "chain", "d", ["penetration"])
+@form("unknown:bent_scale", "quadratic", "chain", "d", ["penetration"], depends=("reading of penetration: itself",))
 def _(rng, rig):
     way = rng.choice([-1, 1])
     return chained(bent=lambda s: way * 0.5 * s, bent_ref=rig.ref["xmax"])
 
 
-@form("unknown:corrugated", "periodic", "contact", "di")
+@form("unknown:corrugated", "periodic", "contact", "di", depends=("contact: depth",))
 def _(rng, rig):
     return setter(CORR_F=lambda s: 0.2 * s * rig.ref["F"], CORR_W=rng.uniform(0.25, 0.6) * rig.ref["x"])
 
 
-@form("unknown:jam", "bump", "motion", "dc")
+@form("unknown:jam", "bump", "motion", "dc", depends=("body: place and direction",))
 def _(rng, rig):
     return setter(JAM=lambda s: 0.5 * s * rig.ref["F"], JAM_X=rng.uniform(0.2, 0.6) * rig.ref["x"], JAM_W=rng.uniform(0.05, 0.12) * rig.ref["x"])
 
 
-@form("unknown:rate_stiffness", "logarithmic", "contact", "d", strange=True)
+@form("unknown:rate_stiffness", "logarithmic", "contact", "d", strange=True, depends=("contact: depth and speed", "contact: depth and speed squared"))
 def _(rng, rig):
     return setter(RATE=lambda s: 0.5 * s, RATE_V=rng.uniform(0.05, 0.3) * rig.ref["v"])
 
 
-@form("unknown:temperature", "swing", "contact", "dci", strange=True)
+@form("unknown:temperature", "swing", "contact", "dci", strange=True, depends=("contact: order",))
 def _(rng, rig):
     walk = np.sin(2 * np.pi * (np.arange(40) / rng.uniform(3.5, 6.0) + rng.random()))
 
@@ -40,7 +40,7 @@ def _(rng, rig):
     return apply
 
 
-@form("unknown:shaken_rig", "hum", "motion", "dc", strange=True)
+@form("unknown:shaken_rig", "hum", "motion", "dc", strange=True, depends=())
 def _(rng, rig):
     w = 2 * np.pi * rng.uniform(0.25, 1.2) / rig.ref["T"]
     phase = rng.uniform(0, 2 * np.pi, len(rig.recs))            # another one each time the rig is released
@@ -50,6 +50,6 @@ def _(rng, rig):
     return apply
 
 
-@form("unknown:play", "pick-up", "chain", "d", ["penetration"], strange=True)
+@form("unknown:play", "pick-up", "chain", "d", ["penetration"], strange=True, depends=("reading of penetration: itself",))
 def _(rng, rig):
     return chained(play=lambda s: 0.3 * s * rig.ref["x"])

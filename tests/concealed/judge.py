@@ -9,6 +9,7 @@ import numpy as np
 from scipy import stats
 
 from . import scores
+from .effects import DEPENDS
 
 CHANNELS = ("force", "acceleration", "penetration")
 TIES = [{"lowpass_lag", "channel_skew"}, {"gravity", "return_spring"}]
@@ -63,9 +64,14 @@ def group(truth):
         return other
     if not names:
         return "null"
-    if any(n.startswith("unknown:") for n in names):
+    if truth_is_outside(truth):
         return "unknown"
     return "pair" if len(names) > 1 else truth["tier"]
+
+
+def truth_is_outside(truth):
+    """Whether something is missing that is outside the vocabulary."""
+    return any(n.startswith("unknown:") for n in truth["missing"])
 
 
 def band(k, n, level=0.95):
@@ -162,6 +168,22 @@ def parameters(verdict, truth):
     return out
 
 
+# how the names of the classes of a verdict's learned force begin; names of mechanisms beside it begin otherwise
+CLASSES = ("contact: ", "body: ", "reading of ")
+GAP = 1.03          # misfit before over the oracle's from which on there is something to gain
+
+
+def learned(verdict, truth):
+    """Of what is outside the vocabulary: whether the part of the system was right, and what it depends on; the first classes of
+    the likeliest set. None of what no class holds, and of indentations, whose classes are others."""
+    law = verdict.get("learned") or {}
+    sets = sorted(law.get("sets", []), key=lambda s: -s["probability"]) if law.get("leads") else []
+    classes = [c for c in sets[0]["classes"] if c.startswith(CLASSES)] if sets else []
+    want = set().union(*(DEPENDS[n] for n in truth["missing"] if n in DEPENDS))
+    part = (verdict.get("mismatch", {}).get("where") or [{}])[0].get("origin")
+    return dict(part=part in truth["origin"], depends=bool(want & set(classes)) if want and truth["kind"] != "indentation" else None)
+
+
 def judge(case, truth, answer):
     """One case judged: a dict with what was right. `answer` is the folder with verdict.json and predictions."""
     g = group(truth)
@@ -170,6 +192,7 @@ def judge(case, truth, answer):
                strength=truth["misfit_over_noise"], limit=truth.get("limit"), hostile=truth.get("hostile", {}),
                answered=False, invalid=None, detected=False, named=[], also=[], unexplained=False, right=False, located=None,
                gain=None, before=None, after=None, oracle=truth["oracle_misfit"], parameters=[],
+               part=False if truth_is_outside(truth) else None, depends=None, share=None,
                top=(0.0, False), held=None, open=[], believed=[], false_names=[], probability={}, worse=False)
     try:
         v = json.loads((answer / "verdict.json").read_text())
@@ -212,6 +235,10 @@ def judge(case, truth, answer):
     if out["before"] and out["after"] and want and g != "unknown" and out["oracle"] and out["before"] > 1.02 * out["oracle"]:
         if out["after"] >= 0.6 * out["oracle"]:
             out["gain"] = (out["before"] - out["after"]) / (out["before"] - out["oracle"])
+    if truth_is_outside(truth):
+        out.update(learned(v, truth))
+        if out["before"] and out["after"] and out["oracle"] and out["before"] > GAP * out["oracle"]:
+            out["share"] = (out["before"] - out["after"]) / (out["before"] - out["oracle"])
     out["parameters"] = parameters(v, truth)
     return out
 

@@ -23,6 +23,9 @@ TABLE = (
     ("strange", "strangers: unexplained, no name above 0.5", 0.70, 0.90, False),
     ("strangers", "of these, development half", None, None, False),
     ("sealed", "of these, sealed half", None, None, False),
+    ("share", "strangers and known kinds outside: share of the oracle's held-out gain, median where there is 3 % to gain", 0.80, 0.95, False),
+    ("part", "strangers and known kinds outside: part of the system right", 0.85, 0.95, False),
+    ("depends", "strangers and known kinds outside: what it depends on right, where a class holds it", 0.70, 0.95, False),
     ("dirt0", "dirt, nothing missing: silent", 0.90, 0.98, False),
     ("dirt1", "dirt and one effect: named, nothing besides", None, None, False),
     ("little", "little measured: named or in the set; nothing missing: silent", 0.80, 0.95, False),
@@ -135,6 +138,12 @@ def figures(rows):
     share("located", [r for r in rows if r["truth"] and r["detected"] and r.get("set") is None], "located")
     share("wrong", [r for r in rows if r["answered"] and r["group"] not in ("pair", "many")], "believed")
     share("worse", [r for r in rows if r["answered"]], "worse")
+    outside = [r for r in rows if r["part"] is not None]
+    share("part", outside, "part")
+    share("depends", [r for r in outside if r["depends"] is not None], "depends")
+    shares = [r["share"] for r in outside if r["share"] is not None]
+    if shares:
+        out["share"] = (float(np.median(shares)), None, len(shares))
     _, error = reliability(rows)
     if error is not None:
         out["calibration"] = (error, None, sum(r["answered"] and r["group"] != "many" for r in rows))

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tests.concealed import chain, motion as m, page, prove, rigs, scores, weights
-from tests.concealed.effects import FORMS, HALF, KNOWN, OUTSIDE, of_half
+from tests.concealed.effects import DEPENDS, FORMS, HALF, KNOWN, OUTSIDE, of_half
 from tests.concealed.groups import DIRT, GROUPS, LITTLE, attempt, cut, draw_group, fine_print, plan, soiled
-from tests.concealed.judge import files, judge, table
+from tests.concealed.judge import CLASSES, files, judge, learned, table
 from tests.concealed.test_lab import body, ride
 
 
@@ -191,6 +191,32 @@ def test_answers_on_groups_are_judged_by_their_own_rules(drawn, tmp_path):
     assert r["held"] == (False, 1)
 
 
+def test_what_was_learned_of_a_stranger_is_judged_by_part_and_dependence():
+    truth = dict(missing=["unknown:latch"], origin=["motion"], kind="drop-test")
+    law = lambda *classes, leads=True: {"leads": leads, "sets": [{"classes": ["contact: depth"], "probability": 0.2}, {"classes": list(classes), "probability": 0.7}]}
+    said = lambda origin, law: {"mismatch": {"where": [{"origin": origin}]}, "learned": law}
+    assert learned(said("motion", law("body: place")), truth) == dict(part=True, depends=True)
+    assert learned(said("motion", law("squeeze_film", "body: place")), truth)["depends"]
+    assert learned(said("contact", law("contact: depth")), truth) == dict(part=False, depends=False)
+    assert learned(said("motion", law("body: place", leads=False)), truth) == dict(part=True, depends=False)
+    assert learned({"mismatch": {}}, truth) == dict(part=False, depends=False)
+    # no class holds it; the classes of indentations are others
+    assert learned(said("chain", law("body: place")), truth | dict(missing=["unknown:echo"], origin=["chain"])) == dict(part=True, depends=None)
+    assert learned(said("motion", law("body: place")), truth | dict(kind="indentation"))["depends"] is None
+
+
+def test_every_stranger_says_which_classes_hold_it():
+    assert set(DEPENDS) == set(HALF) | set(OUTSIDE)
+    assert all(c.startswith(CLASSES) for classes in DEPENDS.values() for c in classes)
+
+
+def test_shares_of_strangers_are_a_median_and_parts_are_counted():
+    rows = [a_row("strangers", True, 1.0, True, ("unknown:latch",), part=True, depends=True, share=s) for s in (0.2, 0.9, 1.0)]
+    rows += [a_row("unknown", False, 1.0, True, ("unknown:echo",), part=False), a_row("plain", True, 1.0, True)]
+    got = scores.figures(rows)
+    assert got["part"] == (0.75, 3, 4) and got["depends"] == (1.0, 3, 3) and got["share"] == (0.9, None, 3)
+
+
 def test_little_counts_a_name_that_is_held_open():
     row = dict(group="little", truth=["adhesion"], named=["clipping"], also=[], open=["adhesion"], detected=True)
     assert scores.right_in_group(row, {}) and not scores.right_in_group(row | {"open": []}, {})
@@ -199,7 +225,7 @@ def test_little_counts_a_name_that_is_held_open():
 
 def a_row(group, right, p, ok, truth=("x",), **more):
     return dict(group=group, right=right, top=(p, ok), truth=list(truth), answered=True, detected=True, located=True, held=None, believed=[], worse=False, gain=None,
-                parameters=[], set=None, case="c", false_names=[], probability={}) | more
+                part=None, depends=None, share=None, parameters=[], set=None, case="c", false_names=[], probability={}) | more
 
 
 def test_reliability_is_the_mean_gap_between_reported_and_right():
