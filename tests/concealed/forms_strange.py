@@ -58,7 +58,7 @@ def _(rng, rig):
     return setter(LA_F=lambda s: 0.5 * s * rig.ref["F"], LA_Z=rng.uniform(0.8, 3.0) * rig.ref["x"])
 
 
-@stranger("development", "bent_force", "quadratic", "chain", "dci", ["force"], depends=("reading of force: itself",))
+@stranger("development", "bent_force", "quadratic", "chain", "dci", ["force"], depends=("reading of force: itself", "bent_scale"))
 def _(rng, rig):
     way = rng.choice([-1, 1])
     return chained(straight=lambda s: {"force": (way * 0.5 * min(s, 0.8), rig.ref["Fmax"])})
@@ -78,7 +78,7 @@ def _(rng, rig):
     return setter(TH=lambda s: s * rig.ref["F"] / rig.ref["v"] / (rig.ref["v"] - v), TH_V=v, TH_D=0.1 * rig.ref["x"])
 
 
-@stranger("development", "skin", "breaks", "contact", "di", depends=("contact: depth and direction",))
+@stranger("development", "skin", "breaks", "contact", "di", depends=("contact: depth and direction", "fracture"))
 def _(rng, rig):
     # a skin, ice or paint, that bears until it breaks, once a recording
     return setter(SKIN_F=lambda s: 0.5 * s * rig.ref["F"], SKIN_D=rng.uniform(0.15, 0.4) * rig.ref["x"])
@@ -160,7 +160,7 @@ def _(rng, rig):
     return chained(slew=lambda s: steepest / (1 + 4 * s))
 
 
-@stranger("sealed", "dead_band", "about-zero", "chain", "dci", ["force"], depends=("reading of force: itself",))
+@stranger("sealed", "dead_band", "about-zero", "chain", "dci", ["force"], depends=("reading of force: itself", "bent_scale"))
 def _(rng, rig):
     # crossover distortion of an output stage: what lies below a level is not read, nor is that much of the rest
     return chained(dead=lambda s: 0.2 * s * rig.ref["F"])

@@ -5,23 +5,23 @@ from . import motion as m
 from .forms import chained, form, setter
 
 
-@form("unknown:fracture", "crack", "contact", "di", depends=("contact: depth", "contact: depth and direction"))
+@form("unknown:fracture", "crack", "contact", "di", depends=("contact: depth", "contact: depth and direction", "fracture"))
 def _(rng, rig):
     return setter(CRACK_F=rng.uniform(0.35, 0.8) * rig.ref["Fmax"], CRACK_D=lambda s: min(0.4 * s, 0.7))
 
 
-@form("unknown:bent_scale", "quadratic", "chain", "d", ["penetration"], depends=("reading of penetration: itself",))
+@form("unknown:bent_scale", "quadratic", "chain", "d", ["penetration"], depends=("reading of penetration: itself", "bent_scale"))
 def _(rng, rig):
     way = rng.choice([-1, 1])
     return chained(bent=lambda s: way * 0.5 * s, bent_ref=rig.ref["xmax"])
 
 
-@form("unknown:corrugated", "periodic", "contact", "di", depends=("contact: depth",))
+@form("unknown:corrugated", "periodic", "contact", "di", depends=("contact: depth", "ripple"))
 def _(rng, rig):
     return setter(CORR_F=lambda s: 0.2 * s * rig.ref["F"], CORR_W=rng.uniform(0.25, 0.6) * rig.ref["x"])
 
 
-@form("unknown:jam", "bump", "motion", "dc", depends=("body: place and direction",))
+@form("unknown:jam", "bump", "motion", "dc", depends=("body: place and direction", "jam"))
 def _(rng, rig):
     return setter(JAM=lambda s: 0.5 * s * rig.ref["F"], JAM_X=rng.uniform(0.2, 0.6) * rig.ref["x"], JAM_W=rng.uniform(0.05, 0.12) * rig.ref["x"])
 

@@ -275,12 +275,7 @@ def attempt(rng, tier, mechanism, used, only=None):
     user = fit(rig, data, Pm, stride=stride, iterations=12, speeds=speeds, start=None)
     if user.r2 < 0.99:
         return None
-    Pt = rig.P.copy()
-    Pt[m.M] = mass
-    if kind == "drop-test" and "gravity" in names:
-        Pt[m.G] = 9.81
-    st = max(1, stride // 2)
-    oracle = fit(rig, data, Pt, effects=[(e["apply"], s) for e, s in pairs], stride=st, iterations=14, speeds=speeds, tolerant=True)
+    oracle = oracle_misfit(rig, data, mass, pairs, stride, speeds)
     limit = None
     if len(pairs) == 1 and tier != "unknown":
         limit = separability(rng, rig, base_parameters(rig), names[0], sims, f)
@@ -292,7 +287,7 @@ def attempt(rng, tier, mechanism, used, only=None):
         "base_refit_nrmse": f.nrmse, "base_refit_r2": f.r2, "misfit_over_noise": f.over_noise,
         "tier": level if tier != "null" else "null", "misfit_share": shares(rig, sims, f),
         "acts": acts(rig, sims, pairs) if pairs else {"approach": 0.0, "loading": 0.5, "unloading": 0.5, "after": 0.0},
-        "oracle_misfit": oracle.nrmse, "origin": sorted({e["origin"] for e, _ in pairs}),
+        "oracle_misfit": oracle, "origin": sorted({e["origin"] for e, _ in pairs}),
         "limit": limit, "forms": [e["form"] for e, _ in pairs], "strengths": [s for _, s in pairs],
         "hostile": {"wander": hostile[0], "spikes": hostile[1]}, "user_fit_r2": user.r2,
         "true_base": {"M": rig.P[m.M], "k": rig.P[m.K], "p": rig.P[m.PW], "mu": rig.P[m.MU], "g": rig.P[m.G],
@@ -300,6 +295,16 @@ def attempt(rng, tier, mechanism, used, only=None):
         "true_effect": described(rig, pairs), "noise": {c: rig.sigma[c] for c in rig.channels},
     }
     return rig, data, measured, mass, user.P, truth
+
+
+def oracle_misfit(rig, data, mass, pairs, stride, speeds):
+    """Misfit over range of who knows the effects, their strengths too, and fits what else there is."""
+    P = rig.P.copy()
+    P[m.M] = mass
+    if rig.kind == "drop-test" and any(e["mechanism"] == "gravity" for e, _ in pairs):
+        P[m.G] = 9.81
+    effects = [(e["apply"], s) for e, s in pairs]
+    return fit(rig, data, P, effects=effects, stride=max(1, stride // 2), iterations=14, speeds=speeds, tolerant=True).nrmse
 
 
 def alike(rig):

@@ -21,7 +21,7 @@ from . import chain as chain_
 from . import motion as m
 from .calibrate import base_parameters, fit
 from .effects import FORMS, KNOWN, allowed, of_half
-from .generate import CALM, TIERS, acts, described, gravity_target, jsonable, make_effect, record, tune, write_case
+from .generate import CALM, TIERS, acts, described, gravity_target, jsonable, make_effect, oracle_misfit, record, tune, write_case
 from .limits import OPPOSITES, TIES
 from .rigs import CHANNELS, draw, simulate
 
@@ -242,6 +242,8 @@ def attempt(rng, group, detail, name, used):
     Pm = base_parameters(rig)
     Pm[m.M] = mass
     user = fit(rig, data, Pm, stride=stride, iterations=12, speeds=speeds if kind == "drop-test" else None)
+    strange = group in ("strangers", "sealed")
+    oracle = oracle_misfit(rig, data, mass, pairs, stride, speeds if kind == "drop-test" else None) if strange else None
     clocks = None
     if group == "dirt":
         data, clocks = soiled(rng, rig, data, detail)
@@ -250,7 +252,7 @@ def attempt(rng, group, detail, name, used):
     truth = {
         "set": group, "detail": detail, "missing": [e["mechanism"] for e, _ in pairs], "kind": kind, "material": rig.material, "tier": tier,
         "strength": float(max([s for _, s in pairs], default=1.0)), "strengths": [s for _, s in pairs], "forms": [e["form"] for e, _ in pairs],
-        "base_refit_nrmse": f.nrmse, "base_refit_r2": f.r2, "misfit_over_noise": f.over_noise, "oracle_misfit": None, "limit": None, "hostile": {},
+        "base_refit_nrmse": f.nrmse, "base_refit_r2": f.r2, "misfit_over_noise": f.over_noise, "oracle_misfit": oracle, "limit": None, "hostile": {},
         "acts": acts(rig, sims, pairs) if pairs else {"approach": 0.0, "loading": 0.5, "unloading": 0.5, "after": 0.0},
         "origin": sorted({e["origin"] for e, _ in pairs}), "user_fit_r2": user.r2,
         "true_base": {"M": rig.P[m.M], "k": rig.P[m.K], "p": rig.P[m.PW], "mu": rig.P[m.MU], "g": rig.P[m.G], "travel": rig.P[m.TRAVEL], "sp_k": rig.P[m.SP_K]},

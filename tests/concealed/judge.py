@@ -168,8 +168,6 @@ def parameters(verdict, truth):
     return out
 
 
-# how the names of the classes of a verdict's learned force begin; names of mechanisms beside it begin otherwise
-CLASSES = ("contact: ", "body: ", "reading of ")
 GAP = 1.03          # misfit before over the oracle's from which on there is something to gain
 
 
@@ -177,11 +175,11 @@ def learned(verdict, truth):
     """Of what is outside the vocabulary: whether the part of the system was right, and what it depends on; the first classes of
     the likeliest set. None of what no class holds, and of indentations, whose classes are others."""
     law = verdict.get("learned") or {}
-    sets = sorted(law.get("sets", []), key=lambda s: -s["probability"]) if law.get("leads") else []
-    classes = [c for c in sets[0]["classes"] if c.startswith(CLASSES)] if sets else []
+    first = max(law.get("sets", []), key=lambda s: s["probability"], default={"classes": []})
+    said = verdict.get("unexplained", {}).get("detected", False)
     want = set().union(*(DEPENDS[n] for n in truth["missing"] if n in DEPENDS))
     part = (verdict.get("mismatch", {}).get("where") or [{}])[0].get("origin")
-    return dict(part=part in truth["origin"], depends=bool(want & set(classes)) if want and truth["kind"] != "indentation" else None)
+    return dict(part=part in truth["origin"], depends=bool(said and want & set(first["classes"])) if want and truth["kind"] != "indentation" else None)
 
 
 def judge(case, truth, answer):

@@ -42,10 +42,10 @@ static const Case cases[] = {
 };
 #define CASES (sizeof cases / sizeof *cases)
 
-/* a force of a shape of its own, of all twelve terms */
+/* a force of a shape of its own, of all terms */
 static int learn(Component c, int form) {
     int s = set_integer(c, "learned_form", form - 1) | set(c, "learned_range", 1e-4) | set(c, "learned_speed", 0.3);
-    for (int i = 1; i <= 12; i++) {
+    for (int i = 1; i <= 24; i++) {
         char name[32];
         snprintf(name, sizeof name, "learned_rest_%d", i);
         s |= set(c, name, (i % 3 ? 4.0 : -7.0) / i);

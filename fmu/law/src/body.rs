@@ -228,19 +228,23 @@ impl SqueezeFilm {
     }
 }
 
-/// A force of a shape of its own on the body, learned from recordings: F = -(b(z) + c(z) w) - w d(|w|), z the way before the stop
-/// over its range and w the speed over the one that counts as 1 (see [`learned`](crate::learned)).
+/// A force of a shape of its own on the body, learned from recordings: F = -(b(z) + c(z) w) - w d(|w|), z the place, from
+/// 0 at the end of the way before the stop by 1/2 at the stop to 1 at the largest depth, and w the speed over the one that counts as 1, or for c the sign of the speed (see
+/// [`learned`](crate::learned)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LearnedForce {
     /// b and c, with the range, 0 where there is neither, and the speed that counts as 1, 0 where nothing depends on the speed.
     pub of_place: Learned,
+    /// Whether c goes with the direction of the motion, and not with the speed.
+    pub turns: bool,
     /// Coefficients of d, N.
     pub of_speed: [f64; TERMS],
 }
 
 impl Default for LearnedForce {
     fn default() -> Self {
-        LearnedForce { of_place: Learned { range: 0.0, speed: 0.0, ..Learned::default() }, of_speed: [0.0; TERMS] }
+        let of_place = Learned { range: 0.0, speed: 0.0, ..Learned::default() };
+        LearnedForce { of_place, turns: false, of_speed: [0.0; TERMS] }
     }
 }
 
@@ -255,10 +259,10 @@ impl LearnedForce {
 
     /// How what depends on the place goes with the speed.
     fn goes(&self) -> WithSpeed {
-        if self.depends_on_speed() {
-            WithSpeed::Linear
-        } else {
-            WithSpeed::No
+        match self.turns {
+            true => WithSpeed::Direction,
+            false if self.depends_on_speed() => WithSpeed::Linear,
+            false => WithSpeed::No,
         }
     }
 
@@ -290,7 +294,8 @@ impl LearnedForce {
 
     /// Whether the place, m, or the speed, m/s, is beyond what was learned.
     pub fn is_beyond(&self, x: f64, v: f64) -> bool {
-        let is_farther = self.depends_on_place() && self.of_place.is_farther(-x);
+        let is_deeper = self.of_place.depth > 0.0 && x > self.of_place.depth;
+        let is_farther = self.depends_on_place() && (self.of_place.is_farther(-x) || is_deeper);
         is_farther || (self.depends_on_speed() && self.of_place.is_faster(v))
     }
 }

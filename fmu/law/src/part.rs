@@ -133,6 +133,8 @@ pub struct Scales {
     pub orders: f64,
     /// Largest peak force, N (or mass times peak acceleration).
     pub peak: f64,
+    /// Depth of the deepest impact, m.
+    pub deepest: f64,
 }
 
 /// The part of the system a mechanism sits in.

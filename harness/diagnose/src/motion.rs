@@ -78,9 +78,12 @@ impl Loss {
         }
         let whole: f64 = taken.iter().zip(&force.learned.coefficients[TERMS..]).map(|(t, c)| t * c).sum();
         let unit = unit(of, &f.structure.base().context);
-        let first = f.structure.values_of(term).start + TERMS;
+        let values = f.structure.values_of(term);
+        // those of its second series
+        let many = values.len() / of.series();
+        let first = values.start + many;
         let covariance = f.problem().covariance(f.point())?;
-        let pairs = (0..TERMS).flat_map(|i| (0..TERMS).map(move |j| (i, j)));
+        let pairs = (0..many).flat_map(|i| (0..many).map(move |j| (i, j)));
         let variance: f64 = pairs.map(|(i, j)| taken[i] * covariance[(first + i, first + j)] * taken[j]).sum();
         let sd = unit * variance.max(0.0).sqrt();
         Some(Loss {
@@ -115,6 +118,9 @@ impl Force {
 
 /// Curves that were learned: their columns with their units, and the rows.
 pub type Curves = (Vec<&'static str>, Vec<Vec<f64>>);
+
+/// Terms of the series by which what may be depended on is told apart; what is possible then is learned by all terms there are.
+const COARSE: usize = 12;
 
 /// How a force is learned.
 const OPTIONS: Options = Options { iterations: 60, tolerance: 1e-5, hopeless: 0.0, ceiling: f64::INFINITY };
@@ -186,11 +192,26 @@ impl Tried {
     }
 }
 
-/// The terms of every dependence, as the force of this index of those side by side.
-fn terms(base: &Fitted, index: usize) -> Vec<(Dependence, Term)> {
+/// The terms of every dependence, as the force of this index of those side by side, by series of so many terms.
+fn terms(base: &Fitted, index: usize, of_series: usize) -> Vec<(Dependence, Term)> {
     let given = base.structure.base();
     let at = |(of, mechanism, form)| given.at_bonds(mechanism, &form).into_iter().map(move |term| (of, term));
-    dependences(&given.context, index).into_iter().flat_map(at).collect()
+    dependences(&given.context, index, of_series).into_iter().flat_map(at).collect()
+}
+
+/// A force of the dependence `of` that was learned beside `from` by coarse series, by all terms that series have, from where it is.
+fn finer(from: &Fitted, of: Dependence, coarse: &Fitted) -> Option<Fitted> {
+    let bond = coarse.structure.last()?.bond;
+    let is_same = |(depends, t): &(Dependence, Term)| *depends == of && t.bond == bond;
+    let (_, term) = terms(from, 0, TERMS).into_iter().find(is_same)?;
+    let structure = from.structure.with(term);
+    let at = coarse.point();
+    let (before, learned) = at.theta.split_at(at.theta.len() - of.series() * COARSE);
+    let none = [0.0; TERMS - COARSE];
+    let series = learned.chunks(COARSE).flat_map(|series| series.iter().chain(&none));
+    let at = Point { theta: before.iter().chain(series).copied().collect(), ..at.clone() };
+    let start = evaluated(&coarse.data, &structure, &at);
+    Some(Fitted::from(&coarse.data, structure, start, &OPTIONS))
 }
 
 /// Probability of each, by its evidence, as laws learned of imposed motion are weighed, and by what it predicts of levels not seen,
@@ -231,7 +252,8 @@ fn end_what_is_possible(tried: &mut [Tried], given: f64, table: &Table) {
 /// and the likeliest of those with something beside it. What they predict of levels not seen counts as it does of names; `given`:
 /// the misfit over range of what the simulation as given predicts.
 pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Table, given: f64) -> Vec<Force> {
-    let (mut tried, noise) = alone(base, terms(base, 0), stands_in, |_| 0.0);
+    let (mut tried, noise) = alone(base, terms(base, 0, COARSE), stands_in, |_| 0.0);
+    refine(base, &mut tried, given, table);
     predict(&mut tried, given, table);
     let alone = tried.iter().zip(probabilities(&tried, given, table)).enumerate();
     let alone = alone.filter(|(_, (t, _))| !t.depends.is_empty() && !t.is_worse(given));
@@ -253,10 +275,12 @@ pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Table, given: f6
 /// the mechanisms, and has the prior of a second part.
 pub fn learn_beside(named: &Fitted, table: &Table, given: f64) -> Vec<Force> {
     let origins: Vec<Origin> = named.structure.terms().iter().map(|t| t.mechanism.origin).collect();
-    let elsewhere: Vec<_> = terms(named, 0).into_iter().filter(|(of, _)| !origins.contains(&of.origin())).collect();
+    let elsewhere: Vec<_> =
+        terms(named, 0, COARSE).into_iter().filter(|(of, _)| !origins.contains(&of.origin())).collect();
     let ln_prior = ln_prior_of_second(elsewhere.len(), table);
     let (mut tried, _) =
         alone(named, elsewhere, Some(named), |depends| if depends.is_empty() { 0.0 } else { ln_prior });
+    refine(named, &mut tried, given, table);
     predict(&mut tried, given, table);
     forces(named, tried, given, table)
 }
@@ -279,10 +303,10 @@ fn alone(
         terms.into_par_iter().map(|(of, term)| (vec![of], beside(from, term))).collect();
     let tried = tried.into_iter().chain(stands_in.map(|f| (Vec::new(), f.clone())));
     let tried: Vec<_> = tried.filter(|(_, f)| f.chi2().is_finite()).collect();
-    let Some((_, best)) = tried.iter().min_by(|a, b| a.1.chi2().total_cmp(&b.1.chi2())) else {
+    let Some(best) = tried.iter().min_by(|a, b| a.1.chi2().total_cmp(&b.1.chi2())) else {
         return (Vec::new(), 1.0);
     };
-    let noise = left(best);
+    let noise = left(best.0.first().and_then(|of| finer(from, *of, &best.1)).as_ref().unwrap_or(&best.1));
     let wider = Arc::new(widened(&from.data, noise));
     let again = |(depends, f): (Vec<Dependence>, Fitted)| {
         let ln_prior = ln_prior(&depends);
@@ -326,6 +350,21 @@ fn in_less_noise(base: &Fitted, tried: Vec<Tried>, noise: f64) -> Vec<Tried> {
     tried.into_par_iter().filter_map(again).collect()
 }
 
+/// Learns what is possible by all terms that series have.
+fn refine(from: &Fitted, tried: &mut [Tried], given: f64, table: &Table) {
+    end_what_is_possible(tried, given, table);
+    let shares = probabilities(tried, given, table);
+    let possible = tried.par_iter_mut().zip(shares).filter(|(_, share)| *share > POSSIBLE);
+    possible.for_each(|(t, _)| {
+        let fitted = t.depends.first().and_then(|of| finer(from, *of, &t.fitted));
+        let finer =
+            fitted.and_then(|f| Tried::new(t.depends.clone(), None, f, t.ln_prior)).and_then(|t| t.to_its_end());
+        if let Some(finer) = finer.filter(|f| f.ln() > t.ln()) {
+            *t = finer;
+        }
+    });
+}
+
 /// Fits to its end what is possible, and works out what it predicts of levels not seen.
 fn predict(tried: &mut [Tried], given: f64, table: &Table) {
     end_what_is_possible(tried, given, table);
@@ -361,7 +400,7 @@ fn forces(from: &Fitted, tried: Vec<Tried>, given: f64, table: &Table) -> Vec<Fo
 /// `first` with everything beside it that acts in another place, each as likely beforehand: what can be learned, and the forms of
 /// the vocabulary.
 fn pairs(base: &Fitted, first: &Tried, table: &Table) -> Vec<Tried> {
-    let learned = terms(base, 1).into_iter().filter(|(of, _)| first.depends.iter().all(|f| f.goes_with(*of)));
+    let learned = terms(base, 1, COARSE).into_iter().filter(|(of, _)| first.depends.iter().all(|f| f.goes_with(*of)));
     let origin = first.fitted.structure.last().map(|t| t.mechanism.origin);
     let forms = base.structure.base().candidates().into_iter();
     let there = first.fitted.names();
@@ -405,6 +444,11 @@ mod tests {
     use mechanisms::learned_force::{LearnedForce, LearnedForces};
     use plant::recipe::{write_campaign, Recipe};
 
+    /// Half as many samples: a force is learned through many simulations.
+    fn recipe() -> Recipe {
+        Recipe { samples: 350, interval: 2e-5, ..Recipe::default() }
+    }
+
     fn by_itself(force: LearnedForce) -> LearnedForces {
         LearnedForces([force, LearnedForce::default()])
     }
@@ -412,7 +456,7 @@ mod tests {
     /// The simulation as given of a campaign that holds `forces`, and what is learned beside it.
     fn learned(forces: LearnedForces) -> (Fitted, Vec<Force>) {
         let dir = tempfile::tempdir().unwrap();
-        let mut recipe = Recipe::default();
+        let mut recipe = recipe();
         recipe.physics.learned_forces = forces;
         write_campaign(dir.path(), &recipe).unwrap();
         let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
@@ -443,7 +487,7 @@ mod tests {
     /// The simulation without hysteresis damping of a campaign that has it.
     fn without_damping() -> Fitted {
         let dir = tempfile::tempdir().unwrap();
-        write_campaign(dir.path(), &Recipe::default()).unwrap();
+        write_campaign(dir.path(), &recipe()).unwrap();
         let mut campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
         campaign.simulation.terms.retain(|t| t != "hysteresis_damping");
         let prepared = Prepared::new(&campaign).unwrap();
@@ -455,7 +499,7 @@ mod tests {
         let base = without_damping();
         let of = Dependence::DepthAndSpeed;
         let fitted = |base: &Fitted| {
-            let (_, term) = terms(base, 0).into_iter().find(|(depends, _)| *depends == of).unwrap();
+            let (_, term) = terms(base, 0, COARSE).into_iter().find(|(depends, _)| *depends == of).unwrap();
             beside(base, term)
         };
         let damping = fitted(&base);
@@ -464,7 +508,7 @@ mod tests {
         assert!(loss.probability > 0.99 && loss.largest > 0.0, "{}", loss.probability);
         // turned round it gives energy
         let mut turned = damping;
-        let first = turned.structure.first_term() + TERMS;
+        let first = turned.structure.first_term() + COARSE;
         turned.fit.point.theta[first..].iter_mut().for_each(|c| *c = -*c);
         let loss = Loss::new(&turned, 0, of).unwrap();
         assert!(loss.probability < 0.01, "{}", loss.probability);

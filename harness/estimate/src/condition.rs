@@ -234,7 +234,7 @@ pub fn condition_on(c: &Campaign, machine: Option<&Arc<dyn Machine>>) -> Result<
         })
         .collect();
     // of a body that is caught its way alone is read: the deepest reading takes the place of the largest force
-    let deepest: Option<Vec<f64>> = c
+    let ways: Option<Vec<f64>> = c
         .recordings
         .iter()
         .map(|r| match &r.channels {
@@ -243,7 +243,7 @@ pub fn condition_on(c: &Campaign, machine: Option<&Arc<dyn Machine>>) -> Result<
         })
         .collect();
     let exponent_by_way = |x: &[f64]| power(&speeds, x).map_or(1.2, |slope| 2.0 / slope.clamp(0.4, 2.0) - 1.0);
-    let forces: Vec<f64> = match &deepest {
+    let forces: Vec<f64> = match &ways {
         // m v^2 / 2 = F x / (p + 1)
         Some(x) => {
             let p = exponent_by_way(x).clamp(1.0, 3.5);
@@ -257,7 +257,7 @@ pub fn condition_on(c: &Campaign, machine: Option<&Arc<dyn Machine>>) -> Result<
     let peak = forces.iter().cloned().fold(0.0, f64::max);
     // p from how the peak grows with speed (or depth), or how depth grows with speed; k from energy (or depth)
     let is_indentation = c.kind == Kind::Indentation;
-    let p = match &deepest {
+    let p = match &ways {
         Some(x) => exponent_by_way(x),
         None if is_indentation => power(&depths, &forces).unwrap_or(1.5),
         None => {
@@ -270,12 +270,12 @@ pub fn condition_on(c: &Campaign, machine: Option<&Arc<dyn Machine>>) -> Result<
     let mut order: Vec<usize> = (0..forces.len()).collect();
     order.sort_by(|a, b| forces[*a].total_cmp(&forces[*b]));
     let m = order[mid];
-    let depth = if is_indentation {
-        depths[m]
-    } else {
+    let depth_of = |i: usize| match is_indentation {
+        true => depths[i],
         // m v^2 / 2 = F x / (p + 1)
-        0.5 * mass * speeds[m] * speeds[m] * (p + 1.0) / forces[m]
+        false => 0.5 * mass * speeds[i] * speeds[i] * (p + 1.0) / forces[i],
     };
+    let depth = depth_of(m);
     if !(depth > 0.0 && depth.is_finite() && forces[m] > 0.0) {
         return Err(Invalid("the recordings hold no impact whose depth could be estimated".into()));
     }
@@ -288,6 +288,10 @@ pub fn condition_on(c: &Campaign, machine: Option<&Arc<dyn Machine>>) -> Result<
         r.setup.speed = speeds[i];
         r.setup.duration = duration;
     }
+    // as read, or where no depth is, as the energy has it
+    let read = |r: &Recording| r.channels[Channel::Penetration.index()].as_deref().map_or(0.0, highest);
+    let read = c.recordings.iter().map(read).fold(0.0, f64::max);
+    let deepest = if read > 0.0 { read } else { (0..forces.len()).map(depth_of).fold(0.0, f64::max) };
     let scales = Scales {
         force: forces[m],
         depth,
@@ -300,6 +304,7 @@ pub fn condition_on(c: &Campaign, machine: Option<&Arc<dyn Machine>>) -> Result<
         v_ref: speeds[m],
         orders: count,
         peak,
+        deepest: if deepest.is_finite() { deepest.max(depth) } else { depth },
     };
     let data =
         Data { kind: c.kind, mass, records, noise, scales, range, repeat_scatter: REPEATS, budget: Budget::default() };

@@ -44,6 +44,7 @@ fn plain(kind: Kind) -> Context {
             v_ref: 1.0,
             orders: 10.0,
             peak: 1.0,
+            deepest: 1.0,
         },
         terms: Vec::new(),
         top: [1.0; 3],

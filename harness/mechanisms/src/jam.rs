@@ -2,14 +2,15 @@
 
 use crate::latent_force::against;
 use crate::mechanism::*;
-use crate::part::Part;
+use crate::part::{Motion, Part};
+use record::Kind;
 
-/// F = a sign(v) exp(-((x - x0)/w)^2/2) (a tight place in the guide).
+/// F = -a sign(v) exp(-((x - x0)/w)^2/2) on the body (a tight place in the guide).
 pub const MECHANISM: Mechanism = Mechanism {
     name: "jam",
     origin: Origin::Motion,
     named: false,
-    equation: "F = a sign(v) exp(-((x - x0)/w)^2/2)",
+    equation: "F = -a sign(v) exp(-((x - x0)/w)^2/2)",
     source: "a tight place in the guide",
     sentence: "the motion is resisted at one place",
     cure: "No mechanism known explains it; the report shows the force it takes.",
@@ -27,11 +28,21 @@ pub struct Jam {
     pub position: f64,
     /// Width w, m.
     pub width: f64,
+    /// Whether the motion is imposed: then what moves the body reads the resistance beside the contact's force.
+    pub is_imposed: bool,
 }
 
 impl Default for Jam {
     fn default() -> Self {
-        Jam { force: 0.0, position: 0.0, width: 1.0 }
+        Jam { force: 0.0, position: 0.0, width: 1.0, is_imposed: false }
+    }
+}
+
+impl Jam {
+    /// Resistance against the motion, N.
+    fn resistance(&self, x: f64, v: f64) -> f64 {
+        let z = (x - self.position) / self.width;
+        self.force * against(v) * (-0.5 * z * z).exp()
     }
 }
 
@@ -42,15 +53,21 @@ impl Part for Jam {
     }
     #[inline]
     fn acts_on_face(&self) -> bool {
-        self.force != 0.0
+        self.is_imposed && self.force != 0.0
     }
     #[inline]
     fn on_face(&self, x: f64, v: f64, f: f64) -> f64 {
-        if self.force == 0.0 {
+        if !self.acts_on_face() {
             return f;
         }
-        let z = (x - self.position) / self.width;
-        f + self.force * against(v) * (-0.5 * z * z).exp()
+        f + self.resistance(x, v)
+    }
+    #[inline]
+    fn on_body(&self, at: &Motion, f: f64) -> f64 {
+        if self.is_imposed || self.force == 0.0 {
+            return f;
+        }
+        f - self.resistance(at.x, at.v)
     }
 }
 
@@ -66,6 +83,7 @@ fn forms(_: &Context) -> Vec<Form> {
         linear: true,
         extends: None,
         apply: |t, c, p| {
+            p.jam.is_imposed = c.kind == Kind::Indentation;
             p.jam.force = t[0] * c.scales.force;
             p.jam.position = t[1] * c.scales.depth;
             p.jam.width = c.scales.depth * t[2].exp();

@@ -57,6 +57,8 @@ pub enum Dependence {
     Place,
     /// b(x) + c(x) v.
     PlaceAndSpeed,
+    /// b(x) + c(x) sign(v).
+    PlaceAndDirection,
     /// v c(|v|).
     Speed,
     /// The error of a reading, of the reading itself: of force, acceleration or penetration.
@@ -78,6 +80,7 @@ impl Dependence {
             Dependence::DepthAndSpeedSquared => "contact: depth and speed squared",
             Dependence::Place => "body: place",
             Dependence::PlaceAndSpeed => "body: place and speed",
+            Dependence::PlaceAndDirection => "body: place and direction",
             Dependence::Speed => "body: speed",
             Dependence::Reading(Channel::Force) => "reading of force: itself",
             Dependence::Reading(Channel::Acceleration) => "reading of acceleration: itself",
@@ -97,6 +100,7 @@ impl Dependence {
             Dependence::DepthAndSpeedSquared => "between the faces, on the depth and the square of the speed",
             Dependence::Place => "on the body, on its place alone",
             Dependence::PlaceAndSpeed => "on the body, on its place and its speed",
+            Dependence::PlaceAndDirection => "on the body, on its place and the direction of its motion",
             Dependence::Speed => "on the body, on its speed alone",
             Dependence::Reading(Channel::Force) => "in the reading of the force, on that reading",
             Dependence::Reading(Channel::Acceleration) => "in the reading of the acceleration, on that reading",
@@ -137,26 +141,28 @@ impl Dependence {
     const fn goes(self) -> WithSpeed {
         match self {
             Dependence::DepthAndSpeed | Dependence::PlaceAndSpeed | Dependence::Speed => WithSpeed::Linear,
-            Dependence::DepthAndDirection => WithSpeed::Direction,
+            Dependence::DepthAndDirection | Dependence::PlaceAndDirection => WithSpeed::Direction,
             Dependence::DepthAndSpeedSquared => WithSpeed::Squared,
             _ => WithSpeed::No,
         }
     }
 
-    /// Coefficients of it.
-    const fn coefficients(self) -> usize {
+    /// Series of it.
+    pub const fn series(self) -> usize {
         match self {
             Dependence::Nothing => 0,
-            Dependence::Depth | Dependence::Place | Dependence::Speed => TERMS,
-            Dependence::Reading(_) | Dependence::Force => TERMS,
-            _ => COEFFICIENTS,
+            Dependence::Depth | Dependence::Place | Dependence::Speed => 1,
+            Dependence::Reading(_) | Dependence::Force => 1,
+            _ => 2,
         }
     }
 
     /// Where it sits.
     const fn mechanism(self) -> &'static Mechanism {
         match self {
-            Dependence::Place | Dependence::PlaceAndSpeed | Dependence::Speed => &ON_BODY,
+            Dependence::Place | Dependence::PlaceAndSpeed | Dependence::PlaceAndDirection | Dependence::Speed => {
+                &ON_BODY
+            }
             Dependence::Reading(_) | Dependence::Force => &IN_READING,
             _ => &MECHANISM,
         }
@@ -194,8 +200,9 @@ impl LearnedForce {
                 let form = LearnedLaw::form_of(of.goes());
                 law.learned_law = LearnedLaw { form, shape: *l };
             }
-            Dependence::Place | Dependence::PlaceAndSpeed => {
-                *on_body = body::LearnedForce { of_place: Learned { speed, ..*l }, ..Default::default() };
+            Dependence::Place | Dependence::PlaceAndSpeed | Dependence::PlaceAndDirection => {
+                let turns = self.of.goes() == WithSpeed::Direction;
+                *on_body = body::LearnedForce { of_place: Learned { speed, ..*l }, turns, ..Default::default() };
             }
             Dependence::Speed => {
                 *on_body = body::LearnedForce::default();
@@ -247,7 +254,7 @@ impl LearnedForce {
             | Dependence::DepthAndSpeedSquared => {
                 vec!["penetration [m]", "at rest [N]", "loading [N]", "unloading [N]"]
             }
-            Dependence::Place | Dependence::PlaceAndSpeed => {
+            Dependence::Place | Dependence::PlaceAndSpeed | Dependence::PlaceAndDirection => {
                 vec!["position [m]", "at rest [N]", "to the stop [N]", "from the stop [N]"]
             }
             Dependence::Speed => vec!["speed [m/s]", "force [N]"],
@@ -280,7 +287,7 @@ impl LearnedForce {
                     vec![before, wear.stiffness, wear.damping]
                 }
                 of => {
-                    let x = if of.is_contact() { q } else { -q };
+                    let x = if of.is_contact() { q } else { self.learned.position(u) };
                     vec![x, moved(x, 0.0), moved(x, self.learned.speed), moved(x, -self.learned.speed)]
                 }
             }
@@ -422,21 +429,23 @@ pub fn unit(of: Dependence, c: &Context) -> f64 {
     }
 }
 
-/// The force of that dependence with the coefficients `t`.
+/// The force of that dependence with the coefficients `t`: as many of each of its series.
 fn of_coefficients(t: &[f64], c: &Context, of: Dependence) -> LearnedForce {
     let mut coefficients = [0.0; COEFFICIENTS];
     let unit = unit(of, c);
-    for (a, t) in coefficients.iter_mut().zip(t) {
-        *a = t * unit;
+    let terms = t.len() / of.series().max(1);
+    for (series, t) in coefficients.chunks_mut(TERMS).zip(t.chunks(terms.max(1))) {
+        series.iter_mut().zip(t).for_each(|(a, t)| *a = t * unit);
     }
     let range = match of {
         Dependence::Reading(channel) => RANGE * c.top[channel.index()],
         Dependence::Force => RANGE * c.scales.peak,
         Dependence::Order => 0.5 * c.scales.orders,
-        of if of.is_contact() => RANGE * c.scales.depth,
+        of if of.is_contact() => RANGE * c.scales.deepest,
         _ => 0.5 * c.scales.speed * c.scales.length,
     };
-    LearnedForce { of, learned: Learned { coefficients, range, speed: c.scales.speed } }
+    let depth = if of.origin() == Origin::Motion { RANGE * c.scales.deepest } else { 0.0 };
+    LearnedForce { of, learned: Learned { coefficients, range, depth, speed: c.scales.speed } }
 }
 
 /// The forms of a force of one dependence, as the first and as one beside it.
@@ -453,15 +462,16 @@ macro_rules! forms_of {
 }
 
 /// The forms of all that can be learned of a campaign whose motion is not imposed, as the force of this index of those side by
-/// side: what each depends on is its label. A fit starts from no force at all, which is the structure that it contains.
-pub fn dependences(c: &Context, index: usize) -> Vec<(Dependence, &'static Mechanism, Form)> {
+/// side, by series of so many terms, at most [`TERMS`]: what each depends on is its label. A fit starts from no force at all, which
+/// is the structure that it contains.
+pub fn dependences(c: &Context, index: usize, terms: usize) -> Vec<(Dependence, &'static Mechanism, Form)> {
     use Dependence::*;
     if c.scales.depth <= 0.0 || c.scales.speed <= 0.0 || c.scales.length <= 0.0 {
         return Vec::new();
     }
     let form = |(of, apply): (Dependence, [Apply; SIDE_BY_SIDE])| {
         let parameter = |i: usize| {
-            let sd = spread(i % TERMS);
+            let sd = spread(i % terms);
             let name = format!("coefficient {}", i + 1);
             Parameter {
                 prior: Some((0.0, sd)),
@@ -469,7 +479,7 @@ pub fn dependences(c: &Context, index: usize) -> Vec<(Dependence, &'static Mecha
                 ..parameter(&name, -50.0, 50.0, 1e-3)
             }
         };
-        let parameters: Vec<Parameter> = (0..of.coefficients()).map(parameter).collect();
+        let parameters: Vec<Parameter> = (0..of.series() * terms).map(parameter).collect();
         let starts = vec![vec![0.0; parameters.len()]];
         let form = Form {
             label: of.words(),
@@ -489,6 +499,7 @@ pub fn dependences(c: &Context, index: usize) -> Vec<(Dependence, &'static Mecha
         form(forms_of!(DepthAndSpeedSquared)),
         form(forms_of!(Place)),
         form(forms_of!(PlaceAndSpeed)),
+        form(forms_of!(PlaceAndDirection)),
         form(forms_of!(Speed)),
     ];
     let [force, acceleration, penetration] = c.has;

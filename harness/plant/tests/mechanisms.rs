@@ -27,6 +27,7 @@ fn context(kind: Kind) -> Context {
             v_ref: 0.6,
             orders: 10.0,
             peak: 900.0,
+            deepest: 1.6e-3,
         },
         terms: Vec::new(),
         top,

@@ -10,9 +10,11 @@ pub const MODEL: &str = "BodyForce";
 /// Categories that are logged; the modelDescription lists the same.
 pub const LOG_CATEGORIES: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logTurn"];
 /// Number of parameters.
-pub const PARAMETERS: usize = OWN + 2 + COEFFICIENTS + TERMS;
+pub const PARAMETERS: usize = OWN + OF_SHAPE + COEFFICIENTS + TERMS;
 /// Number of those of the forces that have an equation; the learned force's follow.
 const OWN: usize = 20;
+/// Number of those that say how the learned force's series are read; their coefficients follow.
+const OF_SHAPE: usize = 4;
 /// Number of inputs; their value references are the first ones.
 pub const INPUTS: usize = 3;
 
@@ -80,7 +82,9 @@ pub static PARAMETER_TABLE: [Parameter; PARAMETERS] = [
     parameter("squeeze_power", "", 1.0, AboveZero),
     parameter("weight", "N", 0.0, Any),
     parameter("learned_range", "m", 0.0, FromZero),
+    parameter("learned_depth", "m", 0.0, FromZero),
     parameter("learned_speed", "m/s", 0.0, FromZero),
+    parameter("learned_direction", "", 0.0, FromZero),
     parameter("learned_place_1", "N", 0.0, Any),
     parameter("learned_place_2", "N", 0.0, Any),
     parameter("learned_place_3", "N", 0.0, Any),
@@ -93,6 +97,18 @@ pub static PARAMETER_TABLE: [Parameter; PARAMETERS] = [
     parameter("learned_place_10", "N", 0.0, Any),
     parameter("learned_place_11", "N", 0.0, Any),
     parameter("learned_place_12", "N", 0.0, Any),
+    parameter("learned_place_13", "N", 0.0, Any),
+    parameter("learned_place_14", "N", 0.0, Any),
+    parameter("learned_place_15", "N", 0.0, Any),
+    parameter("learned_place_16", "N", 0.0, Any),
+    parameter("learned_place_17", "N", 0.0, Any),
+    parameter("learned_place_18", "N", 0.0, Any),
+    parameter("learned_place_19", "N", 0.0, Any),
+    parameter("learned_place_20", "N", 0.0, Any),
+    parameter("learned_place_21", "N", 0.0, Any),
+    parameter("learned_place_22", "N", 0.0, Any),
+    parameter("learned_place_23", "N", 0.0, Any),
+    parameter("learned_place_24", "N", 0.0, Any),
     parameter("learned_place_speed_1", "N", 0.0, Any),
     parameter("learned_place_speed_2", "N", 0.0, Any),
     parameter("learned_place_speed_3", "N", 0.0, Any),
@@ -105,6 +121,18 @@ pub static PARAMETER_TABLE: [Parameter; PARAMETERS] = [
     parameter("learned_place_speed_10", "N", 0.0, Any),
     parameter("learned_place_speed_11", "N", 0.0, Any),
     parameter("learned_place_speed_12", "N", 0.0, Any),
+    parameter("learned_place_speed_13", "N", 0.0, Any),
+    parameter("learned_place_speed_14", "N", 0.0, Any),
+    parameter("learned_place_speed_15", "N", 0.0, Any),
+    parameter("learned_place_speed_16", "N", 0.0, Any),
+    parameter("learned_place_speed_17", "N", 0.0, Any),
+    parameter("learned_place_speed_18", "N", 0.0, Any),
+    parameter("learned_place_speed_19", "N", 0.0, Any),
+    parameter("learned_place_speed_20", "N", 0.0, Any),
+    parameter("learned_place_speed_21", "N", 0.0, Any),
+    parameter("learned_place_speed_22", "N", 0.0, Any),
+    parameter("learned_place_speed_23", "N", 0.0, Any),
+    parameter("learned_place_speed_24", "N", 0.0, Any),
     parameter("learned_speed_1", "N", 0.0, Any),
     parameter("learned_speed_2", "N", 0.0, Any),
     parameter("learned_speed_3", "N", 0.0, Any),
@@ -117,6 +145,18 @@ pub static PARAMETER_TABLE: [Parameter; PARAMETERS] = [
     parameter("learned_speed_10", "N", 0.0, Any),
     parameter("learned_speed_11", "N", 0.0, Any),
     parameter("learned_speed_12", "N", 0.0, Any),
+    parameter("learned_speed_13", "N", 0.0, Any),
+    parameter("learned_speed_14", "N", 0.0, Any),
+    parameter("learned_speed_15", "N", 0.0, Any),
+    parameter("learned_speed_16", "N", 0.0, Any),
+    parameter("learned_speed_17", "N", 0.0, Any),
+    parameter("learned_speed_18", "N", 0.0, Any),
+    parameter("learned_speed_19", "N", 0.0, Any),
+    parameter("learned_speed_20", "N", 0.0, Any),
+    parameter("learned_speed_21", "N", 0.0, Any),
+    parameter("learned_speed_22", "N", 0.0, Any),
+    parameter("learned_speed_23", "N", 0.0, Any),
+    parameter("learned_speed_24", "N", 0.0, Any),
 ];
 
 /// Value reference of the first parameter.
@@ -223,7 +263,7 @@ impl Forces {
             self.weight,
         ];
         let l = &self.learned;
-        let learned = [l.of_place.range, l.of_place.speed];
+        let learned = [l.of_place.range, l.of_place.depth, l.of_place.speed, f64::from(u8::from(l.turns))];
         let mut all = Settings::default();
         let values = own.iter().chain(&learned).chain(&l.of_place.coefficients).chain(&l.of_speed);
         all.0.iter_mut().zip(values).for_each(|(a, v)| *a = *v);
@@ -251,9 +291,12 @@ impl Settings {
         first.copy_from_slice(own);
         let mut learned = LearnedForce::default();
         learned.of_place.range = rest[0];
-        learned.of_place.speed = rest[1];
-        learned.of_place.coefficients.copy_from_slice(&rest[2..2 + COEFFICIENTS]);
-        learned.of_speed.copy_from_slice(&rest[2 + COEFFICIENTS..]);
+        learned.of_place.depth = rest[1];
+        learned.of_place.speed = rest[2];
+        learned.turns = rest[3] > 0.0;
+        let (of_place, of_speed) = rest[OF_SHAPE..].split_at(COEFFICIENTS);
+        learned.of_place.coefficients.copy_from_slice(of_place);
+        learned.of_speed.copy_from_slice(of_speed);
         let [coulomb, viscous, stribeck_excess, stribeck_speed, drag, power, back, beyond, crisis, preload, rate, growth, magnet, gap, time, travel, film, film_gap, film_power, weight] =
             first;
         let or_infinite = |v: f64| if v > 0.0 { v } else { f64::INFINITY };
@@ -305,15 +348,16 @@ mod tests {
         assert_eq!(s.forces().settings(), s);
         let mut all = Settings::default();
         for i in 0..PARAMETERS {
-            all.set(i, 40.0 + i as f64);
+            // what turns the learned force with the motion is 1 or 0
+            all.set(i, if PARAMETER_TABLE[i].name == "learned_direction" { 1.0 } else { 40.0 + i as f64 });
         }
         assert_eq!(all.forces().settings(), all);
         let names =
-            [(0, "friction"), (8, "drag_crisis_speed"), (15, "travel"), (19, "weight"), (57, "learned_speed_12")];
+            [(0, "friction"), (8, "drag_crisis_speed"), (15, "travel"), (19, "weight"), (95, "learned_speed_24")];
         for (i, name) in names.iter().copied() {
             assert_eq!(by_reference(FIRST_PARAMETER + i).unwrap().name, name);
         }
-        assert_eq!((by_reference(158), by_reference(6)), (None, None));
+        assert_eq!((by_reference(196), by_reference(6)), (None, None));
         all.set(3, 0.0);
         assert!(all.validate().unwrap_err().contains("stribeck_speed is 0: give a finite number above 0"));
     }

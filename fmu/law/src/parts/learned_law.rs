@@ -50,7 +50,7 @@ macro_rules! with_coefficients {
 const ANY: Range = Range { least: None, most: None, words: "a finite number", holds: |_| true };
 
 const COEFFICIENT_TEXT: [&str; 2] = [
-    "Coefficient of g(x): c_1 + sum of c_j sqrt(2) cos((j - 1) pi x/learned_range), j from 2 to 12",
+    "Coefficient of g(x): c_1 + sum of c_j sqrt(2) cos((j - 1) pi x/learned_range), j from 2 to 24",
     "Coefficient of h(x), as of g(x)",
 ];
 
@@ -108,18 +108,42 @@ const PARAMETERS: &[Parameter] = with_coefficients! {
     9 "learned_rest_10" 142,
     10 "learned_rest_11" 143,
     11 "learned_rest_12" 144,
-    12 "learned_speed_1" 145,
-    13 "learned_speed_2" 146,
-    14 "learned_speed_3" 147,
-    15 "learned_speed_4" 148,
-    16 "learned_speed_5" 149,
-    17 "learned_speed_6" 150,
-    18 "learned_speed_7" 151,
-    19 "learned_speed_8" 152,
-    20 "learned_speed_9" 153,
-    21 "learned_speed_10" 154,
-    22 "learned_speed_11" 155,
-    23 "learned_speed_12" 156,
+    12 "learned_rest_13" 145,
+    13 "learned_rest_14" 146,
+    14 "learned_rest_15" 147,
+    15 "learned_rest_16" 148,
+    16 "learned_rest_17" 149,
+    17 "learned_rest_18" 150,
+    18 "learned_rest_19" 151,
+    19 "learned_rest_20" 152,
+    20 "learned_rest_21" 153,
+    21 "learned_rest_22" 154,
+    22 "learned_rest_23" 155,
+    23 "learned_rest_24" 156,
+    24 "learned_speed_1" 157,
+    25 "learned_speed_2" 158,
+    26 "learned_speed_3" 159,
+    27 "learned_speed_4" 160,
+    28 "learned_speed_5" 161,
+    29 "learned_speed_6" 162,
+    30 "learned_speed_7" 163,
+    31 "learned_speed_8" 164,
+    32 "learned_speed_9" 165,
+    33 "learned_speed_10" 166,
+    34 "learned_speed_11" 167,
+    35 "learned_speed_12" 168,
+    36 "learned_speed_13" 169,
+    37 "learned_speed_14" 170,
+    38 "learned_speed_15" 171,
+    39 "learned_speed_16" 172,
+    40 "learned_speed_17" 173,
+    41 "learned_speed_18" 174,
+    42 "learned_speed_19" 175,
+    43 "learned_speed_20" 176,
+    44 "learned_speed_21" 177,
+    45 "learned_speed_22" 178,
+    46 "learned_speed_23" 179,
+    47 "learned_speed_24" 180,
 };
 
 impl Part for LearnedLaw {
@@ -207,7 +231,7 @@ mod tests {
         l.shape.speed = 0.5;
         l.shape.coefficients[0] = -20.0;
         l.shape.coefficients[2] = 15.0;
-        l.shape.coefficients[12] = 30.0;
+        l.shape.coefficients[COEFFICIENTS / 2] = 30.0;
         p
     }
 

@@ -16,6 +16,7 @@ use crate::phases::{by_strongest, of_force, phases, shares, strongest, PHASES};
 use crate::rivals::Rival;
 use crate::sensors::{Against, Mean, Reading};
 use crate::unclipped;
+use estimate::structure::Term;
 use mechanisms::mechanism::Origin;
 use record::{Campaign, Channel};
 
@@ -212,7 +213,7 @@ fn learned(l: &learned::Learned) -> LearnedLaw {
             .map(|c| LearnedClass {
                 class: class(c).name,
                 mechanism: class(c).mechanism,
-                depends_on: class(c).depends,
+                depends_on: class(c).depends.into(),
                 probability: l.of.of(c),
             })
             .collect(),
@@ -226,15 +227,24 @@ fn learned(l: &learned::Learned) -> LearnedLaw {
     }
 }
 
-/// What was learned in motion; None where nothing was.
+/// What a form says that stands in for a cause without a name.
+fn stand_in(t: &Term) -> String {
+    format!("{} (a stand-in, fitted as: {})", t.mechanism.sentence, t.form.label)
+}
+
+/// What was learned in motion, or stands in; None where neither does.
 fn learned_in_motion(d: &Decision) -> Option<LearnedLaw> {
     let best = d.force().or(d.forces.first())?;
     let parts = |f: &Force| -> Vec<LearnedClass> {
         let of =
             |class, mechanism, depends_on| LearnedClass { class, mechanism, depends_on, probability: f.probability };
-        let learned = f.depends.iter().map(|d| of(d.name(), None, d.words()));
+        let learned = f.depends.iter().map(|d| of(d.name(), None, d.words().into()));
         let beside = f.beside.and_then(mechanisms::named);
-        learned.chain(beside.map(|m| of(m.name, Some(m.name), m.sentence))).collect()
+        let beside = beside.map(|m| of(m.name, Some(m.name), m.sentence.into()));
+        let stands_in = |t: &Term| of(t.name(), None, format!("as though {}", stand_in(t)));
+        // nothing learned: what stood in before does
+        let instead = f.fitted.structure.terms().iter().filter(|t| f.depends.is_empty() && !t.mechanism.named);
+        learned.chain(beside).chain(instead.map(stands_in)).collect()
     };
     let mut classes: Vec<LearnedClass> = Vec::new();
     for part in d.forces.iter().flat_map(parts) {
@@ -245,9 +255,10 @@ fn learned_in_motion(d: &Decision) -> Option<LearnedLaw> {
     }
     classes.retain(|c| c.probability > SHOWN);
     classes.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let possible = d.forces.iter().filter(|f| f.probability > SHOWN && !f.depends.is_empty());
-    let sets = possible.map(|f| LearnedSet {
-        classes: parts(f).iter().map(|c| c.class).collect(),
+    let possible = d.forces.iter().filter(|f| f.probability > SHOWN).map(|f| (f, parts(f)));
+    let possible = possible.filter(|(_, parts)| !parts.is_empty());
+    let sets = possible.map(|(f, parts)| LearnedSet {
+        classes: parts.iter().map(|c| c.class).collect(),
         probability: f.probability,
         misfit: f.misfit,
     });
@@ -402,7 +413,7 @@ fn unexplained(d: &Decision, f: &Findings) -> String {
     let what = match d.chosen.structure.terms().iter().find(|t| !t.mechanism.named) {
         _ if d.has_remainder() => format!("beside what is named, {}", learned_words(d)),
         Some(_) if d.force().is_some() => learned_words(d),
-        Some(t) => format!("{} (a stand-in, fitted as: {})", t.mechanism.sentence, t.form.label),
+        Some(t) => stand_in(t),
         None if d.names_something() => {
             format!("beside what is named, {:.0} % of force or more is likelier to be left than less", 100.0 * LARGE)
         }

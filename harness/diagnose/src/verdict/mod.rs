@@ -101,7 +101,8 @@ pub struct LearnedClass {
     pub class: &'static str,
     /// The mechanism of the vocabulary that it is.
     pub mechanism: Option<&'static str>,
-    pub depends_on: &'static str,
+    /// What it depends on; of a form that stands in for what has no name, what that form says.
+    pub depends_on: String,
     pub probability: f64,
 }
 

@@ -274,6 +274,7 @@ impl Data {
             v_ref: setup.speed,
             orders: 1.0,
             peak: force,
+            deepest: setup.depth,
         };
         let (kind, depth) = (setup.kind, setup.depth);
         let record = Record {
