@@ -228,8 +228,8 @@ impl SqueezeFilm {
     }
 }
 
-/// A force of a shape of its own on the body, learned from recordings: F = -(b(z) + c(z) w) - w d(|w|), z the place, from
-/// 0 at the end of the way before the stop by 1/2 at the stop to 1 at the largest depth, and w the speed over the one that counts as 1, or for c the sign of the speed (see
+/// A force of a shape of its own on the body, learned from recordings: F = -(b(z) + c(z) w) - w d(|w|), z the way before the stop
+/// over its range and w the speed over the one that counts as 1, or for c the sign of the speed (see
 /// [`learned`](crate::learned)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LearnedForce {
@@ -294,8 +294,7 @@ impl LearnedForce {
 
     /// Whether the place, m, or the speed, m/s, is beyond what was learned.
     pub fn is_beyond(&self, x: f64, v: f64) -> bool {
-        let is_deeper = self.of_place.depth > 0.0 && x > self.of_place.depth;
-        let is_farther = self.depends_on_place() && (self.of_place.is_farther(-x) || is_deeper);
+        let is_farther = self.depends_on_place() && self.of_place.is_farther(-x);
         is_farther || (self.depends_on_speed() && self.of_place.is_faster(v))
     }
 }

@@ -105,15 +105,13 @@ pub struct Learned {
     pub coefficients: [f64; COEFFICIENTS],
     /// Range of the series over the depth, or of a force on the body over the way before the stop, m.
     pub range: f64,
-    /// Range of the series of a force on the body over the depth, m; 0: it stays as it is at the stop.
-    pub depth: f64,
     /// Speed that counts as 1, m/s.
     pub speed: f64,
 }
 
 impl Default for Learned {
     fn default() -> Self {
-        Learned { coefficients: [0.0; COEFFICIENTS], range: 1.0, depth: 0.0, speed: 1.0 }
+        Learned { coefficients: [0.0; COEFFICIENTS], range: 1.0, speed: 1.0 }
     }
 }
 
@@ -219,30 +217,16 @@ impl Learned {
         0.5 * width * (x1 - x0) * sum
     }
 
-    /// Where the position `x` m of a body lies in its series, from 0 at the end of the way before the stop by 1/2 at the stop to 1 at
-    /// the largest depth; and its growth with x, 1/m.
-    fn place(&self, x: f64) -> (f64, f64) {
-        let range = if x < 0.0 { self.range } else { self.depth };
-        let growth = if range > 0.0 { 0.5 / range } else { 0.0 };
-        (0.5 + growth * x, growth)
-    }
-
-    /// The position, m, at `u` from 0 to 1 of that.
-    pub fn position(&self, u: f64) -> f64 {
-        (2.0 * u - 1.0) * if u < 0.5 { self.range } else { self.depth }
-    }
-
-    /// Force on the body along +x, N, at the position `x` m and the speed `v` m/s.
+    /// Force on the body along +x, N, at the position `x` m and the speed `v` m/s: of a place before the stop.
     #[inline]
     pub fn of_place(&self, goes: WithSpeed, x: f64, v: f64) -> f64 {
-        -self.at(goes, self.place(x).0, v)
+        -self.at(goes, -x / self.range, v)
     }
 
     /// Growth of that with x, N/m, and with v, N s/m.
     pub fn slopes_of_place(&self, goes: WithSpeed, x: f64, v: f64) -> (f64, f64) {
-        let (u, growth) = self.place(x);
-        let (by_u, by_v) = self.slopes(goes, u, v);
-        (-by_u * growth, -by_v)
+        let (by_u, by_v) = self.slopes(goes, -x / self.range, v);
+        (by_u / self.range, -by_v)
     }
 
     /// Whether the way `x`, m, into the range is farther than it was learned.
@@ -274,7 +258,7 @@ mod tests {
     use super::*;
 
     fn some() -> Learned {
-        let mut l = Learned { range: 2e-3, depth: 5e-4, speed: 0.7, ..Learned::default() };
+        let mut l = Learned { range: 2e-3, speed: 0.7, ..Learned::default() };
         for (i, c) in l.coefficients.iter_mut().enumerate() {
             *c = 10.0 * (1.3 * i as f64).sin() / (1.0 + i as f64);
         }
@@ -309,11 +293,9 @@ mod tests {
                     let (by_x, by_v) = l.slopes_between(goes, x, v);
                     near(by_x, difference(&|x| l.between(goes, x, v), x, 1e-9), 1e-5);
                     near(by_v, difference(&|v| l.between(goes, x, v), v, 1e-7), 1e-5);
-                    for at in [-x, 0.3 * x].iter().copied() {
-                        let (by_x, by_v) = l.slopes_of_place(goes, at, v);
-                        near(by_x, difference(&|x| l.of_place(goes, x, v), at, 1e-9), 1e-5);
-                        near(by_v, difference(&|v| l.of_place(goes, at, v), v, 1e-7), 1e-5);
-                    }
+                    let (by_x, by_v) = l.slopes_of_place(goes, -x, v);
+                    near(by_x, difference(&|x| l.of_place(goes, x, v), -x, 1e-9), 1e-5);
+                    near(by_v, difference(&|v| l.of_place(goes, -x, v), v, 1e-7), 1e-5);
                 }
             }
             let (c, speed) = (&l.coefficients[..TERMS], l.speed);
@@ -341,20 +323,6 @@ mod tests {
         }
         assert_eq!(l.energy_between(-1.0), 0.0);
         assert_eq!(l.work_between(WithSpeed::Linear, (-1.0, 1.0), (-0.5, 1.0)), 0.0);
-    }
-
-    #[test]
-    fn the_series_of_a_place_has_the_stop_in_its_middle() {
-        let l = some();
-        for u in [0.0, 0.2, 0.5, 0.7, 1.0].iter().copied() {
-            near(l.place(l.position(u)).0, u, 1e-15);
-        }
-        assert_eq!((l.position(0.0), l.position(0.5), l.position(1.0)), (-2e-3, 0.0, 5e-4));
-        let same = |a: f64, b: f64| assert_eq!(l.of_place(WithSpeed::No, a, 0.0), l.of_place(WithSpeed::No, b, 0.0));
-        same(-2e-3, -1.0);
-        same(5e-4, 1.0);
-        let shallow = Learned { depth: 0.0, ..l };
-        assert_eq!(shallow.of_place(WithSpeed::No, 1.0, 0.0), l.of_place(WithSpeed::No, 0.0, 0.0));
     }
 
     #[test]

@@ -13,11 +13,12 @@ use crate::table::Table;
 use estimate::fitted::Fitted;
 use estimate::problem::{Data, Options, Point, Problem};
 use estimate::structure::{Structure, Term};
-use mechanisms::learned_force::{dependences, unit, Dependence, TERMS};
+use mechanisms::learned_force::{by_all_terms, dependences, unit, Dependence, TERMS};
 use mechanisms::mechanism::{Mechanism, Origin};
 use mechanisms::stand_in;
 use rayon::prelude::*;
 use std::convert::Infallible;
+use std::f64::consts::LN_2;
 use std::sync::Arc;
 
 /// A force learned of one dependence, or two that act in different places.
@@ -207,22 +208,21 @@ fn finer(from: &Fitted, of: Dependence, coarse: &Fitted) -> Option<Fitted> {
     let structure = from.structure.with(term);
     let at = coarse.point();
     let (before, learned) = at.theta.split_at(at.theta.len() - of.series() * COARSE);
-    let none = [0.0; TERMS - COARSE];
-    let series = learned.chunks(COARSE).flat_map(|series| series.iter().chain(&none));
-    let at = Point { theta: before.iter().chain(series).copied().collect(), ..at.clone() };
+    let learned = by_all_terms(of, &structure.base().context, learned, COARSE);
+    let at = Point { theta: [before.to_vec(), learned].concat(), ..at.clone() };
     let start = evaluated(&coarse.data, &structure, &at);
     Some(Fitted::from(&coarse.data, structure, start, &OPTIONS))
 }
 
 /// Probability of each, by its evidence, as laws learned of imposed motion are weighed, and by what it predicts of levels not seen,
-/// as names are.
+/// as names are. What has not predicted them yet may do so as well as the best that has.
 fn probabilities(all: &[Tried], given: f64, table: &Table) -> Vec<f64> {
-    let score = |t: &Tried| {
-        let predicts = t.heldout.as_ref().filter(|h| h.nrmse > 0.0 && given > 0.0);
-        t.ln() / table.learned.temperature
-            + t.ln_prior
-            + predicts.map_or(0.0, |h| table.of_heldout((given / h.nrmse).ln()))
+    let predicts = |t: &Tried| {
+        let known = t.heldout.as_ref().filter(|h| h.nrmse > 0.0 && given > 0.0);
+        known.map(|h| table.of_heldout((given / h.nrmse).ln()))
     };
+    let best = all.iter().filter_map(predicts).fold(0.0, f64::max);
+    let score = |t: &Tried| t.ln() / table.learned.temperature + t.ln_prior + predicts(t).unwrap_or(best);
     let score: Vec<f64> = all.iter().map(score).collect();
     let whole = ln_sum(&score);
     score.iter().map(|s| if whole.is_finite() { (s - whole).exp() } else { 0.0 }).collect()
@@ -303,10 +303,10 @@ fn alone(
         terms.into_par_iter().map(|(of, term)| (vec![of], beside(from, term))).collect();
     let tried = tried.into_iter().chain(stands_in.map(|f| (Vec::new(), f.clone())));
     let tried: Vec<_> = tried.filter(|(_, f)| f.chi2().is_finite()).collect();
-    let Some(best) = tried.iter().min_by(|a, b| a.1.chi2().total_cmp(&b.1.chi2())) else {
+    let Some((_, best)) = tried.iter().min_by(|a, b| a.1.chi2().total_cmp(&b.1.chi2())) else {
         return (Vec::new(), 1.0);
     };
-    let noise = left(best.0.first().and_then(|of| finer(from, *of, &best.1)).as_ref().unwrap_or(&best.1));
+    let noise = left(best);
     let wider = Arc::new(widened(&from.data, noise));
     let again = |(depends, f): (Vec<Dependence>, Fitted)| {
         let ln_prior = ln_prior(&depends);
@@ -350,27 +350,34 @@ fn in_less_noise(base: &Fitted, tried: Vec<Tried>, noise: f64) -> Vec<Tried> {
     tried.into_par_iter().filter_map(again).collect()
 }
 
-/// Learns what is possible by all terms that series have.
-fn refine(from: &Fitted, tried: &mut [Tried], given: f64, table: &Table) {
+/// Learns what is possible by all terms that series have too, each way half as likely beforehand.
+fn refine(from: &Fitted, tried: &mut Vec<Tried>, given: f64, table: &Table) {
     end_what_is_possible(tried, given, table);
     let shares = probabilities(tried, given, table);
     let possible = tried.par_iter_mut().zip(shares).filter(|(_, share)| *share > POSSIBLE);
-    possible.for_each(|(t, _)| {
-        let fitted = t.depends.first().and_then(|of| finer(from, *of, &t.fitted));
-        let finer =
-            fitted.and_then(|f| Tried::new(t.depends.clone(), None, f, t.ln_prior)).and_then(|t| t.to_its_end());
-        if let Some(finer) = finer.filter(|f| f.ln() > t.ln()) {
-            *t = finer;
-        }
-    });
+    let finer = |(t, _): (&mut Tried, f64)| {
+        let fitted = finer(from, *t.depends.first()?, &t.fitted)?;
+        let ln_prior = t.ln_prior - LN_2;
+        let finer = Tried::new(t.depends.clone(), None, fitted, ln_prior)?;
+        t.ln_prior = ln_prior;
+        Some(finer)
+    };
+    let finer: Vec<Tried> = possible.filter_map(finer).collect();
+    tried.extend(finer);
 }
 
-/// Fits to its end what is possible, and works out what it predicts of levels not seen.
+/// Fits to its end what is possible, and works out what it predicts of levels not seen, until all that is possible has.
 fn predict(tried: &mut [Tried], given: f64, table: &Table) {
-    end_what_is_possible(tried, given, table);
-    let shares = probabilities(tried, given, table);
-    let possible = tried.par_iter_mut().zip(shares).filter(|(t, share)| *share > POSSIBLE && t.heldout.is_none());
-    possible.for_each(|(t, _)| t.heldout = Some(held_out(&t.fitted)));
+    loop {
+        end_what_is_possible(tried, given, table);
+        let shares = probabilities(tried, given, table);
+        let possible = tried.iter_mut().zip(shares).filter(|(t, share)| *share > POSSIBLE && t.heldout.is_none());
+        let possible: Vec<&mut Tried> = possible.map(|(t, _)| t).collect();
+        if possible.is_empty() {
+            return;
+        }
+        possible.into_par_iter().for_each(|t| t.heldout = Some(held_out(&t.fitted)));
+    }
 }
 
 /// The forces `tried` beside `from`, held against the recordings' own noise, the likeliest first; of several forms of one mechanism

@@ -28,7 +28,7 @@ pub struct Entry {
 }
 
 /// A campaign of `kind` with every channel, ten recordings and sizes of one.
-fn plain(kind: Kind) -> Context {
+pub(crate) fn plain(kind: Kind) -> Context {
     Context {
         kind,
         has: [true; 3],

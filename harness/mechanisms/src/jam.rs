@@ -10,7 +10,7 @@ pub const MECHANISM: Mechanism = Mechanism {
     name: "jam",
     origin: Origin::Motion,
     named: false,
-    equation: "F = -a sign(v) exp(-((x - x0)/w)^2/2)",
+    equation: "F = -a sign(v) exp(-((x - x0)/w)^2/2), x > 0",
     source: "a tight place in the guide",
     sentence: "the motion is resisted at one place",
     cure: "No mechanism known explains it; the report shows the force it takes.",
@@ -39,8 +39,11 @@ impl Default for Jam {
 }
 
 impl Jam {
-    /// Resistance against the motion, N.
+    /// Resistance against the motion, N: in the stop alone, for what resists before it depends on more than one place.
     fn resistance(&self, x: f64, v: f64) -> f64 {
+        if x <= 0.0 {
+            return 0.0;
+        }
         let z = (x - self.position) / self.width;
         self.force * against(v) * (-0.5 * z * z).exp()
     }

@@ -8,7 +8,7 @@ use law::learned::{of_speed, series, Learned, WithSpeed, COEFFICIENTS};
 pub use law::learned::{SPEEDS, TERMS};
 use law::parts::LearnedLaw;
 use record::Channel;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
 
 /// A force learned as a function: series over depth, or over the way before the touch, of what it depends on. No search
 /// takes it: its forms are none, and what is learned is asked for by [`dependences`].
@@ -287,7 +287,7 @@ impl LearnedForce {
                     vec![before, wear.stiffness, wear.damping]
                 }
                 of => {
-                    let x = if of.is_contact() { q } else { self.learned.position(u) };
+                    let x = if of.is_contact() { q } else { -q };
                     vec![x, moved(x, 0.0), moved(x, self.learned.speed), moved(x, -self.learned.speed)]
                 }
             }
@@ -429,6 +429,19 @@ pub fn unit(of: Dependence, c: &Context) -> f64 {
     }
 }
 
+/// Range of the series of that dependence by so many terms. Between the faces coarse ones reach as deep as a middling impact,
+/// for all of their terms are seen by most of the recordings then; those of all terms reach as deep as the deepest.
+fn range(of: Dependence, c: &Context, terms: usize) -> f64 {
+    match of {
+        Dependence::Reading(channel) => RANGE * c.top[channel.index()],
+        Dependence::Force => RANGE * c.scales.peak,
+        Dependence::Order => 0.5 * c.scales.orders,
+        of if of.is_contact() && terms < TERMS => RANGE * c.scales.depth,
+        of if of.is_contact() => RANGE * c.scales.deepest,
+        _ => 0.5 * c.scales.speed * c.scales.length,
+    }
+}
+
 /// The force of that dependence with the coefficients `t`: as many of each of its series.
 fn of_coefficients(t: &[f64], c: &Context, of: Dependence) -> LearnedForce {
     let mut coefficients = [0.0; COEFFICIENTS];
@@ -437,15 +450,24 @@ fn of_coefficients(t: &[f64], c: &Context, of: Dependence) -> LearnedForce {
     for (series, t) in coefficients.chunks_mut(TERMS).zip(t.chunks(terms.max(1))) {
         series.iter_mut().zip(t).for_each(|(a, t)| *a = t * unit);
     }
-    let range = match of {
-        Dependence::Reading(channel) => RANGE * c.top[channel.index()],
-        Dependence::Force => RANGE * c.scales.peak,
-        Dependence::Order => 0.5 * c.scales.orders,
-        of if of.is_contact() => RANGE * c.scales.deepest,
-        _ => 0.5 * c.scales.speed * c.scales.length,
+    LearnedForce { of, learned: Learned { coefficients, range: range(of, c, terms), speed: c.scales.speed } }
+}
+
+/// Nodes at which a series is read to be written by more terms.
+const NODES: usize = 400;
+
+/// The parameters of a force by series of all terms that is the one by series of `terms` terms with the parameters `t`: each series
+/// as it is over its range, and constant beyond, by the orthogonality of the cosines.
+pub fn by_all_terms(of: Dependence, c: &Context, t: &[f64], terms: usize) -> Vec<f64> {
+    let ratio = range(of, c, TERMS) / range(of, c, terms);
+    let at = |k: usize| (k as f64 + 0.5) / NODES as f64;
+    let finer = |coarse: &[f64]| -> Vec<f64> {
+        let f: Vec<f64> = (0..NODES).map(|k| series(coarse, at(k) * ratio)).collect();
+        let shape = |j: usize, u: f64| if j == 0 { 1.0 } else { SQRT_2 * (PI * j as f64 * u).cos() };
+        let coefficient = |j: usize| f.iter().enumerate().map(|(k, f)| f * shape(j, at(k))).sum::<f64>() / NODES as f64;
+        (0..TERMS).map(coefficient).collect()
     };
-    let depth = if of.origin() == Origin::Motion { RANGE * c.scales.deepest } else { 0.0 };
-    LearnedForce { of, learned: Learned { coefficients, range, depth, speed: c.scales.speed } }
+    t.chunks(terms).flat_map(finer).collect()
 }
 
 /// The forms of a force of one dependence, as the first and as one beside it.
@@ -575,6 +597,26 @@ mod tests {
         let mut y = [vec![5.0, -5.0], vec![1.0, 1.0], vec![0.0, 0.0]];
         force.measure(&mut y, &Sampling { dt: 1.0, before: 0.0 });
         assert_eq!(y, [vec![5.0, -5.0], vec![1.0, 1.0], vec![5e-4, -5e-4]]);
+    }
+
+    #[test]
+    fn a_series_by_all_terms_is_the_one_by_few() {
+        let mut c = crate::catalogue::plain(record::Kind::DropTest);
+        c.scales.deepest = 1.4 * c.scales.depth;
+        let few: Vec<f64> = (0..24).map(|j| (1.7 * j as f64).sin() / (1 + j % 12) as f64).collect();
+        for (of, within) in [(Dependence::DepthAndSpeed, 0.03), (Dependence::PlaceAndSpeed, 1e-4)] {
+            let coarse = of_coefficients(&few, &c, of).learned;
+            let all = of_coefficients(&by_all_terms(of, &c, &few, 12), &c, of).learned;
+            let largest =
+                (0..50).map(|k| series(&coarse.coefficients[..TERMS], k as f64 / 50.0).abs()).fold(0.0, f64::max);
+            for k in 0..50 {
+                let x = 1.2 * coarse.range * k as f64 / 50.0;
+                for from in [0, TERMS] {
+                    let at = |l: &Learned| series(&l.coefficients[from..from + TERMS], x / l.range);
+                    assert!((at(&coarse) - at(&all)).abs() < within * largest, "{of:?} {x}");
+                }
+            }
+        }
     }
 
     #[test]

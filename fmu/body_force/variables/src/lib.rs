@@ -14,7 +14,7 @@ pub const PARAMETERS: usize = OWN + OF_SHAPE + COEFFICIENTS + TERMS;
 /// Number of those of the forces that have an equation; the learned force's follow.
 const OWN: usize = 20;
 /// Number of those that say how the learned force's series are read; their coefficients follow.
-const OF_SHAPE: usize = 4;
+const OF_SHAPE: usize = 3;
 /// Number of inputs; their value references are the first ones.
 pub const INPUTS: usize = 3;
 
@@ -82,7 +82,6 @@ pub static PARAMETER_TABLE: [Parameter; PARAMETERS] = [
     parameter("squeeze_power", "", 1.0, AboveZero),
     parameter("weight", "N", 0.0, Any),
     parameter("learned_range", "m", 0.0, FromZero),
-    parameter("learned_depth", "m", 0.0, FromZero),
     parameter("learned_speed", "m/s", 0.0, FromZero),
     parameter("learned_direction", "", 0.0, FromZero),
     parameter("learned_place_1", "N", 0.0, Any),
@@ -263,7 +262,7 @@ impl Forces {
             self.weight,
         ];
         let l = &self.learned;
-        let learned = [l.of_place.range, l.of_place.depth, l.of_place.speed, f64::from(u8::from(l.turns))];
+        let learned = [l.of_place.range, l.of_place.speed, f64::from(u8::from(l.turns))];
         let mut all = Settings::default();
         let values = own.iter().chain(&learned).chain(&l.of_place.coefficients).chain(&l.of_speed);
         all.0.iter_mut().zip(values).for_each(|(a, v)| *a = *v);
@@ -291,9 +290,8 @@ impl Settings {
         first.copy_from_slice(own);
         let mut learned = LearnedForce::default();
         learned.of_place.range = rest[0];
-        learned.of_place.depth = rest[1];
-        learned.of_place.speed = rest[2];
-        learned.turns = rest[3] > 0.0;
+        learned.of_place.speed = rest[1];
+        learned.turns = rest[2] > 0.0;
         let (of_place, of_speed) = rest[OF_SHAPE..].split_at(COEFFICIENTS);
         learned.of_place.coefficients.copy_from_slice(of_place);
         learned.of_speed.copy_from_slice(of_speed);
@@ -353,11 +351,11 @@ mod tests {
         }
         assert_eq!(all.forces().settings(), all);
         let names =
-            [(0, "friction"), (8, "drag_crisis_speed"), (15, "travel"), (19, "weight"), (95, "learned_speed_24")];
+            [(0, "friction"), (8, "drag_crisis_speed"), (15, "travel"), (19, "weight"), (94, "learned_speed_24")];
         for (i, name) in names.iter().copied() {
             assert_eq!(by_reference(FIRST_PARAMETER + i).unwrap().name, name);
         }
-        assert_eq!((by_reference(196), by_reference(6)), (None, None));
+        assert_eq!((by_reference(195), by_reference(6)), (None, None));
         all.set(3, 0.0);
         assert!(all.validate().unwrap_err().contains("stribeck_speed is 0: give a finite number above 0"));
     }

@@ -240,7 +240,7 @@ fn learned_in_motion(d: &Decision) -> Option<LearnedLaw> {
             |class, mechanism, depends_on| LearnedClass { class, mechanism, depends_on, probability: f.probability };
         let learned = f.depends.iter().map(|d| of(d.name(), None, d.words().into()));
         let beside = f.beside.and_then(mechanisms::named);
-        let beside = beside.map(|m| of(m.name, Some(m.name), m.sentence.into()));
+        let beside = beside.map(|m| of(m.name, Some(m.name).filter(|_| m.named), m.sentence.into()));
         let stands_in = |t: &Term| of(t.name(), None, format!("as though {}", stand_in(t)));
         // nothing learned: what stood in before does
         let instead = f.fitted.structure.terms().iter().filter(|t| f.depends.is_empty() && !t.mechanism.named);
