@@ -460,15 +460,20 @@ mod tests {
         LearnedForces([force, LearnedForce::default()])
     }
 
-    /// The simulation as given of a campaign that holds `forces`, and what is learned beside it.
-    fn learned(forces: LearnedForces) -> (Fitted, Vec<Force>) {
+    /// The simulation as given of a campaign that holds `forces`.
+    fn base_of(forces: LearnedForces) -> Fitted {
         let dir = tempfile::tempdir().unwrap();
         let mut recipe = recipe();
         recipe.physics.learned_forces = forces;
         write_campaign(dir.path(), &recipe).unwrap();
         let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
         let prepared = Prepared::new(&campaign).unwrap();
-        let base = Fitted::base(&prepared.data, &prepared.structure, &prepared.guess);
+        Fitted::base(&prepared.data, &prepared.structure, &prepared.guess)
+    }
+
+    /// The simulation as given of a campaign that holds `forces`, and what is learned beside it.
+    fn learned(forces: LearnedForces) -> (Fitted, Vec<Force>) {
+        let base = base_of(forces);
         let given = held_out(&base).nrmse;
         let forces = learn(&base, None, &Table::calibrated(), given);
         (base, forces)
@@ -489,6 +494,20 @@ mod tests {
         assert!(first.fitted.chi2() < base.chi2());
         let [(columns, rows)] = &first.tables(21)[..] else { panic!("one table") };
         assert!(columns.len() == 4 && rows.len() == 21 && rows.iter().all(|r| r.len() == 4));
+    }
+
+    #[test]
+    fn what_lies_deeper_than_a_middling_impact_is_learned_by_all_terms() {
+        let mut force = LearnedForce { of: Dependence::Depth, learned: Learned { range: 7e-4, ..Learned::default() } };
+        (force.learned.coefficients[5], force.learned.coefficients[8]) = (20.0, -15.0);
+        let base = base_of(by_itself(force));
+        let of = Dependence::Depth;
+        let (_, term) = terms(&base, 0, COARSE).into_iter().find(|(depends, _)| *depends == of).unwrap();
+        let coarse = beside(&base, term);
+        let fine = finer(&base, of, &coarse).unwrap();
+        assert_eq!(fine.point().theta.len(), coarse.point().theta.len() + TERMS - COARSE);
+        // far more than so many terms gain by chance
+        assert!(fine.chi2() < coarse.chi2() - 10.0 * (TERMS - COARSE) as f64, "{} of {}", fine.chi2(), coarse.chi2());
     }
 
     /// The simulation without hysteresis damping of a campaign that has it.
