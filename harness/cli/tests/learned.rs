@@ -85,7 +85,7 @@ fn a_force_learned_in_motion_is_in_the_fmu_which_predicts_what_the_diagnosis_doe
     std::fs::create_dir(&campaign).unwrap();
     let mut force = LearnedForce { of: Dependence::Depth, learned: Learned { range: 4e-4, ..Learned::default() } };
     (force.learned.coefficients[2], force.learned.coefficients[5]) = (20.0, -15.0);
-    let mut recipe = Recipe::default();
+    let mut recipe = Recipe { samples: 350, interval: 2e-5, ..Recipe::default() };
     recipe.physics.learned_forces = LearnedForces([force, LearnedForce::default()]);
     write_campaign(&campaign, &recipe).unwrap();
     let v = diagnosed(&campaign, &dir.path().join("answer"));
