@@ -64,14 +64,9 @@ def group(truth):
         return other
     if not names:
         return "null"
-    if truth_is_outside(truth):
+    if scores.is_outside(names):
         return "unknown"
     return "pair" if len(names) > 1 else truth["tier"]
-
-
-def truth_is_outside(truth):
-    """Whether something is missing that is outside the vocabulary."""
-    return any(n.startswith("unknown:") for n in truth["missing"])
 
 
 def band(k, n, level=0.95):
@@ -190,7 +185,7 @@ def judge(case, truth, answer):
                strength=truth["misfit_over_noise"], limit=truth.get("limit"), hostile=truth.get("hostile", {}),
                answered=False, invalid=None, detected=False, named=[], also=[], unexplained=False, right=False, located=None,
                gain=None, before=None, after=None, oracle=truth["oracle_misfit"], parameters=[],
-               part=False if truth_is_outside(truth) else None, depends=None, share=None,
+               part=False if scores.is_outside(want) else None, depends=None, share=None,
                top=(0.0, False), held=None, open=[], believed=[], false_names=[], probability={}, worse=False)
     try:
         v = json.loads((answer / "verdict.json").read_text())
@@ -233,7 +228,7 @@ def judge(case, truth, answer):
     if out["before"] and out["after"] and want and g != "unknown" and out["oracle"] and out["before"] > 1.02 * out["oracle"]:
         if out["after"] >= 0.6 * out["oracle"]:
             out["gain"] = (out["before"] - out["after"]) / (out["before"] - out["oracle"])
-    if truth_is_outside(truth):
+    if scores.is_outside(want):
         out.update(learned(v, truth))
         if out["before"] and out["after"] and out["oracle"] and out["before"] > GAP * out["oracle"]:
             out["share"] = (out["before"] - out["after"]) / (out["before"] - out["oracle"])

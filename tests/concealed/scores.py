@@ -40,9 +40,14 @@ TABLE = (
 )
 
 
+def is_outside(names):
+    """Whether one of the names is of something outside the vocabulary."""
+    return any(n.startswith("unknown:") for n in names)
+
+
 def truth_of(r):
     """What the most probable set should be: the names, or the one word for what no vocabulary holds."""
-    return frozenset({"unknown"} if any(n.startswith("unknown:") for n in r["truth"]) else r["truth"])
+    return frozenset({"unknown"} if is_outside(r["truth"]) else r["truth"])
 
 
 def tied(names, r):

@@ -13,6 +13,7 @@ from scipy.optimize import minimize
 from scipy.special import logsumexp
 
 from .limits import TIES
+from .scores import is_outside
 
 NOTHING, UNKNOWN = frozenset(), frozenset({"unknown"})
 LEAST = 1e-3                 # what a cause counts that was not weighed at all
@@ -180,7 +181,7 @@ def cause(truth):
     names = truth["missing"]
     if not names and truth.get("set") == "rough":
         return UNKNOWN
-    return UNKNOWN if any(n.startswith("unknown:") for n in names) else canonical(names)
+    return UNKNOWN if is_outside(names) else canonical(names)
 
 
 class Stacked:

@@ -289,8 +289,8 @@ pub fn condition_on(c: &Campaign, machine: Option<&Arc<dyn Machine>>) -> Result<
         r.setup.duration = duration;
     }
     // as read, or where no depth is, as the energy has it
-    let read = |r: &Recording| r.channels[Channel::Penetration.index()].as_deref().map_or(0.0, highest);
-    let read = c.recordings.iter().map(read).fold(0.0, f64::max);
+    let deepest_of = |r: &Recording| r.channels[Channel::Penetration.index()].as_deref().map_or(0.0, highest);
+    let read = c.recordings.iter().map(deepest_of).fold(0.0, f64::max);
     let deepest = if read > 0.0 { read } else { (0..forces.len()).map(depth_of).fold(0.0, f64::max) };
     let scales = Scales {
         force: forces[m],

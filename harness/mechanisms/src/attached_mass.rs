@@ -3,7 +3,6 @@
 use crate::mechanism::*;
 use crate::part::Part;
 use crate::physics::Physics;
-use record::Kind;
 
 /// m_a z'' = -k_a z (1 + h z^2) - c_a z' - m_a x'' for its place z before the body (Den Hartog 1934; Harris and Piersol
 /// 2002, chapter 6, on equipment that rides on a table).
@@ -74,7 +73,7 @@ fn put(t: &[f64], c: &Context, p: &mut Physics) {
 }
 
 fn forms(c: &Context) -> Vec<Form> {
-    if c.kind == Kind::Indentation {
+    if c.is_imposed() {
         return Vec::new();
     }
     let linear = Form {

@@ -2,7 +2,6 @@
 
 use crate::mechanism::*;
 use crate::part::Part;
-use record::Kind;
 
 /// m_b x_b'' = F - k_b x_b (1 + h x_b^2) - c_b x_b' (Den Hartog 1934); softening, k_b x_b/sqrt(1 + 2 |h| x_b^2), which
 /// begins alike and never turns back.
@@ -72,7 +71,7 @@ fn base(t: &[f64], c: &Context) -> (f64, f64, f64) {
 }
 
 fn forms(c: &Context) -> Vec<Form> {
-    if c.kind == Kind::Indentation {
+    if c.is_imposed() {
         return Vec::new();
     }
     let mass_on_spring = Form {

@@ -3,7 +3,6 @@
 use crate::mechanism::*;
 use crate::part::{Part, Sampling};
 use record::Channel;
-use record::Kind;
 
 /// reading = u (1 + b u / span) (nonlinear sensor).
 pub const MECHANISM: Mechanism = Mechanism {
@@ -62,10 +61,10 @@ fn forms(c: &Context) -> Vec<Form> {
         describe: |t, _| vec![("bend", t[0], "1")],
     };
     let mut v = Vec::new();
-    if c.has[2] && c.kind != Kind::Indentation {
+    if c.has[2] && !c.is_imposed() {
         v.push(form("displacement", |t, c, p| bend(t, c, p, Channel::Penetration)));
     }
-    if c.has[0] && c.kind != Kind::Indentation {
+    if c.has[0] && !c.is_imposed() {
         v.push(form("force", |t, c, p| bend(t, c, p, Channel::Force)));
     }
     v

@@ -3,7 +3,7 @@
 use crate::mechanism::*;
 use crate::part::{Part, Sampling};
 use crate::signal::shift;
-use record::{Channel, Kind};
+use record::Channel;
 
 /// y(t) = u(t - T) (sampling of multiplexed channels).
 pub const MECHANISM: Mechanism = Mechanism {
@@ -55,10 +55,10 @@ fn forms(c: &Context) -> Vec<Form> {
     if c.has[0] && (c.has[1] || c.has[2]) {
         v.push(form("force against the rest", |t, c, p| late(t, c, p, Channel::Force)));
     }
-    if c.has[1] && c.has[2] && c.kind != Kind::Indentation {
+    if c.has[1] && c.has[2] && !c.is_imposed() {
         v.push(form("acceleration against the rest", |t, c, p| late(t, c, p, Channel::Acceleration)));
     }
-    if c.has[0] && c.has[1] && c.has[2] && c.kind != Kind::Indentation {
+    if c.has[0] && c.has[1] && c.has[2] && !c.is_imposed() {
         v.push(form("penetration against the rest", |t, c, p| late(t, c, p, Channel::Penetration)));
     }
     v

@@ -3,7 +3,7 @@
 use crate::mechanism::*;
 use crate::part::{Part, Sampling};
 use crate::signal::pole;
-use record::{Channel, Kind};
+use record::Channel;
 
 /// y = u - w, w' = (u - w)/tau (charge amplifier, first-order AC coupling).
 pub const MECHANISM: Mechanism = Mechanism {
@@ -88,7 +88,7 @@ fn forms(c: &Context) -> Vec<Form> {
         let part = shelf(&first, "a share of it, first order", |t, c, p| in_part(t, c, p, Channel::Force));
         v.push(first);
         // where the penetration is imposed, a share that fades is what a Maxwell branch does to the force: that is said
-        if c.kind != Kind::Indentation {
+        if !c.is_imposed() {
             v.push(part);
         }
         v.push(form("second order", |t, c, p| droop(t, c, p, Channel::Force, true)));

@@ -2,7 +2,6 @@
 
 use crate::mechanism::*;
 use crate::part::{Allowed, Key, Motion, Part};
-use record::Kind;
 
 /// F = -c v |v|^(n-1), n near 2 (Newton 1687; Rayleigh 1876), c falling to a share of itself where the boundary layer
 /// turns turbulent (Achenbach 1972).
@@ -47,7 +46,7 @@ fn square(t: &[f64], c: &Context) -> f64 {
 }
 
 fn forms(c: &Context) -> Vec<Form> {
-    if c.kind == Kind::Indentation {
+    if c.is_imposed() {
         return Vec::new();
     }
     let quadratic = Form {

@@ -3,7 +3,7 @@
 use crate::mechanism::*;
 use crate::part::{Part, Sampling};
 use crate::physics::Physics;
-use record::{Channel, Kind};
+use record::Channel;
 
 /// y = g u, and an amplifier that warms up from recording to recording, evenly or by a power of their count (calibration of
 /// the transducer).
@@ -61,7 +61,7 @@ fn drift(t: &[f64], c: &Context, p: &mut Physics) {
 }
 
 fn forms(c: &Context) -> Vec<Form> {
-    if !c.has[0] || c.kind == Kind::Indentation {
+    if !c.has[0] || c.is_imposed() {
         return Vec::new();
     }
     let gain = chain_parameter("ln gain", -0.8, 0.8, 1e-3);

@@ -2,7 +2,6 @@
 
 use crate::mechanism::*;
 use crate::part::{Allowed, Key, Motion, Part};
-use record::Kind;
 
 /// F = -(F_c (1 + s exp(-(v/v_s)^2)) tanh(v/v_0) + c v) (Coulomb 1785; Stribeck 1902).
 pub const MECHANISM: Mechanism = Mechanism {
@@ -35,7 +34,7 @@ impl Part for GuideFriction {
 }
 
 fn forms(c: &Context) -> Vec<Form> {
-    if c.kind == Kind::Indentation {
+    if c.is_imposed() {
         return Vec::new();
     }
     vec![

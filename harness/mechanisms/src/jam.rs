@@ -3,9 +3,8 @@
 use crate::latent_force::against;
 use crate::mechanism::*;
 use crate::part::{Motion, Part};
-use record::Kind;
 
-/// F = -a sign(v) exp(-((x - x0)/w)^2/2) on the body (a tight place in the guide).
+/// F = -a sign(v) exp(-((x - x0)/w)^2/2) on the body, in the stop (a tight place in the guide).
 pub const MECHANISM: Mechanism = Mechanism {
     name: "jam",
     origin: Origin::Motion,
@@ -86,7 +85,7 @@ fn forms(_: &Context) -> Vec<Form> {
         linear: true,
         extends: None,
         apply: |t, c, p| {
-            p.jam.is_imposed = c.kind == Kind::Indentation;
+            p.jam.is_imposed = c.is_imposed();
             p.jam.force = t[0] * c.scales.force;
             p.jam.position = t[1] * c.scales.depth;
             p.jam.width = c.scales.depth * t[2].exp();

@@ -453,7 +453,7 @@ fn of_coefficients(t: &[f64], c: &Context, of: Dependence) -> LearnedForce {
     LearnedForce { of, learned: Learned { coefficients, range: range(of, c, terms), speed: c.scales.speed } }
 }
 
-/// Nodes at which a series is read to be written by more terms.
+/// Nodes at which a series is read to be written by more terms: of the highest wave more than thirty.
 const NODES: usize = 400;
 
 /// The parameters of a force by series of all terms that is the one by series of `terms` terms with the parameters `t`: each series

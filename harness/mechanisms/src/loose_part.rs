@@ -102,7 +102,7 @@ impl Part for LoosePart {
 const EASED: f64 = 0.05;
 
 fn forms(c: &Context) -> Vec<Form> {
-    if c.kind == Kind::Indentation {
+    if c.is_imposed() {
         return Vec::new();
     }
     let form = |label, apply: Apply| Form {

@@ -35,6 +35,13 @@ pub struct Context {
     pub ring: Option<f64>,
 }
 
+impl Context {
+    /// Whether the motion is imposed, so that nothing moves by the forces on the body.
+    pub fn is_imposed(&self) -> bool {
+        self.kind == Kind::Indentation
+    }
+}
+
 /// Applies a form's parameters (dimensionless, in the order of `Form::parameters`) to the physics.
 pub type Apply = fn(&[f64], &Context, &mut Physics);
 

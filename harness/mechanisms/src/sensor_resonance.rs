@@ -3,7 +3,7 @@
 use crate::lowpass_lag::{Filter, LowPass};
 use crate::mechanism::*;
 use crate::part::Part;
-use record::{Channel, Kind};
+use record::Channel;
 
 /// tip mass m_t before a transducer of stiffness k_t (Ahn and Ryu 2005, eqs. 3 to 5).
 pub const MECHANISM: Mechanism = Mechanism {
@@ -44,7 +44,7 @@ impl Part for Tip {}
 const LEAST_RINGING: f64 = -1.0;
 
 fn forms(c: &Context) -> Vec<Form> {
-    if c.kind == Kind::Indentation || !c.has[0] {
+    if c.is_imposed() || !c.has[0] {
         return Vec::new();
     }
     let line = c.ring.map(|w| (w * c.scales.duration).ln());

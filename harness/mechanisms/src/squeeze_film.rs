@@ -2,7 +2,6 @@
 
 use crate::mechanism::*;
 use crate::part::{Allowed, Key, Motion, Part};
-use record::Kind;
 
 /// F = -c v (g/(gap + g))^n (Reynolds 1886; Stefan 1874).
 pub const MECHANISM: Mechanism = Mechanism {
@@ -53,7 +52,7 @@ fn beside(t: &[f64], c: &Context, p: &mut crate::physics::Physics, power: f64) {
 }
 
 fn forms(c: &Context) -> Vec<Form> {
-    if c.kind == Kind::Indentation {
+    if c.is_imposed() {
         return Vec::new();
     }
     let form = |label, apply: Apply| Form {

@@ -26,7 +26,7 @@ pub const HOW: &[Item] = &[
     Item { name: "speed_squared", text: "g(x) + h(x) w |w|" },
 ];
 
-/// What each item of [`HOW`] is, in the same order.
+/// Factor of the speed for each item of [`HOW`], in the same order.
 const GOES: [WithSpeed; 4] = [WithSpeed::No, WithSpeed::Linear, WithSpeed::Direction, WithSpeed::Squared];
 
 /// Parameters, and a coefficient of its own for each number.

@@ -227,12 +227,12 @@ fn learned(l: &learned::Learned) -> LearnedLaw {
     }
 }
 
-/// What a form says that stands in for a cause without a name.
-fn stand_in(t: &Term) -> String {
+/// The sentence of a form that stands in for a cause without a name, and the form's label.
+fn as_stand_in(t: &Term) -> String {
     format!("{} (a stand-in, fitted as: {})", t.mechanism.sentence, t.form.label)
 }
 
-/// What was learned in motion, or stands in; None where neither does.
+/// The forces learned in motion, and the forms that stand in for a cause without a name; None where there are neither.
 fn learned_in_motion(d: &Decision) -> Option<LearnedLaw> {
     let best = d.force().or(d.forces.first())?;
     let parts = |f: &Force| -> Vec<LearnedClass> {
@@ -241,7 +241,7 @@ fn learned_in_motion(d: &Decision) -> Option<LearnedLaw> {
         let learned = f.depends.iter().map(|d| of(d.name(), None, d.words().into()));
         let beside = f.beside.and_then(mechanisms::named);
         let beside = beside.map(|m| of(m.name, Some(m.name).filter(|_| m.named), m.sentence.into()));
-        let stands_in = |t: &Term| of(t.name(), None, format!("as though {}", stand_in(t)));
+        let stands_in = |t: &Term| of(t.name(), None, format!("as though {}", as_stand_in(t)));
         // nothing learned: what stood in before does
         let instead = f.fitted.structure.terms().iter().filter(|t| f.depends.is_empty() && !t.mechanism.named);
         learned.chain(beside).chain(instead.map(stands_in)).collect()
@@ -413,7 +413,7 @@ fn unexplained(d: &Decision, f: &Findings) -> String {
     let what = match d.chosen.structure.terms().iter().find(|t| !t.mechanism.named) {
         _ if d.has_remainder() => format!("beside what is named, {}", learned_words(d)),
         Some(_) if d.force().is_some() => learned_words(d),
-        Some(t) => stand_in(t),
+        Some(t) => as_stand_in(t),
         None if d.names_something() => {
             format!("beside what is named, {:.0} % of force or more is likelier to be left than less", 100.0 * LARGE)
         }

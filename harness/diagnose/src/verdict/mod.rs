@@ -101,7 +101,7 @@ pub struct LearnedClass {
     pub class: &'static str,
     /// The mechanism of the vocabulary that it is.
     pub mechanism: Option<&'static str>,
-    /// What it depends on; of a form that stands in for what has no name, what that form says.
+    /// The variables that the force depends on, in words; of a form that stands in for a cause without a name, that form in words.
     pub depends_on: String,
     pub probability: f64,
 }
