@@ -49,13 +49,13 @@ pub enum Cut {
 }
 
 /// Rows to read for a drop whose contacts are in `contacts`, out of the stretch `rows` that a search in buckets of `bucket`
-/// rows went through; `until`: where the next drop begins.
-pub fn around(contacts: &[(u64, u64)], rows: (u64, u64), bucket: u64, until: u64) -> (u64, u64) {
+/// rows went through; `between`: where the contacts of the drop before end, and where the next drop begins.
+pub fn around(contacts: &[(u64, u64)], rows: (u64, u64), bucket: u64, between: (u64, u64)) -> (u64, u64) {
     let (first, length) = (contacts[0].0, contacts[0].1 - contacts[0].0);
     let within = first + bounces(length) + bucket;
     let end = contacts.iter().take_while(|c| c.0 < within).map(|c| c.1).last().unwrap_or(first);
     let pad = pad(length) + 2 * bucket;
-    (first.saturating_sub(pad).max(rows.0), (end + pad).min(rows.1).min(until))
+    (first.saturating_sub(pad).max(rows.0).max(between.0).min(first), (end + pad).min(rows.1).min(between.1))
 }
 
 fn pad(contact: u64) -> u64 {
@@ -350,7 +350,7 @@ mod tests {
         let map = if map.is_empty() { Vec::new() } else { parse(map).unwrap() };
         let t = tracks(&m.groups[0], &columns(&m.groups[0], &map).unwrap(), None, false).unwrap();
         let level = Level { channel: Channel::Force, base, noise: 1.0, level: 8.0 };
-        let rows = around(&[(4998, 5110)], (0, 20_000), 1, 20_000);
+        let rows = around(&[(4998, 5110)], (0, 20_000), 1, (0, 20_000));
         assert_eq!(rows, (4998 - 336 - 2, 5110 + 336 + 2));
         let rows = if cut_at == Cut::Around { rows } else { (0, 20_000) };
         let span = Span { group: 0, track: 0, rows, cut: cut_at, level: Some(level) };

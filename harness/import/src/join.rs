@@ -36,6 +36,8 @@ struct Strand {
     timer: Timer,
     values: Vec<Taken>,
     span: Span,
+    /// Its channel is read in few of the rows, every so often: those rows alone are its samples.
+    sparse: bool,
 }
 
 /// The times of a strand.
@@ -48,7 +50,14 @@ struct Span {
     back: bool,
     /// Two strands of one sum have the same times in all rows.
     sum: u64,
+    /// Most rows from one sample to the next.
+    apart: u64,
 }
+
+/// Rows from one reading of a channel to its next from which on blank cells are no readings that were lost.
+const SPARSE: u64 = 2;
+/// Times that many rows that a channel which is read every so often may be without one.
+const LATE: u64 = 2;
 
 impl Span {
     fn step(&self) -> f64 {
@@ -57,6 +66,14 @@ impl Span {
 
     fn overlaps(&self, other: &Span) -> bool {
         self.first < other.last && other.first < self.last
+    }
+
+    /// Whether these readings stand in few of the rows of `all`, every so often: a channel that is read more slowly than another of
+    /// the table.
+    fn is_sparse_in(&self, all: &Span) -> bool {
+        self.samples > 1
+            && all.samples >= SPARSE * self.samples
+            && self.apart <= LATE * all.samples.div_ceil(self.samples)
     }
 
     /// Whether both have the same instants, row by row.
@@ -207,8 +224,9 @@ fn candidate(
             samples: group.samples,
             back: false,
             sum: sum(sum(0, clock.start), clock.step),
+            apart: 1,
         };
-        let strands = vec![Strand { group: i, timer: Timer::Steps(clock), values, span }];
+        let strands = vec![Strand { group: i, timer: Timer::Steps(clock), values, span, sparse: false }];
         return Ok(Some(Candidate { group: i, strands, left: found.left }));
     }
     if times.is_empty() {
@@ -219,20 +237,21 @@ fn candidate(
     let mut used: Vec<usize> = own.iter().map(|t| t.column).collect();
     used.sort_unstable();
     used.dedup();
-    let spans = spans(
-        source,
-        i,
-        &used.iter().filter_map(|c| times.iter().find(|t| t.column == *c)).copied().collect::<Vec<_>>(),
-    )?;
+    let of_rows = used.iter().filter_map(|c| times.iter().find(|t| t.column == *c)).map(|t| (*t, None));
+    let of_readings = values.iter().zip(&own).map(|(v, t)| (*t, Some(v)));
+    let spans = spans(source, i, &of_rows.chain(of_readings).collect::<Vec<_>>())?;
+    let (of_rows, of_readings) = spans.split_at(used.len());
     let mut strands: Vec<Strand> = Vec::new();
-    for (value, time) in values.into_iter().zip(own) {
-        let at = used.binary_search(&time.column).unwrap_or(0);
-        match strands.iter_mut().find(|s| s.timer == Timer::Column(time.clone())) {
+    for ((value, time), read) in values.into_iter().zip(own).zip(of_readings) {
+        let span = of_rows[used.binary_search(&time.column).unwrap_or(0)];
+        let timer = Timer::Column(time.clone());
+        if read.is_sparse_in(&span) {
+            strands.push(Strand { group: i, timer, values: vec![value], span: *read, sparse: true });
+            continue;
+        }
+        match strands.iter_mut().find(|s| s.timer == timer && !s.sparse) {
             Some(s) => s.values.push(value),
-            None => {
-                let (timer, span) = (Timer::Column(time.clone()), spans[at]);
-                strands.push(Strand { group: i, timer, values: vec![value], span });
-            }
+            None => strands.push(Strand { group: i, timer, values: vec![value], span, sparse: false }),
         }
     }
     Ok(Some(Candidate { group: i, strands, left: found.left }))
@@ -294,11 +313,11 @@ fn elsewhere(
         let Some(time) = found.taken.iter().find(|t| t.role == Role::Time && t.why.starts_with("by --map")) else {
             continue;
         };
-        let span = spans(source, k, &[time])?[0];
+        let span = spans(source, k, &[(time, None)])?[0];
         // the time stands in a strand of its own, without channels
-        let of_time = Strand { group: k, timer: Timer::Column(time.clone()), values: Vec::new(), span };
+        let of_time = Strand { group: k, timer: Timer::Column(time.clone()), values: Vec::new(), span, sparse: false };
         let nameless = Taken { name: String::new(), ..time.clone() };
-        let by_row = Strand { group: i, timer: Timer::Column(nameless), values, span };
+        let by_row = Strand { group: i, timer: Timer::Column(nameless), values, span, sparse: false };
         return Ok(Some(Candidate { group: i, strands: vec![of_time, by_row], left }));
     }
     Ok(None)
@@ -310,26 +329,35 @@ fn sum(so_far: u64, time: f64) -> u64 {
     time.to_bits().to_le_bytes().iter().fold(start, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// The spans of columns of time, read once.
-fn spans(source: &mut dyn Source, group: usize, times: &[&Taken]) -> Result<Vec<Span>, String> {
-    let none = Span { first: f64::NAN, last: f64::NAN, samples: 0, back: false, sum: 0 };
-    let mut all = vec![none; times.len()];
+/// The spans of columns of time, of the rows that have a time, or of those in which a channel has a reading too; read once.
+fn spans(source: &mut dyn Source, group: usize, of: &[(&Taken, Option<&Taken>)]) -> Result<Vec<Span>, String> {
+    let none = Span { first: f64::NAN, last: f64::NAN, samples: 0, back: false, sum: 0, apart: 0 };
+    let mut all = vec![(none, 0); of.len()];
+    let mut from = 0;
     let read = source.read(group, &mut |block| {
-        for (s, t) in all.iter_mut().zip(times) {
-            for v in block[t.column].iter().map(|v| v * t.factor).filter(|v| v.is_finite()) {
+        for ((s, at), (t, value)) in all.iter_mut().zip(of) {
+            for (i, v) in block[t.column].iter().enumerate() {
+                let v = v * t.factor;
+                if !v.is_finite() || value.is_some_and(|c| !block[c.column][i].is_finite()) {
+                    continue;
+                }
+                let row = from + i as u64;
                 if s.samples == 0 {
-                    s.first = v;
+                    (s.first, *at) = (v, row);
                 }
                 s.back |= v < s.last;
                 s.last = v;
                 s.samples += 1;
                 s.sum = sum(s.sum, v);
+                s.apart = s.apart.max(row - *at);
+                *at = row;
             }
         }
+        from += block.first().map_or(0, |c| c.len()) as u64;
         ControlFlow::Continue(())
     });
     read.map_err(|e| e.to_string())?;
-    Ok(all)
+    Ok(all.into_iter().map(|s| s.0).collect())
 }
 
 /// Which candidates are of one recording: those of one name, and all where they hold no kind of channel twice.
@@ -404,6 +432,7 @@ fn joint(
             ));
         }
         let own = match &s.timer {
+            Timer::Column(t) if s.sparse => format!("{:?} in the rows that hold a reading", t.name),
             Timer::Column(t) => format!("{:?}", t.name),
             Timer::Steps(_) => "its steps".to_string(),
         };
@@ -495,7 +524,16 @@ impl Strand {
             Timer::Column(t) if t.name.is_empty() => vec![f64::NAN; count],
             Timer::Column(t) => block[t.column].iter().map(|v| v * t.factor).collect(),
         };
-        Rows { times, values: self.values.iter().map(|v| block[v.column].to_vec()).collect() }
+        let mut rows = Rows { times, values: self.values.iter().map(|v| block[v.column].to_vec()).collect() };
+        if self.sparse {
+            let holds: Vec<bool> =
+                (0..count).map(|i| rows.times[i].is_finite() && rows.values.iter().any(|v| v[i].is_finite())).collect();
+            for column in rows.values.iter_mut().chain([&mut rows.times]) {
+                let mut holds = holds.iter();
+                column.retain(|_| holds.next() == Some(&true));
+            }
+        }
+        rows
     }
 }
 
@@ -692,6 +730,28 @@ mod tests {
         let t: Vec<f64> = (0..n).map(|i| start + step * i as f64).collect();
         let y = t.iter().map(|t| pulse(*t)).collect();
         [t, y]
+    }
+
+    #[test]
+    fn a_channel_read_in_every_fourth_row_keeps_its_readings_and_the_others_theirs() {
+        let [t, force] = course(0.0, 1e-4, 400);
+        let slow = |from: usize| -> Vec<f64> {
+            (0..400).map(|i| if i % 4 == from { 1e-3 * t[i] } else { f64::NAN }).collect()
+        };
+        let names = [("Time", "s"), ("Force", "N"), ("Position", "m")];
+        let make = || memory(&[("", &names)], &[vec![t.clone(), force.clone(), slow(0)]]);
+        let (rows, _, notes) = read(&make, "").unwrap();
+        assert_eq!(rows[0].len(), 400);
+        assert_eq!(rows[1], force);
+        // between its samples it lies on the line from one to the next
+        assert!((0..397).all(|i| (rows[2][i] - 1e-3 * t[i]).abs() < 1e-15), "{:?}", &rows[2][..9]);
+        assert!(notes[0].contains("in the rows that hold a reading"), "{notes:?}");
+        // a stretch that was lost is not filled
+        let mut lost = force.clone();
+        lost[100..320].fill(f64::NAN);
+        let make = || memory(&[("", &names)], &[vec![t.clone(), lost.clone(), slow(0)]]);
+        let (rows, ..) = read(&make, "").unwrap();
+        assert!(rows[1][100..320].iter().all(|v| v.is_nan()));
     }
 
     #[test]

@@ -112,6 +112,9 @@ static MARKED: LazyLock<Vec<Regex>> = LazyLock::new(|| {
     MARKS.iter().map(|(_, _, mark)| Regex::new(&of(mark)).expect("a pattern of the program")).collect()
 });
 
+/// How the origin of a value that a name was guessed to say begins.
+pub(crate) const GUESSED: &str = "guessed from the name";
+
 /// What a name says by numbers with a unit, such as `drop_200mm` or `v1.5ms-1`; nothing of a key that it says twice.
 pub fn guess(name: &str) -> Facts {
     let mut facts = Facts::default();
@@ -123,7 +126,7 @@ pub fn guess(name: &str) -> Facts {
                 twice.push(key);
             }
             // what is no amount after all says nothing
-            drop(facts.read(key, &found[2], unit, &format!("guessed from the name {name}")));
+            drop(facts.read(key, &found[2], unit, &format!("{GUESSED} {name}")));
         }
         // metres of metres per second are no height
         rest = regex.replace_all(&rest, "$1#$3").into_owned();

@@ -3,11 +3,12 @@
 use crate::amount::{amount, brief, digits};
 use crate::cut::{around, Cut, Span};
 use crate::facts::{folded, key, Fact, Facts, Value, KEYS};
-use crate::names::{by_count, guess, orders};
+use crate::names::{by_count, guess, orders, GUESSED};
 use crate::survey::{File, Seen, Stretch};
+use crate::table::Table;
 use crate::Options;
 use instruments::Group;
-use record::{Channel, Kind};
+use record::{units, Channel, Kind};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -183,6 +184,9 @@ fn kind(files: &[File], o: &Options) -> (Kind, String) {
     if o.travel.is_some() || o.spring_rate.is_some() {
         return (Kind::ContactorOpening, "guessed: a travel or the rate of a return spring is given".into());
     }
+    if let Some(said) = of_a_drop(files, o) {
+        return (Kind::DropTest, format!("guessed: {said} is given"));
+    }
     let slow = |s: &Stretch| s.step >= SLOW_STEP || s.found.drops.iter().any(|d| d.length >= SLOW);
     let mut seen = files.iter().flat_map(|f| &f.seen).peekable();
     let imposed = |s: &Seen| {
@@ -194,6 +198,20 @@ fn kind(files: &[File], o: &Options) -> (Kind, String) {
     } else {
         (Kind::DropTest, "guessed: short impacts, and no travel is given".into())
     }
+}
+
+/// What the user says that only a drop test has: a mass, a speed or a height; None where nothing is said.
+fn of_a_drop(files: &[File], o: &Options) -> Option<String> {
+    if o.mass.is_some() {
+        return Some("a mass".into());
+    }
+    let of_table = |t: &Table| files.iter().filter_map(|f| t.of(&f.path, 0, 1).ok()).collect::<Vec<_>>();
+    let mut said = o.asked.values().cloned().chain(o.table.iter().flat_map(of_table)).chain([o.all.clone()]);
+    let is_of_it = |k: &&&'static str| matches!(**k, "impact_speed" | "start_speed" | "drop_height");
+    said.find_map(|f| f.0.keys().find(is_of_it).map(|k| k.replace('_', " "))).map(|k| match k.starts_with('i') {
+        true => format!("an {k}"),
+        false => format!("a {k}"),
+    })
 }
 
 /// The recordings of one stretch; what is none says why in `why`.
@@ -261,12 +279,13 @@ fn recordings(
                 drops.len()
             )));
         }
-        let end = around(&drops[0].contacts, stretch.rows, stretch.bucket, stretch.rows.1).1;
+        let end = around(&drops[0].contacts, stretch.rows, stretch.bucket, stretch.rows).1;
         return take((stretch.rows.0, end), Cut::Behind, place(""));
     }
     for (n, d) in drops.iter().enumerate() {
+        let ended = drops[..n].last().and_then(|d| d.contacts.last()).map_or(stretch.rows.0, |c| c.1);
         let until = drops.get(n + 1).map_or(stretch.rows.1, |next| next.contacts[0].0);
-        let rows = around(&d.contacts, stretch.rows, stretch.bucket, until);
+        let rows = around(&d.contacts, stretch.rows, stretch.bucket, (ended, until));
         let of = if drops.len() > 1 { format!("impact at {} s", brief(d.at)) } else { String::new() };
         take(rows, Cut::Around, place(&of));
     }
@@ -319,9 +338,31 @@ fn facts(p: &mut Plan, files: &[File], o: &Options) {
         take(of(&files[r.file].seen[r.seen].track.label));
         take(of(&group.name));
         take(of(file.path.file_stem().and_then(|s| s.to_str()).unwrap_or("")));
+        if let Some(h) = unlikely_height(&known) {
+            known.0.remove("drop_height");
+            let note = format!(
+                "{}: {} m in a name are no drop height, for a fall from there does not reach the speed given; say --height \
+                 where they are",
+                file.path.display(),
+                brief(h)
+            );
+            p.notes.extend(Some(note).filter(|n| !p.notes.contains(n)));
+        }
         r.facts = known;
         at[r.file] += 1;
     }
+}
+
+/// Factor by which the speed of a free fall and a speed that was given differ where they are not of one drop.
+const NO_FALL: f64 = 2.0;
+
+/// A drop height that was guessed from a name, m, and does not lead to the speed that is given; None where it may.
+fn unlikely_height(f: &Facts) -> Option<f64> {
+    let guessed = |k: &str| f.0.get(k).is_some_and(|f| f.from.starts_with(GUESSED));
+    let speed = ["impact_speed", "start_speed"].into_iter().find_map(|k| f.number(k).filter(|_| !guessed(k)))?;
+    let height = f.number("drop_height").filter(|_| guessed("drop_height"))?;
+    let ratio = speed / (2.0 * units::GRAVITY * height).sqrt();
+    (!(1.0 / NO_FALL..=NO_FALL).contains(&ratio)).then_some(height)
 }
 
 /// What a group's properties say, and what of them could not be read.
