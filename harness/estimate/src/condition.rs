@@ -73,12 +73,29 @@ pub(crate) const BY_NEIGHBOURS: f64 = 1.4;
 const SPIKE: f64 = 6.0;
 const SPIKE_STEPS: f64 = 3.0;
 
+/// One of how many samples may be a spike at most: what sticks out more often belongs to what was recorded.
+const RARE: usize = 50;
+/// Samples beside each other that may be spikes at most.
+const BESIDE: usize = 2;
+
+/// Of the samples `found` to stick out of a course of so many those that stand alone: no more than two beside each other, and few in
+/// all. A run of them is a course of its own, and what sticks out everywhere is a ringing that was sampled coarsely.
+pub(crate) fn that_stand_alone(mut found: Vec<usize>, samples: usize) -> Vec<usize> {
+    found.sort_unstable();
+    let alone: Vec<usize> =
+        found.chunk_by(|a, b| b - a == 1).filter(|run| run.len() <= BESIDE).flatten().copied().collect();
+    if alone.len() > (samples / RARE).max(BESIDE) {
+        return Vec::new();
+    }
+    alone
+}
+
 /// Samples of a smooth course that stand alone, far outside its noise of standard deviation `sigma`.
 pub fn spikes_of_course(y: &[f64], sigma: f64) -> Vec<usize> {
     let mut y = y.to_vec();
     let mut found = Vec::new();
     // the largest first: beside it others look large as well
-    while found.len() < y.len() / 50 {
+    while found.len() < y.len() / RARE {
         let off = |k: usize| by_neighbours(&y, k).map(|v| (k, v, (y[k] - v).abs()));
         let Some((k, v, off)) = (0..y.len()).filter_map(off).max_by(|a, b| a.2.total_cmp(&b.2)) else { break };
         let near = k.saturating_sub(8)..(k + 8).min(y.len() - 1);
@@ -89,7 +106,7 @@ pub fn spikes_of_course(y: &[f64], sigma: f64) -> Vec<usize> {
         y[k] = v;
         found.push(k);
     }
-    found
+    that_stand_alone(found, y.len())
 }
 
 /// The largest of these.
@@ -560,9 +577,16 @@ mod tests {
         spiked[40] += 12.0;
         spiked[43] -= 9.0;
         spiked[150] -= 5.0;
-        let mut found = spikes_of_course(&spiked, 0.1);
-        found.sort_unstable();
-        assert_eq!(found, [40, 43, 150]);
+        assert_eq!(spikes_of_course(&spiked, 0.1), [40, 43, 150]);
+    }
+
+    #[test]
+    fn a_run_that_sticks_out_and_what_sticks_out_everywhere_are_no_spikes() {
+        assert_eq!(that_stand_alone(vec![9, 4, 20, 8], 200), [4, 8, 9, 20]);
+        assert_eq!(that_stand_alone(vec![9, 10, 20, 8], 200), [20]);
+        assert_eq!(that_stand_alone((0..40).map(|k| 5 * k).collect(), 200), [0usize; 0]);
+        // of a short recording two are not too many
+        assert_eq!(that_stand_alone(vec![3, 7], 20), [3, 7]);
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! From conditioned data to data ready for estimation: what takes a fit of the simulation as given.
 
 use crate::condition::{
-    by_neighbours, condition, impose, noise_out_of_contact, renewed_noise, spikes_of_course, Conditioned, Guess,
-    Invalid, BY_NEIGHBOURS,
+    by_neighbours, condition, impose, noise_out_of_contact, renewed_noise, spikes_of_course, that_stand_alone,
+    Conditioned, Guess, Invalid, BY_NEIGHBOURS,
 };
 use crate::coupling;
 use crate::fitted::Fitted;
@@ -267,7 +267,8 @@ fn spikes(base: &Fitted, simulated: &Simulated) -> Vec<(usize, usize, usize)> {
                     break;
                 }
             }
-            out.extend((0..e.len()).filter(|k| !kept[*k]).map(|k| (r, i, k)));
+            let found = (0..e.len()).filter(|k| !kept[*k]).collect();
+            out.extend(that_stand_alone(found, e.len()).into_iter().map(|k| (r, i, k)));
         }
     }
     out
