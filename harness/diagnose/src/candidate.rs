@@ -3,6 +3,7 @@
 use super::evidence::ln_sum;
 use super::table::Table;
 use estimate::fitted::Fitted;
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 /// Gain in chi^2, beyond one parameter and over the overdispersion of the residual, from which a misfit counts as
@@ -95,21 +96,9 @@ impl Candidate for Fitted {
 
     fn excess_scatter(&self) -> Option<f64> {
         let problem = self.problem();
-        let of = |level: usize| -> Vec<f64> {
-            let own = self.data.records.iter().zip(&self.fit.point.locals).filter(|(r, _)| r.level == level);
-            own.map(|(_, l)| problem.local(l).stiffness).collect()
-        };
-        let levels = self.data.records.iter().map(|r| r.level).max().unwrap_or(0);
-        let (sum, freedom) = (0..=levels).map(of).filter(|l| l.len() > 1).fold((0.0, 0.0), |(sum, freedom), l| {
-            let mean = l.iter().sum::<f64>() / l.len() as f64;
-            (sum + l.iter().map(|s| (s - mean).powi(2)).sum::<f64>(), freedom + l.len() as f64 - 1.0)
-        });
-        let prior = Table::calibrated().unknown;
-        let moved = |sum: f64| moved_between(sum / self.data.repeat_scatter.powi(2), freedom, prior);
-        // slow noise moves what each recording is fitted to, too
-        let beyond = moved(sum) > 0.5 && moved(sum / self.overdispersion().max(1.0)) > 0.5;
-        let square = sum / freedom;
-        beyond.then(|| square.sqrt())
+        let each = self.data.records.iter().zip(&self.fit.point.locals);
+        let each = each.map(|(r, l)| (r.level, problem.local(l).stiffness));
+        excess_scatter(each, self.data.repeat_scatter, self.overdispersion().max(1.0))
     }
 
     fn excess_scatter_left(&self, from: Option<f64>) -> Option<f64> {
@@ -117,9 +106,37 @@ impl Candidate for Fitted {
     }
 }
 
+/// Root mean square by which the second of each differs between recordings of one level, the first, where it is more likely than not
+/// that something between the recordings changed it than that repeats scatter so: by `scatter`, of which slow noise makes `slow` times
+/// the variance.
+pub fn excess_scatter(of: impl Iterator<Item = (usize, f64)>, scatter: f64, slow: f64) -> Option<f64> {
+    let mut levels: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+    of.for_each(|(level, v)| levels.entry(level).or_default().push(v));
+    let (sum, freedom) = levels.values().filter(|l| l.len() > 1).fold((0.0, 0.0), |(sum, freedom), l| {
+        let mean = l.iter().sum::<f64>() / l.len() as f64;
+        (sum + l.iter().map(|s| (s - mean).powi(2)).sum::<f64>(), freedom + l.len() as f64 - 1.0)
+    });
+    let prior = Table::calibrated().unknown;
+    let moved = |sum: f64| moved_between(sum / scatter.powi(2), freedom, prior);
+    // slow noise moves what each recording is fitted to, too
+    let beyond = freedom > 0.0 && moved(sum) > 0.5 && moved(sum / slow) > 0.5;
+    beyond.then(|| (sum / freedom).sqrt())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_scatter_within_what_the_law_is_off_by_is_none_of_the_contact() {
+        let each = || [(0, 0.0), (0, 0.08), (1, 0.02), (1, -0.05), (2, 0.3)].into_iter();
+        let found = excess_scatter(each(), 0.006, 1.0).unwrap();
+        assert!((found - 0.0532).abs() < 1e-3, "{found}");
+        assert!(excess_scatter(each(), 0.006f64.hypot(0.05), 1.0).is_none());
+        assert!(excess_scatter(each(), 0.006, 100.0).is_none());
+        // one recording a level has no repeats
+        assert!(excess_scatter([(0, 0.0), (1, 9.0)].into_iter(), 0.006, 1.0).is_none());
+    }
 
     #[test]
     fn repeats_may_scatter_threefold_and_tenfold_is_something_that_moved() {

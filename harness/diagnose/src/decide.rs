@@ -324,7 +324,10 @@ impl Decision {
             self.overdispersion.1 = self.overdispersion.0;
             self.ties = Vec::new();
             self.after = Some(l.heldout.clone());
-            self.unexplained = l.names.is_empty() || l.misfit > self.table.learned.discrepancy;
+            // the fit of the simulation as given follows with its stiffness what it has no force for
+            self.excess_scatter = self.excess_scatter.and(l.excess_scatter(self.base.data.repeat_scatter));
+            self.unexplained =
+                l.names.is_empty() || l.misfit > self.table.learned.discrepancy || self.excess_scatter.is_some();
         }
         self.detected |= !l.names.is_empty();
         self.learned = Some(l);

@@ -14,6 +14,7 @@ use crate::intervals::{intervals, Intervals};
 use crate::latent::{latent, Latent};
 use crate::map::{map, Cell};
 use crate::material::{effect, remainder, Effect, Remainder};
+use crate::posterior::{limits_reading, sorted};
 use crate::rivals::{rivals, Rival};
 use crate::search::Search;
 use crate::sensors::Against;
@@ -134,8 +135,13 @@ fn learned_shape(d: &Decision) -> Option<String> {
 
 /// Which folds chose other names, in words; None where all agree.
 fn disagreement(c: &Campaign, d: &Decision) -> Option<String> {
-    let folds = d.folds.as_ref()?;
-    let own = d.chosen.names();
+    let (folds, own) = match d.learned.as_ref().filter(|l| l.leads) {
+        Some(l) => {
+            let names = l.names.iter().map(|n| n.mechanism.name).filter(|n| !limits_reading(&[n]));
+            (&l.folds, sorted(&names.collect::<Vec<_>>()))
+        }
+        None => (&d.folds.as_ref()?.names, d.chosen.names()),
+    };
     let other = |(out, names): &(Vec<usize>, Vec<&'static str>)| {
         let first = &d.base.data.records[*out.first()?];
         let without = match c.levels.get(first.level).filter(|_| c.levels.len() > 1) {
@@ -145,13 +151,13 @@ fn disagreement(c: &Campaign, d: &Decision) -> Option<String> {
         let named = if names.is_empty() { "nothing".into() } else { names.join(" and ") };
         Some(format!("without {without}: {named}"))
     };
-    let others: Vec<String> = folds.names.iter().filter(|(_, n)| *n != own).filter_map(other).collect();
+    let others: Vec<String> = folds.iter().filter(|(_, n)| *n != own).filter_map(other).collect();
     (!others.is_empty()).then(|| {
         format!(
             "Not every part of the campaign gives the same names; {} of {} folds agree ({}). What is predicted of a level is \
              predicted by the names found without it.",
-            folds.names.len() - others.len(),
-            folds.names.len(),
+            folds.len() - others.len(),
+            folds.len(),
             others.join("; ")
         )
     })

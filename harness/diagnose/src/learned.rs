@@ -1,6 +1,7 @@
 //! What is missing where the motion is imposed, whatever its shape: classes of forces learned as functions, the names that they
 //! stand for, and predictions by laws that were learned without each level.
 
+use crate::candidate::excess_scatter;
 use crate::decide::Decision;
 use crate::evidence::ln_sum;
 use crate::heldout::{groups, HeldOut};
@@ -94,6 +95,8 @@ pub struct Learned {
     pub leads: bool,
     /// Misfit of its law on what it has seen, rms over the range of force.
     pub misfit: f64,
+    /// Indices of the recordings that each fold left out, and the names that it stands for without them.
+    pub folds: Vec<(Vec<usize>, Vec<&'static str>)>,
 }
 
 /// The recordings of an imposed motion as classes see them. Samples that do not count are taken from their neighbours.
@@ -223,8 +226,16 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     };
     let courses: Vec<Course> = all.iter().zip(&data.records).zip(&law.surfaces).map(course).collect();
     let misfit = of_courses(&courses, law.press.force);
-    let heldout = predicted(d, &all, &laws_without(&all, &groups(data), &given, numbers), limit);
-    let mut learned = Learned { of, set, names: Vec::new(), heldout, courses, leads, misfit };
+    let groups = groups(data);
+    let laws = laws_without(&all, &groups, &given, numbers);
+    let heldout = predicted(d, &all, &laws, limit);
+    let named_without = |out: Vec<usize>| {
+        let law = laws[*out.first()?].as_ref()?;
+        let named = names_of_classes(&law.classes).into_iter().filter(|n| *n != UNKNOWN).collect();
+        Some((out, named))
+    };
+    let folds = groups.into_iter().filter_map(named_without).collect();
+    let mut learned = Learned { of, set, names: Vec::new(), heldout, courses, leads, misfit, folds };
     learned.names = likely.into_iter().filter_map(|n| learned.named(n, &posterior)).collect();
     Some((learned, posterior))
 }
@@ -365,6 +376,18 @@ fn predicted(d: &Decision, all: &[Recording], laws: &[Option<Law>], limit: Optio
 }
 
 impl Learned {
+    /// Root mean square by which the ln of the force differs between recordings of one level, beyond what the law learned has; None
+    /// where it is as likely as not that repeats scatter so, by `scatter`, or that the law is off by as much.
+    pub fn excess_scatter(&self, scatter: f64) -> Option<f64> {
+        let share = |c: &Course| {
+            let known = (0..c.read.len()).filter(|i| c.counts[*i]);
+            let (by_law, of_law) =
+                known.fold((0.0, 0.0), |(a, b), i| (a + c.read[i] * c.force[i], b + c.force[i] * c.force[i]));
+            (c.level, (by_law / of_law).max(f64::MIN_POSITIVE).ln())
+        };
+        excess_scatter(self.courses.iter().map(share), scatter.hypot(self.misfit), 1.0)
+    }
+
     /// The law that is given.
     pub fn law(&self) -> &Law {
         &self.of.sets[self.set].law

@@ -63,9 +63,9 @@ pub const ALL: [Class; 12] = [
         name: "softening",
         mechanism: None,
         also: &[],
-        depends: "the depth alone, and grows less than the depth does",
+        depends: "the depth alone, and grows less than the depth does, or falls",
         needs_rates: false,
-        shapes: |p, _| YIELDS.map(|d| p.each(|i| p.below(i).min(d))).to_vec(),
+        shapes: softening,
     },
     Class {
         name: "friction",
@@ -174,6 +174,11 @@ const OWN: [f64; 7] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 1.0];
 /// Depths at which a stop or a second layer may begin.
 const STOPS: [f64; 8] = [0.3, 0.45, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98];
 
+/// What grows up to some depth only, and what is taken from there on: the force of a dome that snaps through falls with the depth.
+fn softening(p: &Path, _: &Press) -> Vec<Vec<f64>> {
+    YIELDS.iter().flat_map(|d| [p.each(|i| p.below(i).min(*d)), p.each(|i| (d - p.below(i)).min(0.0))]).collect()
+}
+
 fn stiffening(p: &Path, _: &Press) -> Vec<Vec<f64>> {
     let beyond = |d: f64, e: f64| p.each(|i| 10.0 * (p.below(i) - d).max(0.0).powf(e));
     STOPS.iter().flat_map(|d| [beyond(*d, 1.0), beyond(*d, 2.0)]).collect()
@@ -248,7 +253,8 @@ fn by_order(p: &Path, press: &Press, sign: f64) -> Vec<Vec<f64>> {
     if press.orders.1 - press.orders.0 < 2.0 {
         return Vec::new();
     }
-    [p.order, p.order.sqrt()].map(|g| p.each(|i| sign * g * p.below(i).powf(1.5))).to_vec()
+    // a recording from before the first is as that one, by what falls off
+    [p.order, p.order.max(0.0).sqrt()].map(|g| p.each(|i| sign * g * p.below(i).powf(1.5))).to_vec()
 }
 
 /// The way back to a permanent set of `q` of the deepest point so far, by a power n of its own, less the way in by a power m
@@ -273,6 +279,26 @@ fn plasticity(p: &Path, _: &Press) -> Vec<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_recording_from_before_the_first_has_a_shape_of_every_class() {
+        let time: Vec<f64> = (0..50).map(f64::from).collect();
+        let depth: Vec<f64> = time.iter().map(|t| 1e-3 * (1.0 - (t - 25.0).abs() / 20.0)).collect();
+        let of = |order: f64| crate::Recording {
+            force: depth.iter().map(|x| 1e4 * x.max(0.0)).collect(),
+            rate: time.iter().map(|t| if *t < 25.0 { 5e-5 } else { -5e-5 }).collect(),
+            time: time.clone(),
+            depth: depth.clone(),
+            counts: Vec::new(),
+            order,
+            level: 0,
+            value: Some(order),
+        };
+        let press = Press::of(&[of(2.0), of(3.0), of(6.0)], &[0.0; 3], 0.01).unwrap();
+        let path = Path::of(&of(1.0), 0.0, &press);
+        let shapes = ALL.iter().flat_map(|c| (c.shapes)(&path, &press));
+        assert!(shapes.flatten().all(f64::is_finite));
+    }
 
     #[test]
     fn a_permanent_set_beside_relaxation_may_be_a_slow_branch() {

@@ -14,8 +14,11 @@ pub struct Scale {
 
 impl Scale {
     /// ln evidence of `shapes` shapes that leave a sum of squares of `left` (share of the range of force, squared): noise and
-    /// discrepancy in one variance (Schwarz 1978).
+    /// discrepancy in one variance (Schwarz 1978). Minus infinity where what is left is no number.
     pub fn ln_evidence(&self, left: f64, shapes: usize) -> f64 {
+        if !left.is_finite() {
+            return f64::NEG_INFINITY;
+        }
         let variance = left.max(0.0) / self.samples + self.discrepancy * self.discrepancy;
         -0.5 * self.independent * variance.ln() - 0.5 * shapes as f64 * self.independent.ln()
     }

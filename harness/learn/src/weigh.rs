@@ -392,6 +392,23 @@ mod tests {
     }
 
     #[test]
+    fn a_dome_that_snaps_through_is_a_force_of_depth_alone_and_no_plasticity() {
+        // rises, falls to a third, and rises to a stop; friction turns with the direction
+        let r = press(0, |x, v, _| {
+            let u = x.max(0.0) / 1e-3;
+            let dome = 2.0 * (3.0 * u).sin().max(0.0) + 0.6 * u;
+            dome + 0.1 * v.signum() * f64::from(u8::from(x > 0.0)) + 4e5 * (x - 9.5e-4).max(0.0)
+        });
+        let l = learn(std::slice::from_ref(&r), &[], &NUMBERS).unwrap();
+        let of = |name: &str| l.of(ALL.iter().position(|c| c.name == name).unwrap());
+        assert!(of("plasticity") < 0.1, "{:?}", l.sets[0]);
+        assert!(of("softening") > 0.9 && of("stiffening") > 0.9, "{:?}", l.sets[0]);
+        let f = l.sets[0].law.predict(&r).0.all;
+        let left: f64 = f.iter().zip(&r.force).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / f.len() as f64;
+        assert!(left.sqrt() < 0.03 * 21.0, "{}", left.sqrt());
+    }
+
+    #[test]
     fn a_force_that_fades_in_a_hold_is_relaxation_and_no_friction() {
         let mut q = 0.0;
         let mut last = 0.0;

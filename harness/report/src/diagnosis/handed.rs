@@ -65,7 +65,7 @@ fn description(c: &Campaign, o: &Outcome) -> String {
 /// A mechanism with its values and their intervals.
 fn in_short(m: &Missing) -> String {
     let value = |(name, p): (&String, &diagnose::verdict::Parameter)| {
-        let ends = words::ends(p, interval);
+        let ends = words::ends(p, m.intervals_by, interval);
         format!("{} {} (95 %: {ends})", plain(name), quantity(p.value, p.unit))
     };
     let values: Vec<String> = m.parameters.iter().map(value).collect();

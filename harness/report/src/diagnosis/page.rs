@@ -143,7 +143,8 @@ fn short(c: Channel) -> &'static str {
 
 /// A mechanism named, its equation, and its parameters with their intervals.
 pub(super) fn mechanism(page: Page, m: &Missing) -> Page {
-    let row = |(n, p): (&String, &Parameter)| vec![plain(n), quantity(p.value, p.unit), ends(p, interval)];
+    let row =
+        |(n, p): (&String, &Parameter)| vec![plain(n), quantity(p.value, p.unit), ends(p, m.intervals_by, interval)];
     let rows: Vec<Vec<String>> = m.parameters.iter().map(row).collect();
     page.section(&format!("{} ({})", capital(&plain(m.mechanism)), m.form))
         .paragraph(&format!("{}.", capital(m.sentence)))

@@ -120,17 +120,17 @@ pub fn material(e: &Effect) -> String {
 fn parameters(m: &Missing) -> Vec<(String, String, String)> {
     let of = |(name, p): (&String, &diagnose::verdict::Parameter)| {
         let interval = |low, high, unit: &str| format!("95 %: {} to {}", figure(low, ""), figure(high, unit));
-        (name.clone(), figure(p.value, p.unit), ends(p, interval))
+        (name.clone(), figure(p.value, p.unit), ends(p, m.intervals_by, interval))
     };
     m.parameters.iter().map(of).collect()
 }
 
-/// The 95 % interval of a parameter as `shown` writes it, or why there is none.
-pub fn ends(p: &diagnose::verdict::Parameter, shown: impl Fn(f64, f64, &str) -> String) -> String {
+/// The 95 % interval of a parameter as `shown` writes it, or why there is none; `by`: the method of its mechanism's intervals.
+pub fn ends(p: &diagnose::verdict::Parameter, by: &str, shown: impl Fn(f64, f64, &str) -> String) -> String {
     match p.ci95 {
         Some([low, high]) => shown(low, high, p.unit),
         None if p.held => "held, not estimated".into(),
-        None => "not determined by these recordings".into(),
+        None => by.strip_prefix("none: ").unwrap_or("not determined by these recordings").into(),
     }
 }
 
