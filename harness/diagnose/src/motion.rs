@@ -80,9 +80,9 @@ impl Loss {
         let whole: f64 = taken.iter().zip(&force.learned.coefficients[TERMS..]).map(|(t, c)| t * c).sum();
         let unit = unit(of, &f.structure.base().context);
         let values = f.structure.values_of(term);
-        // those of its second series
+        // those of its last series
         let many = values.len() / of.series();
-        let first = values.start + many;
+        let first = values.end - many;
         let covariance = f.problem().covariance(f.point())?;
         let pairs = (0..many).flat_map(|i| (0..many).map(move |j| (i, j)));
         let variance: f64 = pairs.map(|(i, j)| taken[i] * covariance[(first + i, first + j)] * taken[j]).sum();
@@ -304,20 +304,78 @@ fn alone(
     stands_in: Option<&Fitted>,
     ln_prior: impl Fn(&[Dependence]) -> f64 + Sync,
 ) -> (Vec<Tried>, f64) {
+    let names: Vec<&str> = terms.iter().map(|(of, _)| of.name()).collect();
+    let ways = |depends: &[Dependence]| match depends.first() {
+        Some(of) => names.iter().filter(|name| **name == of.name()).count(),
+        None => 1,
+    };
     let tried: Vec<(Vec<Dependence>, Fitted)> =
         terms.into_par_iter().map(|(of, term)| (vec![of], beside(from, term))).collect();
     let tried = tried.into_iter().chain(stands_in.map(|f| (Vec::new(), f.clone())));
-    let tried: Vec<_> = tried.filter(|(_, f)| f.chi2().is_finite()).collect();
-    let Some((_, best)) = tried.iter().min_by(|a, b| a.1.chi2().total_cmp(&b.1.chi2())) else {
-        return (Vec::new(), 1.0);
-    };
+    let mut tried: Vec<_> = tried.filter(|(_, f)| f.chi2().is_finite()).collect();
+    fit_from_each_other(&mut tried);
+    let Some(best) = least(&tried) else { return (Vec::new(), 1.0) };
     let noise = left(best);
     let wider = Arc::new(widened(&from.data, noise));
     let again = |(depends, f): (Vec<Dependence>, Fitted)| {
-        let ln_prior = ln_prior(&depends);
+        let ln_prior = ln_prior(&depends) - (ways(&depends) as f64).ln();
         Tried::new(depends, None, fitted_again(&wider, f), ln_prior)
     };
     (tried.into_par_iter().filter_map(again).collect(), noise)
+}
+
+/// Fits every force from the ends of those that it contains and of those that contain it, until no fit gains so what counts: a fit may
+/// have ended in a valley of its own, and none may end worse than what it contains.
+fn fit_from_each_other(tried: &mut [(Vec<Dependence>, Fitted)]) {
+    let mut is_new = vec![true; tried.len()];
+    while is_new.contains(&true) {
+        let Some(best) = least(tried) else { return };
+        // one nat of evidence, where what the best leaves counts as noise
+        let counts = 2.0 * left(best);
+        let of = |i: usize| tried[i].0.first().copied();
+        let better = |i: usize| -> Option<Fitted> {
+            let f = &tried[i].1;
+            let news = (0..tried.len()).filter(|j| is_new[*j]);
+            let starts = news.filter_map(|j| same_force(f, of(i)?, &tried[j].1, of(j)?));
+            let fits = starts.map(|at| fitted_from(&f.data, f.structure.clone(), &at));
+            let better = fits.filter(|again| again.chi2() < f.chi2() - counts);
+            better.min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
+        };
+        let found: Vec<Option<Fitted>> = (0..tried.len()).into_par_iter().map(better).collect();
+        is_new = found.iter().map(Option::is_some).collect();
+        for ((_, f), better) in tried.iter_mut().zip(found) {
+            if let Some(better) = better {
+                *f = better;
+            }
+        }
+    }
+}
+
+/// The fit of the least chi^2; None of none.
+fn least(tried: &[(Vec<Dependence>, Fitted)]) -> Option<&Fitted> {
+    tried.iter().map(|(_, f)| f).min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
+}
+
+/// The point at which a force of the dependence `of`, fitted as `f`, is the same as the one of `other`, or as much of it as it can hold;
+/// None where neither contains the other, or they act at different bonds. What was learned comes last among the parameters.
+fn same_force(f: &Fitted, of: Dependence, at: &Fitted, other: Dependence) -> Option<Point> {
+    let bond = |f: &Fitted| f.structure.last().map(|t| t.bond);
+    if bond(f) != bond(at) {
+        return None;
+    }
+    let mut point = at.point().clone();
+    let (many, there) = (f.point().theta.len(), point.theta.len());
+    let series = many.abs_diff(there);
+    let place = |whole: Dependence, part: Dependence| whole.contains().iter().position(|p| *p == Some(part));
+    if let Some(second) = place(of, other) {
+        let at = there - second * series;
+        point.theta.splice(at..at, vec![0.0; series]);
+    } else {
+        let second = place(other, of)?;
+        let at = many - second * series;
+        point.theta.drain(at..at + series);
+    }
+    Some(point)
 }
 
 /// By how much the variance of the noise would have to be larger to hold what a fit leaves; at least 1.
@@ -393,7 +451,8 @@ fn forces(from: &Fitted, tried: Vec<Tried>, given: f64, table: &Table) -> Vec<Fo
     tried.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut each: Vec<(Tried, f64)> = Vec::new();
     for (t, share) in tried {
-        match each.iter_mut().find(|(of, _)| of.depends == t.depends && of.beside == t.beside) {
+        let names = |t: &Tried| t.depends.iter().map(|of| of.name()).collect::<Vec<_>>();
+        match each.iter_mut().find(|(of, _)| names(of) == names(&t) && of.beside == t.beside) {
             Some((_, whole)) => *whole += share,
             None => each.push((t, share)),
         }

@@ -53,6 +53,12 @@ pub enum Dependence {
     DepthAndDirection,
     /// d(x) + q(x) v |v|.
     DepthAndSpeedSquared,
+    /// c(x) v.
+    DepthTimesSpeed,
+    /// h(x) sign(v).
+    DepthTimesDirection,
+    /// q(x) v |v|.
+    DepthTimesSpeedSquared,
     /// On the body, in flight too: b(x).
     Place,
     /// b(x) + c(x) v.
@@ -75,9 +81,9 @@ impl Dependence {
         match self {
             Dependence::Nothing => "nothing",
             Dependence::Depth => "contact: depth",
-            Dependence::DepthAndSpeed => "contact: depth and speed",
-            Dependence::DepthAndDirection => "contact: depth and direction",
-            Dependence::DepthAndSpeedSquared => "contact: depth and speed squared",
+            Dependence::DepthAndSpeed | Dependence::DepthTimesSpeed => "contact: depth and speed",
+            Dependence::DepthAndDirection | Dependence::DepthTimesDirection => "contact: depth and direction",
+            Dependence::DepthAndSpeedSquared | Dependence::DepthTimesSpeedSquared => "contact: depth and speed squared",
             Dependence::Place => "body: place",
             Dependence::PlaceAndSpeed => "body: place and speed",
             Dependence::PlaceAndDirection => "body: place and direction",
@@ -95,9 +101,13 @@ impl Dependence {
         match self {
             Dependence::Nothing => "on nothing",
             Dependence::Depth => "between the faces, on the depth alone",
-            Dependence::DepthAndSpeed => "between the faces, on the depth and the speed",
-            Dependence::DepthAndDirection => "between the faces, on the depth and the direction of the motion",
-            Dependence::DepthAndSpeedSquared => "between the faces, on the depth and the square of the speed",
+            Dependence::DepthAndSpeed | Dependence::DepthTimesSpeed => "between the faces, on the depth and the speed",
+            Dependence::DepthAndDirection | Dependence::DepthTimesDirection => {
+                "between the faces, on the depth and the direction of the motion"
+            }
+            Dependence::DepthAndSpeedSquared | Dependence::DepthTimesSpeedSquared => {
+                "between the faces, on the depth and the square of the speed"
+            }
             Dependence::Place => "on the body, on its place alone",
             Dependence::PlaceAndSpeed => "on the body, on its place and its speed",
             Dependence::PlaceAndDirection => "on the body, on its place and the direction of its motion",
@@ -126,23 +136,48 @@ impl Dependence {
     /// function of this class parts from it; None where the vocabulary has no name for the class.
     pub const fn loss(self) -> Option<(&'static str, &'static [&'static str])> {
         match self {
-            Dependence::DepthAndSpeed => Some(("hysteresis_damping", &["viscous_damping"])),
+            Dependence::DepthAndSpeed | Dependence::DepthTimesSpeed => {
+                Some(("hysteresis_damping", &["viscous_damping"]))
+            }
             _ => None,
+        }
+    }
+
+    /// The forces that it is with its second series at zero, and with its first at zero; None where it has no second, or what is left
+    /// is not tried by itself.
+    pub const fn contains(self) -> [Option<Dependence>; 2] {
+        use Dependence::*;
+        match self {
+            DepthAndSpeed => [Some(Depth), Some(DepthTimesSpeed)],
+            DepthAndDirection => [Some(Depth), Some(DepthTimesDirection)],
+            DepthAndSpeedSquared => [Some(Depth), Some(DepthTimesSpeedSquared)],
+            PlaceAndSpeed | PlaceAndDirection => [Some(Place), None],
+            _ => [None, None],
+        }
+    }
+
+    /// Where its series stand among the coefficients of a force with two: 1 where the first is none.
+    const fn first_series(self) -> usize {
+        match self {
+            Dependence::DepthTimesSpeed | Dependence::DepthTimesDirection | Dependence::DepthTimesSpeedSquared => 1,
+            _ => 0,
         }
     }
 
     /// Whether it acts between the faces, and not on the body in flight.
     const fn is_contact(self) -> bool {
         use Dependence::*;
-        matches!(self, Depth | DepthAndSpeed | DepthAndDirection | DepthAndSpeedSquared)
+        self.first_series() == 1 || matches!(self, Depth | DepthAndSpeed | DepthAndDirection | DepthAndSpeedSquared)
     }
 
     /// How its force goes with the speed.
     const fn goes(self) -> WithSpeed {
         match self {
-            Dependence::DepthAndSpeed | Dependence::PlaceAndSpeed | Dependence::Speed => WithSpeed::Linear,
-            Dependence::DepthAndDirection | Dependence::PlaceAndDirection => WithSpeed::Direction,
-            Dependence::DepthAndSpeedSquared => WithSpeed::Squared,
+            Dependence::DepthAndSpeed | Dependence::DepthTimesSpeed => WithSpeed::Linear,
+            Dependence::PlaceAndSpeed | Dependence::Speed => WithSpeed::Linear,
+            Dependence::DepthAndDirection | Dependence::DepthTimesDirection => WithSpeed::Direction,
+            Dependence::PlaceAndDirection => WithSpeed::Direction,
+            Dependence::DepthAndSpeedSquared | Dependence::DepthTimesSpeedSquared => WithSpeed::Squared,
             _ => WithSpeed::No,
         }
     }
@@ -153,6 +188,7 @@ impl Dependence {
             Dependence::Nothing => 0,
             Dependence::Depth | Dependence::Place | Dependence::Speed => 1,
             Dependence::Reading(_) | Dependence::Force => 1,
+            Dependence::DepthTimesSpeed | Dependence::DepthTimesDirection | Dependence::DepthTimesSpeedSquared => 1,
             _ => 2,
         }
     }
@@ -265,7 +301,7 @@ impl LearnedForce {
             Dependence::Reading(Channel::Penetration) => vec!["penetration [m]", "error of the penetration read [m]"],
             Dependence::Force => vec!["force [N]", "error of the penetration read [m]"],
             Dependence::Order => vec!["recordings before [1]", "stiffness [1]", "damping [1]"],
-            Dependence::Nothing => Vec::new(),
+            _ => Vec::new(),
         };
         let moved = |x: f64, v: f64| match self.of.is_contact() {
             true => self.on_face(x, v, 0.0),
@@ -447,7 +483,7 @@ fn of_coefficients(t: &[f64], c: &Context, of: Dependence) -> LearnedForce {
     let mut coefficients = [0.0; COEFFICIENTS];
     let unit = unit(of, c);
     let terms = t.len() / of.series().max(1);
-    for (series, t) in coefficients.chunks_mut(TERMS).zip(t.chunks(terms.max(1))) {
+    for (series, t) in coefficients.chunks_mut(TERMS).skip(of.first_series()).zip(t.chunks(terms.max(1))) {
         series.iter_mut().zip(t).for_each(|(a, t)| *a = t * unit);
     }
     LearnedForce { of, learned: Learned { coefficients, range: range(of, c, terms), speed: c.scales.speed } }
@@ -519,6 +555,9 @@ pub fn dependences(c: &Context, index: usize, terms: usize) -> Vec<(Dependence, 
         form(forms_of!(DepthAndSpeed)),
         form(forms_of!(DepthAndDirection)),
         form(forms_of!(DepthAndSpeedSquared)),
+        form(forms_of!(DepthTimesSpeed)),
+        form(forms_of!(DepthTimesDirection)),
+        form(forms_of!(DepthTimesSpeedSquared)),
         form(forms_of!(Place)),
         form(forms_of!(PlaceAndSpeed)),
         form(forms_of!(PlaceAndDirection)),
