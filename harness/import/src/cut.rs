@@ -88,6 +88,8 @@ struct Gather<'a> {
     count: u64,
     rows: Vec<[f64; 4]>,
     missing: u64,
+    /// Of these, rows in which a channel holds no reading and another does.
+    without: [u64; 3],
     /// Rows with a reading over the instrument's range.
     over: u64,
 }
@@ -104,6 +106,10 @@ impl Gather<'_> {
         }
         let has = self.track.channels.each_ref().map(Option::is_some);
         if !is_reading(time) || y.iter().zip(has).any(|(v, h)| h && !is_reading(*v)) {
+            let holds = [0, 1, 2].map(|c| has[c] && is_reading(y[c]));
+            if is_reading(time) && holds.contains(&true) {
+                self.without.iter_mut().zip(holds).zip(has).for_each(|((n, holds), h)| *n += u64::from(h && !holds));
+            }
             let over = y.iter().zip(has).any(|(v, h)| h && v.is_infinite());
             *(if over { &mut self.over } else { &mut self.missing }) += 1;
             return;
@@ -139,6 +145,7 @@ pub fn cut(
             count: 0,
             rows: Vec::new(),
             missing: 0,
+            without: [0; 3],
             over: 0,
         })
         .collect();
@@ -165,6 +172,16 @@ pub fn cut(
 fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
     let (span, track) = (g.span, g.track);
     let mut notes = Vec::new();
+    let rows = g.rows.len() as u64 * g.of + g.missing;
+    if let Some(c) = Channel::ALL.into_iter().find(|c| 2 * g.without[c.index()] >= rows.max(1)) {
+        return Err(format!(
+            "{} holds no reading in {} of {rows} rows in which another channel does: it is read more slowly. Give this \
+             recording a file of its own, where each channel keeps its clock, or leave {} out with --map",
+            c.name(),
+            g.without[c.index()],
+            c.name()
+        ));
+    }
     if g.missing > 0 {
         notes.push(format!("{} samples are missing in the file", g.missing));
     }
@@ -355,6 +372,21 @@ mod tests {
         let rows = if cut_at == Cut::Around { rows } else { (0, 20_000) };
         let span = Span { group: 0, track: 0, rows, cut: cut_at, level: Some(level) };
         cut(&mut m, 0, &[(&span, &t[0])], Kind::DropTest).unwrap().remove(0).unwrap()
+    }
+
+    #[test]
+    fn a_channel_that_most_rows_lack_is_no_reason_to_drop_them_without_a_word() {
+        let n = 400usize;
+        let force: Vec<f64> = (0..n).map(|i| if (200..240).contains(&i) { 50.0 } else { 0.1 * noise(i as u64) }).collect();
+        let slow: Vec<f64> = (0..n).map(|i| if i % 4 == 0 { 1e-3 } else { f64::NAN }).collect();
+        let time: Vec<f64> = (0..n).map(|i| 1e-3 * i as f64).collect();
+        let g = group(&[("Time", "s"), ("Force", "N"), ("Position", "m")]);
+        let found = columns(&g, &[]).unwrap();
+        let track = tracks(&g, &found, None, false).unwrap().remove(0);
+        let mut m = Memory { groups: vec![g], samples: vec![vec![time, force, slow]], notes: Vec::new() };
+        let span = Span { group: 0, track: 0, rows: (0, n as u64), cut: Cut::Whole, level: None };
+        let e = cut(&mut m, 0, &[(&span, &track)], Kind::DropTest).unwrap().remove(0).unwrap_err();
+        assert!(e.contains("penetration holds no reading in 300 of 400 rows"), "{e}");
     }
 
     #[test]
