@@ -10,6 +10,8 @@ const STANDS_OUT: f64 = 8.0;
 const WANDERS: f64 = 0.02;
 /// What an accelerometer reads without an impact, from free fall to rest and some more, m/s^2.
 const NO_IMPACT: f64 = 1.5 * GRAVITY;
+/// Share of gravity by which an accelerometer at rest may miss it: it is off by its zero, and tilted.
+const AT_REST: f64 = 0.2;
 /// Share of the buckets, at least, that are quiet; and the standard deviations that a third of a normal sample spans.
 const QUIET: usize = 3;
 const SPAN: f64 = 0.861;
@@ -89,9 +91,15 @@ fn quiet(buckets: &[Bucket], rows: u64) -> Option<(f64, f64)> {
 /// The level of a channel, where something stands out in it.
 fn level(channel: Channel, buckets: &[Bucket], rows: u64) -> Option<Level> {
     let (base, noise) = quiet(buckets, rows)?;
-    let mut level = Level { channel, base, noise, level: 0.0 };
+    // at rest an accelerometer reads gravity, and nothing while it falls: neither is an impact
+    let weighs = channel == Channel::Acceleration && (base.abs() / GRAVITY - 1.0).abs() < AT_REST;
+    let mut level = Level { channel, base: if weighs { 0.0 } else { base }, noise, level: 0.0 };
     let peak = buckets.iter().map(|b| level.reach(b)).fold(0.0, f64::max);
-    let least = if channel == Channel::Acceleration { NO_IMPACT.min(peak / 4.0) } else { 0.0 };
+    let least = match channel {
+        Channel::Acceleration if weighs => NO_IMPACT,
+        Channel::Acceleration => NO_IMPACT.min(peak / 4.0),
+        _ => 0.0,
+    };
     level.level = (STANDS_OUT * noise).max(WANDERS * peak).max(least);
     (peak > level.level).then_some(level)
 }
@@ -221,6 +229,24 @@ pub(crate) mod tests {
             e.add(step * i as f64, row);
         }
         find(&e, 0, 0.05)
+    }
+
+    #[test]
+    fn a_release_from_rest_is_no_touch() {
+        // at rest it reads gravity, in the fall nothing, and then the impact
+        let n = 4000u64;
+        let mut e = Envelope::new([false, true, false]);
+        for i in 0..n {
+            let y = match i {
+                2000..2400 => 0.3 * noise(i),
+                2400..2410 => -150.0,
+                _ => -9.8 + 0.01 * noise(i),
+            };
+            e.add(1e-3 * i as f64, [f64::NAN, y, f64::NAN]);
+        }
+        let f = find(&e, 0, 0.2);
+        assert_eq!(f.drops.len(), 1, "{f:?}");
+        assert!((f.drops[0].at - 2.4).abs() < 5e-3 && f.drops[0].length < 0.02, "{f:?}");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::survey::{File, Seen, Stretch};
 use crate::table::Table;
 use crate::Options;
 use instruments::Group;
-use record::{units, Channel, Kind};
+use record::{Channel, Kind, GRAVITY};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -361,7 +361,7 @@ fn unlikely_height(f: &Facts) -> Option<f64> {
     let guessed = |k: &str| f.0.get(k).is_some_and(|f| f.from.starts_with(GUESSED));
     let speed = ["impact_speed", "start_speed"].into_iter().find_map(|k| f.number(k).filter(|_| !guessed(k)))?;
     let height = f.number("drop_height").filter(|_| guessed("drop_height"))?;
-    let ratio = speed / (2.0 * units::GRAVITY * height).sqrt();
+    let ratio = speed / (2.0 * GRAVITY * height).sqrt();
     (!(1.0 / NO_FALL..=NO_FALL).contains(&ratio)).then_some(height)
 }
 

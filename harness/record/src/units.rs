@@ -1,7 +1,6 @@
 //! Units: those that a column may be in, and those of what campaign.toml holds.
 
 use crate::words;
-pub use ::units::GRAVITY;
 
 /// The column of events: 1 where the contact is closed, 0 where it is open.
 pub const CLOSED: &str = "closed";

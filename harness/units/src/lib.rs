@@ -4,7 +4,7 @@
 //! the SI brochure (BIPM 2019) and of NIST SP 811 (2008).
 
 /// Standard acceleration of gravity, m/s^2 (CGPM 1901).
-pub const GRAVITY: f64 = 9.80665;
+const GRAVITY: f64 = 9.80665;
 /// International pound, kg (1959).
 const POUND: f64 = 0.453_592_37;
 /// Longest text that is looked at, bytes.
