@@ -377,7 +377,8 @@ mod tests {
     #[test]
     fn a_channel_that_most_rows_lack_is_no_reason_to_drop_them_without_a_word() {
         let n = 400usize;
-        let force: Vec<f64> = (0..n).map(|i| if (200..240).contains(&i) { 50.0 } else { 0.1 * noise(i as u64) }).collect();
+        let force: Vec<f64> =
+            (0..n).map(|i| if (200..240).contains(&i) { 50.0 } else { 0.1 * noise(i as u64) }).collect();
         let slow: Vec<f64> = (0..n).map(|i| if i % 4 == 0 { 1e-3 } else { f64::NAN }).collect();
         let time: Vec<f64> = (0..n).map(|i| 1e-3 * i as f64).collect();
         let g = group(&[("Time", "s"), ("Force", "N"), ("Position", "m")]);
