@@ -325,7 +325,7 @@ impl Decision {
             self.ties = Vec::new();
             self.after = Some(l.heldout.clone());
             // the fit of the simulation as given follows with its stiffness what it has no force for
-            self.excess_scatter = self.excess_scatter.and(l.excess_scatter(self.base.data.repeat_scatter));
+            self.excess_scatter = l.excess_scatter(self.base.data.repeat_scatter);
             self.unexplained =
                 l.names.is_empty() || l.misfit > self.table.learned.discrepancy || self.excess_scatter.is_some();
         }

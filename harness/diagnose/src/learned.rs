@@ -209,8 +209,9 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let holds_all = |s: &learn::Set| of_force.iter().all(|n| names_of(s).contains(n));
     let set = exact.or_else(|| of.sets.iter().position(holds_all)).unwrap_or(0);
     let law = &of.sets[set].law;
-    let course = |((r, rec), surface): ((&Recording, &estimate::problem::Record), &f64)| {
+    let course = |(((r, rec), surface), gain): (((&Recording, &estimate::problem::Record), &f64), &f64)| {
         let mut f = law.force(r, *surface);
+        f.parts.iter_mut().chain([&mut f.all]).flatten().for_each(|v| *v *= gain);
         let rest = r.rest(numbers.discrepancy * law.press.force);
         f.all.iter_mut().for_each(|v| *v += rest);
         Course {
@@ -224,7 +225,8 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
             parts: f.parts,
         }
     };
-    let courses: Vec<Course> = all.iter().zip(&data.records).zip(&law.surfaces).map(course).collect();
+    let courses = all.iter().zip(&data.records).zip(&law.surfaces).zip(&of.gains);
+    let courses: Vec<Course> = courses.map(course).collect();
     let misfit = of_courses(&courses, law.press.force);
     let groups = groups(data);
     let laws = laws_without(&all, &groups, &given, numbers);
@@ -379,13 +381,13 @@ impl Learned {
     /// Root mean square by which the ln of the force differs between recordings of one level, beyond what the law learned has; None
     /// where it is as likely as not that repeats scatter so, by `scatter`, or that the law is off by as much.
     pub fn excess_scatter(&self, scatter: f64) -> Option<f64> {
-        let share = |c: &Course| {
+        let share = |(c, gain): (&Course, &f64)| {
             let known = (0..c.read.len()).filter(|i| c.counts[*i]);
             let (by_law, of_law) =
                 known.fold((0.0, 0.0), |(a, b), i| (a + c.read[i] * c.force[i], b + c.force[i] * c.force[i]));
-            (c.level, (by_law / of_law).max(f64::MIN_POSITIVE).ln())
+            (c.level, (gain * by_law / of_law).max(f64::MIN_POSITIVE).ln())
         };
-        excess_scatter(self.courses.iter().map(share), scatter.hypot(self.misfit), 1.0)
+        excess_scatter(self.courses.iter().zip(&self.of.gains).map(share), scatter.hypot(self.misfit), 1.0)
     }
 
     /// The law that is given.
@@ -415,7 +417,9 @@ impl Learned {
         let law = self.law();
         let of: Vec<usize> = (0..law.classes.len()).filter(|i| is_it(&ALL[law.classes[*i]])).collect();
         let also = ALL.iter().filter(|c| c.mechanism == Some(name)).flat_map(|c| c.also).copied();
-        let also_possible = if is_tied { learn::PARTED_BY_RATES.1.to_vec() } else { also.collect() };
+        // a place that was touched once may come back later: a branch that relaxes slower than the recordings last
+        let comes_back = self.of.gains.iter().any(|g| *g != 1.0).then(|| learn::comes_back_instead(name)).flatten();
+        let also_possible = if is_tied { learn::PARTED_BY_RATES.1.to_vec() } else { also.chain(comes_back).collect() };
         let (largest, shares) = self.action(&of);
         let size = Size::largest_force(largest);
         Some(Named { mechanism, probability: posterior.of(name), also_possible, size, cure: CURE, shares })

@@ -36,6 +36,12 @@ pub fn relaxes_instead(classes: &[usize]) -> Option<Vec<usize>> {
     both.then(|| classes.iter().copied().filter(|c| !is(c, "plastic_indentation")).collect())
 }
 
+/// What a mechanism may be instead where no place is touched twice: what has not come back when a recording ends may come back later,
+/// so that relaxation slower than the recordings last leaves what a permanent set leaves. None of any other mechanism.
+pub fn comes_back_instead(mechanism: &str) -> Option<&'static str> {
+    (mechanism == "plastic_indentation").then_some("viscoelastic_relaxation")
+}
+
 /// The law that is there in any case: a sum of powers of the depth.
 pub fn elastic(p: &Path, _: &Press) -> Vec<Vec<f64>> {
     [1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0].map(|e| p.each(|i| p.below(i).powf(e))).to_vec()

@@ -8,11 +8,12 @@
 
 pub mod classes;
 pub mod fit;
+mod gains;
 pub mod law;
 pub mod press;
 pub mod weigh;
 
-pub use classes::{relaxes_instead, Class, ALL, GROWS, PARTED_BY_RATES};
+pub use classes::{comes_back_instead, relaxes_instead, Class, ALL, GROWS, PARTED_BY_RATES};
 pub use law::Law;
 pub use press::{highest, Press, Recording};
 pub use weigh::{learn, learn_to_predict, Learned, Numbers, Set};

@@ -63,6 +63,12 @@ impl Recording {
         }
     }
 
+    /// The same with the force over its rest divided by `factor`; `small`: share of its range by which a law of contact is off.
+    pub(crate) fn over(&self, factor: f64, small: f64) -> Recording {
+        let rest = self.rest(small * record::range(&self.force));
+        Recording { force: self.force.iter().map(|f| rest + (f - rest) / factor).collect(), ..self.clone() }
+    }
+
     /// Where the surface may be, m, each by another rule: around where the force leaves what it is at rest, at the scale's
     /// zero, and at the first sample. The same rule in the same place for every recording.
     pub fn surfaces(&self) -> Vec<f64> {

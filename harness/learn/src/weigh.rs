@@ -2,6 +2,7 @@
 
 use crate::classes::{elastic, is_of_seen_levels, ALL};
 use crate::fit::{Fit, Normal, Scale};
+use crate::gains;
 use crate::law::Law;
 use crate::press::{Path, Press, Recording};
 use nalgebra::{DMatrix, DVector};
@@ -46,6 +47,8 @@ pub struct Learned {
     pub elastic: f64,
     /// Whether rates or a hold part what depends on the rate from what depends on its direction alone.
     pub rates_differ: bool,
+    /// By what factor the force of each recording differs from the law; all 1 where they are alike.
+    pub gains: Vec<f64>,
 }
 
 impl Numbers {
@@ -206,24 +209,35 @@ pub fn learn_to_predict(recordings: &[Recording], given: &[usize], numbers: &Num
     learn_of(recordings, given, numbers, &|class| !is_of_seen_levels(class))
 }
 
-/// Of the classes that `may_be` there.
+/// Of the classes that `may_be` there, with a factor on the force of each recording where that has the evidence.
 fn learn_of(
     recordings: &[Recording],
     given: &[usize],
     numbers: &Numbers,
-    may_be: &dyn Fn(usize) -> bool,
+    may_be: &(dyn Fn(usize) -> bool + Sync),
 ) -> Option<Learned> {
     let most = (SAMPLES / recordings.len().max(1)).clamp(LEAST, MOST);
     let means: Vec<Recording> = recordings.iter().map(|r| r.in_means(most)).collect();
     if means.iter().any(|r| r.time.len() < 8) || means.is_empty() {
         return None;
     }
+    let learn = |means: &[Recording]| learn_alike(means, given, numbers, may_be);
+    Some(gains::weighed(&means, learn(&means)?, numbers, learn))
+}
+
+/// Of recordings, in means, that are one law.
+fn learn_alike(
+    means: &[Recording],
+    given: &[usize],
+    numbers: &Numbers,
+    may_be: &(dyn Fn(usize) -> bool + Sync),
+) -> Option<Learned> {
     let surfaces: Vec<Vec<f64>> = means.iter().map(Recording::surfaces).collect();
     let every: Vec<usize> = (0..ALL.len()).filter(|c| may_be(*c)).collect();
     let mut placed: Vec<(f64, Placed)> = (0..surfaces[0].len())
         .into_par_iter()
         .filter_map(|rule| {
-            let p = Placed::new(&means, &surfaces, rule, numbers)?;
+            let p = Placed::new(means, &surfaces, rule, numbers)?;
             let most = p.sticks.of(&p.indices(&every)).fit(&p.scale);
             Some((most.left, p))
         })
@@ -285,7 +299,8 @@ fn learn_of(
         ln_weight: top + whole.ln(),
         scale: placed[0].scale,
         elastic,
-        rates_differ: rates_differ(&means, numbers.discrepancy),
+        rates_differ: rates_differ(means, numbers.discrepancy),
+        gains: vec![1.0; means.len()],
     })
 }
 
@@ -406,6 +421,27 @@ mod tests {
         let f = l.sets[0].law.predict(&r).0.all;
         let left: f64 = f.iter().zip(&r.force).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / f.len() as f64;
         assert!(left.sqrt() < 0.03 * 21.0, "{}", left.sqrt());
+    }
+
+    #[test]
+    fn places_of_other_stiffness_are_one_law_with_a_factor_of_each() {
+        // a map: six places, in no order; every one pulls while it is left
+        let factors = [1.0, 0.6, 1.5, 0.8, 2.1, 0.9];
+        let of = |k: usize| Recording {
+            order: k as f64,
+            ..press(0, |x, v, _| {
+                let pull = if v < 0.0 && x < 1.5e-4 && x > -1e-4 { 2.0 } else { 0.0 };
+                factors[k] * (hertz(x) - pull)
+            })
+        };
+        let l = learn(&(0..6).map(of).collect::<Vec<_>>(), &[], &NUMBERS).unwrap();
+        assert_eq!(named(&l), ["adhesion"], "{:?}", l.sets[0]);
+        let ratio: Vec<f64> = l.gains.iter().zip(factors).map(|(g, f)| g / f * factors[0] / l.gains[0]).collect();
+        assert!(ratio.iter().all(|r| (r - 1.0).abs() < 0.05), "{ratio:?}");
+        // the same place again and again needs none
+        let again = |k: usize| Recording { order: k as f64, ..press(0, |x, _, _| hertz(x)) };
+        let l = learn(&(0..6).map(again).collect::<Vec<_>>(), &[], &NUMBERS).unwrap();
+        assert!(named(&l).is_empty() && l.gains == [1.0; 6], "{:?}", l.gains);
     }
 
     #[test]
