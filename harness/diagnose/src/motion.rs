@@ -584,6 +584,33 @@ mod tests {
     }
 
     #[test]
+    fn what_contains_a_force_can_begin_where_that_ended_and_ends_no_worse() {
+        let base = without_damping();
+        let fitted = |of: Dependence| {
+            let (_, term) = terms(&base, 0, COARSE).into_iter().find(|(depends, _)| *depends == of).unwrap();
+            beside(&base, term)
+        };
+        let whole = Dependence::DepthAndSpeed;
+        let parts = [Dependence::Depth, Dependence::DepthTimesSpeed];
+        let both = fitted(whole);
+        let mut tried: Vec<(Vec<Dependence>, Fitted)> = parts.iter().map(|of| (vec![*of], fitted(*of))).collect();
+        for (of, part) in &tried {
+            let at = same_force(&both, whole, part, of[0]).unwrap();
+            let there = evaluated(&both.data, &both.structure, &at);
+            assert!((there.chi2 - part.chi2()).abs() < 1e-9 * part.chi2(), "{of:?}: {} {}", there.chi2, part.chi2());
+            // and what it holds of that is what it was
+            let mut held = both.clone();
+            held.fit.point = there;
+            assert_eq!(same_force(part, of[0], &held, whole).unwrap().theta, part.point().theta);
+        }
+        assert!(same_force(&tried[0].1, parts[0], &tried[1].1, parts[1]).is_none());
+        tried.push((vec![whole], both));
+        fit_from_each_other(&mut tried);
+        let counts = 2.0 * left(least(&tried).unwrap());
+        assert!(tried[..2].iter().all(|(_, part)| tried[2].1.chi2() < part.chi2() + counts));
+    }
+
+    #[test]
     fn a_force_of_depth_and_speed_that_takes_energy_out_is_damping() {
         let base = without_damping();
         let of = Dependence::DepthAndSpeed;

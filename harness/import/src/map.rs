@@ -68,7 +68,17 @@ impl Mapped {
             let joined = || ['/', '.'].into_iter().find_map(|by| after(&format!("{group}{by}{column}")));
             after(column).or_else(|| if group.is_empty() { None } else { joined() })
         };
-        let named = if name.is_empty() { None } else { of_group(name) };
+        // as the header of the file has it, with its unit behind it
+        let as_in_file = || {
+            let forms = [
+                format!("{name} ({unit})"),
+                format!("{name} [{unit}]"),
+                format!("{name}({unit})"),
+                format!("{name}[{unit}]"),
+            ];
+            forms.iter().find_map(|f| of_group(f)).filter(|_| !unit.is_empty())
+        };
+        let named = if name.is_empty() { None } else { of_group(name).or_else(as_in_file) };
         let rest = named.or_else(|| of_group(&format!("#{number}")))?;
         Some(self.said(rest, unit).map_err(|e| format!("--map {}={}: {e}", self.role.name(), self.text)))
     }
@@ -147,6 +157,9 @@ mod tests {
             said("acceleration=AI1:g:negative", "ai1", ""),
             Ok(Said { factor: Some(9.80665), sign: Some(-1.0), note: None })
         );
+        near(factor("force=Scale (grams):gf", "Scale", "grams"), 9.80665e-3);
+        near(factor("force=Load [lbf]:lbf", "Load", "lbf"), 4.4482216152605);
+        assert!(parse("force=Scale (grams):gf").unwrap()[0].of("", "Scale", 2, "N").is_none());
         near(factor("force=ai0:2.5mV/N", "ai0", "V"), 400.0);
         near(factor("force=ai0:2.5mV/N", "ai0", "mV"), 0.4);
         near(factor("force=ai0:0,2kN/V", "ai0", "V"), 200.0);

@@ -22,6 +22,7 @@ const UNITS: [(&str, &[(&str, f64)]); 8] = [
             ("daN", 10.0),
             ("lbf", 4.4482216152605),
             ("kgf", 9.80665),
+            ("gf", 9.80665e-3),
         ],
     ),
     (
@@ -105,6 +106,9 @@ pub fn instead(column: &str, unit: &str) -> String {
         Some("mass") if column == "force" => {
             format!("it measures mass; a load in kg is in kgf, 9.807 N; known are {}", known.join(", "))
         }
+        Some("acceleration") if column == "force" && factor("mass", unit).is_some() => {
+            format!("it measures acceleration; a load in grams is in gf, 9.807e-3 N; known are {}", known.join(", "))
+        }
         Some(other) => format!("it measures {other}; known are {}", known.join(", ")),
         None => words::instead(unit, &known),
     }
@@ -154,5 +158,7 @@ mod tests {
         assert!(instead("acceleration", "m/s^").starts_with("did you mean \"m/s^2\"?"));
         assert!(instead("force", "mm").starts_with("it measures penetration; known are N, kN"));
         assert!(instead("force", "kg").contains("a load in kg is in kgf"));
+        assert!(instead("force", "g").contains("a load in grams is in gf"));
+        assert!(instead("force", "grams").contains("a load in kg is in kgf"));
     }
 }

@@ -130,6 +130,7 @@ pub fn agreement(c: &Campaign) -> Agreement {
     }
     if c.kind == Kind::DropTest {
         speeds(&whole().collect::<Vec<_>>(), mass, &mut a);
+        weight(c, &whole().collect::<Vec<_>>(), mass, &mut a);
     }
     if let (Kind::ContactorOpening, Some(travel)) = (c.kind, c.travel) {
         begins(&whole().collect::<Vec<_>>(), travel, &mut a);
@@ -222,6 +223,34 @@ fn slope(t: &[f64], x: &[f64]) -> f64 {
         stx += (t - mt) * (x - mx);
     }
     stx / stt
+}
+
+/// Least peak force over the weight of a body that meets a contact F = k x^p: m v^2 / 2 + m g x = F x / (p + 1), so that it is p + 1 at
+/// least; p from 0.5.
+const PEAK_OVER_WEIGHT: f64 = 1.5;
+
+/// Whether a body that weighs as much as the simulation has it could be stopped by so small a force.
+fn weight(c: &Campaign, all: &[(&Recording, &Contact)], mass: f64, a: &mut Agreement) {
+    let weight = mass * GRAVITY;
+    if c.moving_mass.is_none() || !c.simulation.terms.iter().any(|t| t == "gravity") {
+        return;
+    }
+    let peak = |(r, k): &(&Recording, &Contact)| {
+        let of = |channel| push(r, channel, mass, k.first, k.last - k.first);
+        let push = of(0).or_else(|| of(1))?;
+        Some(push[k.first..=k.last].iter().copied().fold(0.0, f64::max))
+    };
+    let peaks: Vec<f64> = all.iter().filter_map(peak).collect();
+    if peaks.is_empty() || median(peaks.clone()) >= PEAK_OVER_WEIGHT * weight {
+        return;
+    }
+    a.doubts.push(format!(
+        "the middling peak is {} and the weight {}, where a contact that stops a falling body reaches {PEAK_OVER_WEIGHT} times its \
+         weight and more: if the body moves level, leave gravity out of [simulation] terms; else check moving_mass and the \
+         unit of what was read",
+        figure(median(peaks), "N"),
+        figure(weight, "N")
+    ));
 }
 
 /// Where a contactor begins against its travel.
@@ -354,6 +383,21 @@ mod tests {
             })
             .collect();
         Campaign { moving_mass: Some(1.0), ..Campaign::of("c", Kind::DropTest, recordings) }
+    }
+
+    #[test]
+    fn a_peak_below_the_weight_is_no_fall() {
+        let mut c = campaign(1.0);
+        c.simulation.terms = vec!["gravity".into()];
+        assert_eq!(said(&c).0, "");
+        for r in &mut c.recordings {
+            let soft = |y: &mut Vec<f64>| y.iter_mut().for_each(|v| *v *= 0.01);
+            r.channels.iter_mut().take(2).flatten().for_each(soft);
+        }
+        let doubts = said(&c).0;
+        assert!(doubts.contains("leave gravity out of [simulation] terms"), "{doubts}");
+        c.simulation.terms.clear();
+        assert!(!said(&c).0.contains("gravity"));
     }
 
     fn said(c: &Campaign) -> (String, String) {

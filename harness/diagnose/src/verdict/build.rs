@@ -399,7 +399,7 @@ fn unexplained(d: &Decision, f: &Findings) -> String {
     if let Some(s) = d.excess_scatter {
         return format!(
             "the contact's stiffness differs by {:.1} % (rms) between recordings of the same level, where repeats scatter \
-             by {:.1} %: something between the recordings moved it (temperature, wear, a changed setting)",
+             by {:.1} %: something between the recordings moved it (temperature, wear, a changed setting, another place)",
             100.0 * s,
             100.0 * d.chosen.data.repeat_scatter
         );
