@@ -330,8 +330,8 @@ fn fit_from_each_other(tried: &mut [(Vec<Dependence>, Fitted)]) {
     let mut is_new = vec![true; tried.len()];
     while is_new.contains(&true) {
         let Some(best) = least(tried) else { return };
-        // one nat of evidence, where what the best leaves counts as noise
-        let counts = 2.0 * left(best);
+        // a tenth of a nat of evidence, where what the best leaves counts as noise: in a valley every round gains little
+        let counts = 0.2 * left(best);
         let of = |i: usize| tried[i].0.first().copied();
         let better = |i: usize| -> Option<Fitted> {
             let f = &tried[i].1;
