@@ -106,9 +106,9 @@ impl Candidate for Fitted {
     }
 }
 
-/// Root mean square by which the second of each differs between recordings of one level, the first, where it is more likely than not
-/// that something between the recordings changed it than that repeats scatter so: by `scatter`, of which slow noise makes `slow` times
-/// the variance.
+/// Root mean square by which a logarithm differs between recordings of one level, of pairs (level, logarithm), where it is more likely
+/// than not that something between the recordings changed it than that repeats scatter so; `scatter`: standard deviation of repeats,
+/// whose variance slow noise makes up to `slow` times as large.
 pub fn excess_scatter(of: impl Iterator<Item = (usize, f64)>, scatter: f64, slow: f64) -> Option<f64> {
     let mut levels: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     of.for_each(|(level, v)| levels.entry(level).or_default().push(v));

@@ -382,10 +382,8 @@ impl Learned {
     /// where it is as likely as not that repeats scatter so, by `scatter`, or that the law is off by as much.
     pub fn excess_scatter(&self, scatter: f64) -> Option<f64> {
         let share = |(c, gain): (&Course, &f64)| {
-            let known = (0..c.read.len()).filter(|i| c.counts[*i]);
-            let (by_law, of_law) =
-                known.fold((0.0, 0.0), |(a, b), i| (a + c.read[i] * c.force[i], b + c.force[i] * c.force[i]));
-            (c.level, (gain * by_law / of_law).max(f64::MIN_POSITIVE).ln())
+            let known = (0..c.read.len()).filter(|i| c.counts[*i]).map(|i| (c.read[i], c.force[i]));
+            (c.level, (gain * learn::factor(known)).max(f64::MIN_POSITIVE).ln())
         };
         excess_scatter(self.courses.iter().zip(&self.of.gains).map(share), scatter.hypot(self.misfit), 1.0)
     }

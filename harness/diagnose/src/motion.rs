@@ -450,8 +450,8 @@ fn forces(from: &Fitted, tried: Vec<Tried>, given: f64, table: &Table) -> Vec<Fo
     let mut tried: Vec<(Tried, f64)> = tried.into_iter().zip(shares).collect();
     tried.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut each: Vec<(Tried, f64)> = Vec::new();
+    let names = |t: &Tried| t.depends.iter().map(|of| of.name()).collect::<Vec<_>>();
     for (t, share) in tried {
-        let names = |t: &Tried| t.depends.iter().map(|of| of.name()).collect::<Vec<_>>();
         match each.iter_mut().find(|(of, _)| names(of) == names(&t) && of.beside == t.beside) {
             Some((_, whole)) => *whole += share,
             None => each.push((t, share)),

@@ -75,7 +75,7 @@ const SPIKE_STEPS: f64 = 3.0;
 
 /// One of how many samples may be a spike at most: what sticks out more often belongs to what was recorded.
 const RARE: usize = 50;
-/// Samples beside each other that may be spikes at most.
+/// Samples beside each other that may be spikes at most: a spike on the edge between two samples is in both, and no more.
 const BESIDE: usize = 2;
 
 /// Of the samples `found` to stick out of a course of so many those that stand alone: no more than two beside each other, and few in

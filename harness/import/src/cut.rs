@@ -105,8 +105,8 @@ impl Gather<'_> {
             return;
         }
         let has = self.track.channels.each_ref().map(Option::is_some);
-        if !is_reading(time) || y.iter().zip(has).any(|(v, h)| h && !is_reading(*v)) {
-            let holds = [0, 1, 2].map(|c| has[c] && is_reading(y[c]));
+        let holds = [0, 1, 2].map(|c| has[c] && is_reading(y[c]));
+        if !is_reading(time) || holds != has {
             if is_reading(time) && holds.contains(&true) {
                 self.without.iter_mut().zip(holds).zip(has).for_each(|((n, holds), h)| *n += u64::from(h && !holds));
             }

@@ -148,7 +148,10 @@ pub fn find(e: &Envelope, from: u64, least: f64) -> Found {
         // nothing falls once more within the time that a contact lasts: another hump of the same impact
         let is_hump = |d: &Drop| at - ended < d.length.max(end(r.last) - at);
         match all.last_mut() {
-            Some(d) if is_hump(d) => (d.peak, _) = (d.peak.max(r.peak), d.contacts.push(rows)),
+            Some(d) if is_hump(d) => {
+                d.peak = d.peak.max(r.peak);
+                d.contacts.push(rows);
+            }
             Some(d) if at - ended < FLIGHT && r.peak < NO_BOUNCE * d.peak => d.contacts.push(rows),
             _ => all.push(Drop { contacts: vec![rows], at, length: end(r.last) - at, peak: r.peak }),
         }

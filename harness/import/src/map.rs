@@ -76,9 +76,10 @@ impl Mapped {
                 format!("{name}({unit})"),
                 format!("{name}[{unit}]"),
             ];
-            forms.iter().find_map(|f| of_group(f)).filter(|_| !unit.is_empty())
+            forms.iter().find_map(|f| of_group(f))
         };
-        let named = if name.is_empty() { None } else { of_group(name).or_else(as_in_file) };
+        let with_unit = || if unit.is_empty() { None } else { as_in_file() };
+        let named = if name.is_empty() { None } else { of_group(name).or_else(with_unit) };
         let rest = named.or_else(|| of_group(&format!("#{number}")))?;
         Some(self.said(rest, unit).map_err(|e| format!("--map {}={}: {e}", self.role.name(), self.text)))
     }

@@ -200,18 +200,20 @@ fn kind(files: &[File], o: &Options) -> (Kind, String) {
     }
 }
 
-/// What the user says that only a drop test has: a mass, a speed or a height; None where nothing is said.
-fn of_a_drop(files: &[File], o: &Options) -> Option<String> {
+/// The mass, the speed or the height that the user gives, in words: only a drop test has one. None where none is given.
+fn of_a_drop(files: &[File], o: &Options) -> Option<&'static str> {
     if o.mass.is_some() {
-        return Some("a mass".into());
+        return Some("a mass");
     }
     let of_table = |t: &Table| files.iter().filter_map(|f| t.of(&f.path, 0, 1).ok()).collect::<Vec<_>>();
     let mut said = o.asked.values().cloned().chain(o.table.iter().flat_map(of_table)).chain([o.all.clone()]);
-    let is_of_it = |k: &&&'static str| matches!(**k, "impact_speed" | "start_speed" | "drop_height");
-    said.find_map(|f| f.0.keys().find(is_of_it).map(|k| k.replace('_', " "))).map(|k| match k.starts_with('i') {
-        true => format!("an {k}"),
-        false => format!("a {k}"),
-    })
+    let words = |k: &&'static str| match *k {
+        "impact_speed" => Some("an impact speed"),
+        "start_speed" => Some("a start speed"),
+        "drop_height" => Some("a drop height"),
+        _ => None,
+    };
+    said.find_map(|f| f.0.keys().find_map(words))
 }
 
 /// The recordings of one stretch; what is none says why in `why`.

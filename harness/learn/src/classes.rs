@@ -36,8 +36,8 @@ pub fn relaxes_instead(classes: &[usize]) -> Option<Vec<usize>> {
     both.then(|| classes.iter().copied().filter(|c| !is(c, "plastic_indentation")).collect())
 }
 
-/// What a mechanism may be instead where no place is touched twice: what has not come back when a recording ends may come back later,
-/// so that relaxation slower than the recordings last leaves what a permanent set leaves. None of any other mechanism.
+/// The mechanism that a permanent set may be instead where no place is touched twice: a set that has not come back when a recording
+/// ends may come back later, so that relaxation slower than the recordings last leaves the same. None of any other mechanism.
 pub fn comes_back_instead(mechanism: &str) -> Option<&'static str> {
     (mechanism == "plastic_indentation").then_some("viscoelastic_relaxation")
 }
@@ -180,7 +180,7 @@ const OWN: [f64; 7] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 1.0];
 /// Depths at which a stop or a second layer may begin.
 const STOPS: [f64; 8] = [0.3, 0.45, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98];
 
-/// What grows up to some depth only, and what is taken from there on: the force of a dome that snaps through falls with the depth.
+/// Forces that grow up to some depth only, and forces taken away from there on: that of a dome that snaps through falls with the depth.
 fn softening(p: &Path, _: &Press) -> Vec<Vec<f64>> {
     YIELDS.iter().flat_map(|d| [p.each(|i| p.below(i).min(*d)), p.each(|i| (d - p.below(i)).min(0.0))]).collect()
 }

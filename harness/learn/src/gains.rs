@@ -8,54 +8,63 @@ const ROUNDS: usize = 3;
 /// Change of a factor that no round follows any more.
 const SETTLED: f64 = 1e-3;
 
-/// The factor of each recording by the law that was learned of them, by least squares; 1 where that has no force.
-fn factors(recordings: &[Recording], of: &Learned, numbers: &Numbers) -> Vec<f64> {
+/// The force read over its rest, and that of a law there, N, of the samples that count.
+type Pairs = Vec<(f64, f64)>;
+
+/// Of each recording, by the likeliest law that was learned of them.
+fn pairs(recordings: &[Recording], of: &Learned, numbers: &Numbers) -> Vec<Pairs> {
     let law = &of.sets[0].law;
-    let factor = |(r, surface): (&Recording, &f64)| {
+    let of_one = |(r, surface): (&Recording, &f64)| {
         let (f, rest) = (law.force(r, *surface).all, r.rest(numbers.discrepancy * law.press.force));
-        let counts = (0..f.len()).filter(|i| r.counts(*i));
-        let (by, squares) = counts.fold((0.0, 0.0), |(by, s), i| (by + (r.force[i] - rest) * f[i], s + f[i] * f[i]));
-        if by > 0.0 && squares > 0.0 {
-            by / squares
-        } else {
-            1.0
-        }
+        (0..f.len()).filter(|i| r.counts(*i)).map(|i| (r.force[i] - rest, f[i])).collect()
     };
-    let all: Vec<f64> = recordings.iter().zip(&law.surfaces).map(factor).collect();
-    // one law for all: what they have in common is its own
+    recordings.iter().zip(&law.surfaces).map(of_one).collect()
+}
+
+/// The factor by which a law is the nearest to what was read, by least squares of pairs (read, law); no number where the law is zero.
+pub fn factor(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (by, squares) = pairs.fold((0.0, 0.0), |(by, s), (read, f)| (by + read * f, s + f * f));
+    by / squares
+}
+
+/// The factor of each recording about their geometric mean, for what all have in common is the law's own; 1 where the law has no force.
+fn factors(of: &[Pairs]) -> Vec<f64> {
+    let of_one = |pairs: &Pairs| Some(factor(pairs.iter().copied())).filter(|f| *f > 0.0).unwrap_or(1.0);
+    let all: Vec<f64> = of.iter().map(of_one).collect();
     let mean = (all.iter().map(|f| f.ln()).sum::<f64>() / all.len().max(1) as f64).exp();
     all.iter().map(|f| f / mean).collect()
 }
 
-/// The sum of squares that a law leaves in the recordings, each with its factor, share of the range of force.
-fn left(recordings: &[Recording], of: &Learned, gains: &[f64], numbers: &Numbers) -> f64 {
-    let law = &of.sets[0].law;
-    let of_one = |((r, surface), gain): ((&Recording, &f64), &f64)| {
-        let (f, rest) = (law.force(r, *surface).all, r.rest(numbers.discrepancy * law.press.force));
-        let counts = (0..f.len()).filter(|i| r.counts(*i));
-        counts.map(|i| ((r.force[i] - rest - gain * f[i]) / law.press.force).powi(2)).sum::<f64>()
-    };
-    recordings.iter().zip(&law.surfaces).zip(gains).map(of_one).sum()
+/// The sum of squares that a law leaves, each recording with its gain, share of the range of force `range`, N.
+fn left(of: &[Pairs], gains: &[f64], range: f64) -> f64 {
+    let of_one =
+        |(pairs, gain): (&Pairs, &f64)| pairs.iter().map(|(read, f)| ((read - gain * f) / range).powi(2)).sum::<f64>();
+    of.iter().zip(gains).map(of_one).sum()
 }
 
 /// ln weight that a factor of each recording costs: as a class, with a parameter of each but one.
 fn ln_cost(recordings: usize, of: &Learned, numbers: &Numbers) -> f64 {
-    let parameters = recordings.saturating_sub(1) as f64;
+    let parameters = (recordings - 1) as f64;
     numbers.class - 0.5 * parameters * of.scale.independent.ln() / numbers.temperature
 }
 
-/// What was learned of recordings as one law, `alike`, weighed against one law with a factor of each recording; `learn` learns it of
-/// recordings. Where no factor can be worth its parameter nothing is learned anew.
+/// One law of all recordings, `alike`, weighed against one law with a factor of each recording; `learn` learns a law of recordings.
+/// Where no factor can be worth its parameter no other law is learned.
 pub(crate) fn weighed(
     recordings: &[Recording],
     alike: Learned,
     numbers: &Numbers,
     learn: impl Fn(&[Recording]) -> Option<Learned>,
 ) -> Learned {
-    let mut gains = factors(recordings, &alike, numbers);
-    let ones = vec![1.0; recordings.len()];
-    let ln = |gains: &[f64]| alike.scale.ln_evidence(left(recordings, &alike, gains, numbers), 0) / numbers.temperature;
-    if recordings.len() < 2 || ln(&gains) + ln_cost(recordings.len(), &alike, numbers) <= ln(&ones) {
+    if recordings.len() < 2 {
+        return alike;
+    }
+    let read = pairs(recordings, &alike, numbers);
+    let mut gains = factors(&read);
+    let range = alike.sets[0].law.press.force;
+    let ln = |gains: &[f64]| alike.scale.ln_evidence(left(&read, gains, range), 0) / numbers.temperature;
+    let cost = ln_cost(recordings.len(), &alike, numbers);
+    if ln(&gains) + cost <= ln(&alike.gains) {
         return alike;
     }
     let mut best: Option<Learned> = None;
@@ -63,7 +72,7 @@ pub(crate) fn weighed(
         let scaled: Vec<Recording> =
             recordings.iter().zip(&gains).map(|(r, g)| r.over(*g, numbers.discrepancy)).collect();
         let Some(of) = learn(&scaled) else { break };
-        let more = factors(&scaled, &of, numbers);
+        let more = factors(&pairs(&scaled, &of, numbers));
         let of = Learned { gains: gains.clone(), ..of };
         if best.as_ref().is_none_or(|b| of.ln_weight > b.ln_weight) {
             best = Some(of);
@@ -74,7 +83,7 @@ pub(crate) fn weighed(
         }
     }
     let Some(mut of) = best else { return alike };
-    of.ln_weight += ln_cost(recordings.len(), &alike, numbers);
+    of.ln_weight += cost;
     mixed(of, alike)
 }
 
@@ -86,8 +95,8 @@ fn mixed(a: Learned, b: Learned) -> Learned {
         let same = second.sets.iter().find(|o| o.law.classes == s.law.classes);
         same.map_or(0.0, |o| o.probability)
     };
-    let mixed = first.sets.iter().map(|s| share * s.probability + (1.0 - share) * of_second(s));
-    let mixed: Vec<f64> = mixed.collect();
+    let both = |s: &Set| share * s.probability + (1.0 - share) * of_second(s);
+    let mixed: Vec<f64> = first.sets.iter().map(both).collect();
     let whole: f64 = mixed.iter().sum();
     first.sets.iter_mut().zip(mixed).for_each(|(s, p)| s.probability = p / whole);
     first.sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));

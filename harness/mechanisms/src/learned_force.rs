@@ -188,7 +188,7 @@ impl Dependence {
             Dependence::Nothing => 0,
             Dependence::Depth | Dependence::Place | Dependence::Speed => 1,
             Dependence::Reading(_) | Dependence::Force => 1,
-            Dependence::DepthTimesSpeed | Dependence::DepthTimesDirection | Dependence::DepthTimesSpeedSquared => 1,
+            of if of.first_series() == 1 => 1,
             _ => 2,
         }
     }

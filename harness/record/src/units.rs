@@ -102,16 +102,17 @@ pub fn nearest(column: &str, unit: &str) -> Option<&'static str> {
 /// What to write instead of a unit that the column cannot be in.
 pub fn instead(column: &str, unit: &str) -> String {
     let known: Vec<&str> = of(column).iter().map(|u| u.0).collect();
-    match UNITS.iter().map(|u| u.0).find(|u| *u != column && factor(u, unit).is_some()) {
-        Some("mass") if column == "force" => {
-            format!("it measures mass; a load in kg is in kgf, 9.807 N; known are {}", known.join(", "))
+    let Some(other) = UNITS.iter().map(|u| u.0).find(|u| *u != column && factor(u, unit).is_some()) else {
+        return words::instead(unit, &known);
+    };
+    let load = match other {
+        "mass" if column == "force" => "a load in kg is in kgf, 9.807 N; ",
+        "acceleration" if column == "force" && factor("mass", unit).is_some() => {
+            "a load in grams is in gf, 9.807e-3 N; "
         }
-        Some("acceleration") if column == "force" && factor("mass", unit).is_some() => {
-            format!("it measures acceleration; a load in grams is in gf, 9.807e-3 N; known are {}", known.join(", "))
-        }
-        Some(other) => format!("it measures {other}; known are {}", known.join(", ")),
-        None => words::instead(unit, &known),
-    }
+        _ => "",
+    };
+    format!("it measures {other}; {load}known are {}", known.join(", "))
 }
 
 #[cfg(test)]

@@ -129,8 +129,9 @@ pub fn agreement(c: &Campaign) -> Agreement {
         swapped(c, mass, &mut a);
     }
     if c.kind == Kind::DropTest {
-        speeds(&whole().collect::<Vec<_>>(), mass, &mut a);
-        weight(c, &whole().collect::<Vec<_>>(), mass, &mut a);
+        let all: Vec<_> = whole().collect();
+        speeds(&all, mass, &mut a);
+        weight(c, &all, mass, &mut a);
     }
     if let (Kind::ContactorOpening, Some(travel)) = (c.kind, c.travel) {
         begins(&whole().collect::<Vec<_>>(), travel, &mut a);
@@ -241,14 +242,18 @@ fn weight(c: &Campaign, all: &[(&Recording, &Contact)], mass: f64, a: &mut Agree
         Some(push[k.first..=k.last].iter().copied().fold(0.0, f64::max))
     };
     let peaks: Vec<f64> = all.iter().filter_map(peak).collect();
-    if peaks.is_empty() || median(peaks.clone()) >= PEAK_OVER_WEIGHT * weight {
+    if peaks.is_empty() {
+        return;
+    }
+    let peak = median(peaks);
+    if peak >= PEAK_OVER_WEIGHT * weight {
         return;
     }
     a.doubts.push(format!(
         "the middling peak is {} and the weight {}, where a contact that stops a falling body reaches {PEAK_OVER_WEIGHT} times its \
          weight and more: if the body moves level, leave gravity out of [simulation] terms; else check moving_mass and the \
          unit of what was read",
-        figure(median(peaks), "N"),
+        figure(peak, "N"),
         figure(weight, "N")
     ));
 }
