@@ -71,6 +71,18 @@ def test_vectors_scalars_texts_and_matrices(tmp_path, dump, form):
     assert any("wide" in n and "rows are channels" in n for n in answer["notes"])
 
 
+def test_several_matrices_with_a_clock_of_their_own_are_tables_of_their_own(tmp_path, dump):
+    path = tmp_path / "a.mat"
+    t = np.arange(400) * 1e-4
+    drops = {f"drop{i}": np.stack([t, np.sin(i + t)], 1) for i in range(3)}
+    savemat(path, {**drops, "beside": t})
+    groups = {g["name"]: [c["name"] for c in g["channels"]] for g in dump(path)["groups"]}
+    assert groups == {**{name: [f"{name} 1", f"{name} 2"] for name in drops}, "400 samples": ["beside"]}
+    # one alone may belong to the vectors beside it
+    savemat(path, {"drop": drops["drop0"], "beside": t})
+    assert [len(g["channels"]) for g in dump(path)["groups"]] == [3]
+
+
 @pytest.mark.parametrize("compressed", [False, True])
 def test_structs_and_cells(tmp_path, dump, compressed):
     path = tmp_path / "a.mat"

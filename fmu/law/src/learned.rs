@@ -56,19 +56,59 @@ impl WithSpeed {
     }
 }
 
-/// A series at `u`, held constant outside of 0 to 1: its cosines by Chebyshev's recurrence.
+/// Waves that are computed side by side: none waits for the one before it.
+const SIDE_BY_SIDE: usize = 4;
+
+/// The first `terms` of 1, sqrt(2) cos(j pi u) at `u` held inside of 0 to 1, the others 0: by Chebyshev's recurrence, four waves on.
 #[inline]
-pub fn series(coefficients: &[f64], u: f64) -> f64 {
+pub fn waves(u: f64, terms: usize) -> [f64; TERMS] {
+    let mut all = [0.0; TERMS];
+    all[0] = 1.0;
+    if terms < 2 {
+        return all;
+    }
     let c = cos_of_half_turns(inside(u));
-    let (mut before, mut now) = (1.0, c);
-    let mut sum = coefficients[0];
-    for a in &coefficients[1..] {
-        sum += a * SQRT_2 * now;
-        let next = 2.0 * c * now - before;
+    let second = 2.0 * c * c - 1.0;
+    let third = 2.0 * c * second - c;
+    let fourth = 2.0 * second * second - 1.0;
+    // cos(-x) = cos(x)
+    let mut before = [third, second, c, 1.0];
+    let mut now = [c, second, third, fourth];
+    for four in all[1..terms].chunks_mut(SIDE_BY_SIDE) {
+        four.iter_mut().zip(now.iter()).for_each(|(w, n)| *w = SQRT_2 * n);
+        let mut next = [0.0; SIDE_BY_SIDE];
+        for i in 0..SIDE_BY_SIDE {
+            next[i] = 2.0 * fourth * now[i] - before[i];
+        }
         before = now;
         now = next;
     }
-    sum
+    all
+}
+
+/// Terms of a series up to the last that is not 0.
+#[inline]
+fn terms(coefficients: &[f64]) -> usize {
+    coefficients.iter().rposition(|c| *c != 0.0).map_or(0, |last| last + 1)
+}
+
+/// The sum of a series over `waves`.
+#[inline]
+fn sum(coefficients: &[f64], waves: &[f64; TERMS]) -> f64 {
+    let mut sums = [0.0; SIDE_BY_SIDE];
+    for (c, w) in coefficients.chunks(SIDE_BY_SIDE).zip(waves.chunks(SIDE_BY_SIDE)) {
+        for ((s, c), w) in sums.iter_mut().zip(c).zip(w) {
+            *s += c * w;
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3])
+}
+
+/// A series at `u`, held constant outside of 0 to 1.
+#[inline]
+pub fn series(coefficients: &[f64], u: f64) -> f64 {
+    let n = terms(coefficients);
+    sum(&coefficients[..n], &waves(u, n))
 }
 
 #[inline]
@@ -129,11 +169,13 @@ impl Learned {
     /// Both series at `u` of the range and the speed `v`, m/s: N.
     #[inline]
     fn at(&self, goes: WithSpeed, u: f64, v: f64) -> f64 {
-        let f = series(self.alone(), u);
-        if goes == WithSpeed::No {
+        let (alone, with) = (terms(self.alone()), if goes == WithSpeed::No { 0 } else { terms(self.with()) });
+        let waves = waves(u, if alone > with { alone } else { with });
+        let f = sum(&self.alone()[..alone], &waves);
+        if with == 0 {
             return f;
         }
-        f + series(self.with(), u) * goes.factor(v, self.speed).0
+        f + sum(&self.with()[..with], &waves) * goes.factor(v, self.speed).0
     }
 
     /// Growth of that with u, N, and with v, N s/m.
@@ -154,6 +196,27 @@ impl Learned {
         }
         let u = x / self.range;
         (1.0 - exp(-u / RISE)) * self.at(goes, u, v)
+    }
+
+    /// That force by each of the coefficients where it is 1 N: their sum with the coefficients as factors is the force.
+    pub fn shapes_between(&self, goes: WithSpeed, x: f64, v: f64) -> [f64; COEFFICIENTS] {
+        if x <= 0.0 {
+            return [0.0; COEFFICIENTS];
+        }
+        let u = x / self.range;
+        self.shapes(goes, 1.0 - exp(-u / RISE), u, v)
+    }
+
+    /// `share` times the shapes of both series at `u` of the range and the speed `v`, m/s.
+    fn shapes(&self, goes: WithSpeed, share: f64, u: f64, v: f64) -> [f64; COEFFICIENTS] {
+        let mut all = [0.0; COEFFICIENTS];
+        let (alone, with) = all.split_at_mut(TERMS);
+        let factor = goes.factor(v, self.speed).0;
+        for ((a, b), w) in alone.iter_mut().zip(with).zip(waves(u, TERMS).iter()) {
+            *a = share * w;
+            *b = share * factor * w;
+        }
+        all
     }
 
     /// The part of that which depends on the speed, N.
@@ -223,6 +286,11 @@ impl Learned {
         -self.at(goes, -x / self.range, v)
     }
 
+    /// That force by each of the coefficients where it is 1 N.
+    pub fn shapes_of_place(&self, goes: WithSpeed, x: f64, v: f64) -> [f64; COEFFICIENTS] {
+        self.shapes(goes, -1.0, -x / self.range, v)
+    }
+
     /// Growth of that with x, N/m, and with v, N s/m.
     pub fn slopes_of_place(&self, goes: WithSpeed, x: f64, v: f64) -> (f64, f64) {
         let (by_u, by_v) = self.slopes(goes, -x / self.range, v);
@@ -245,6 +313,14 @@ impl Learned {
 pub fn of_speed(coefficients: &[f64], speed: f64, v: f64) -> f64 {
     let w = v / speed;
     -w * series(coefficients, w.abs() / SPEEDS)
+}
+
+/// That force by each of the coefficients where it is 1 N.
+pub fn shapes_of_speed(speed: f64, v: f64) -> [f64; TERMS] {
+    let w = v / speed;
+    let mut all = waves(w.abs() / SPEEDS, TERMS);
+    all.iter_mut().for_each(|a| *a *= -w);
+    all
 }
 
 /// Growth of that with v, N s/m.
@@ -300,6 +376,22 @@ mod tests {
             }
             let (c, speed) = (&l.coefficients[..TERMS], l.speed);
             near(slope_of_speed(c, speed, v), difference(&|v| of_speed(c, speed, v), v, 1e-7), 1e-5);
+        }
+    }
+
+    #[test]
+    fn the_shapes_of_the_coefficients_make_up_the_force() {
+        let l = some();
+        let whole = |shapes: &[f64]| shapes.iter().zip(l.coefficients.iter()).map(|(s, c)| s * c).sum::<f64>();
+        for v in [-1.1, -0.003, 0.002, 0.4, 1.7] {
+            for x in [-1e-3, 1e-5, 4e-4, 2.5e-3] {
+                for goes in ALL.iter().copied() {
+                    near(whole(&l.shapes_between(goes, x, v)), l.between(goes, x, v), 1e-12);
+                    near(whole(&l.shapes_of_place(goes, x, v)), l.of_place(goes, x, v), 1e-12);
+                }
+            }
+            let (c, speed) = (&l.coefficients[..TERMS], l.speed);
+            near(whole(&shapes_of_speed(speed, v)), of_speed(c, speed, v), 1e-12);
         }
     }
 

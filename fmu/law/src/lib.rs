@@ -89,6 +89,11 @@ impl Parameters {
         (self.springs(branch.unwrap_or((0.0, 0.0)), x), damping)
     }
 
+    /// Whether the force depends on more than where the contact is and how fast: on what came before.
+    pub fn remembers(&self) -> bool {
+        self.relaxes() || self.plastic_indentation.yields() || self.adhesion.force > 0.0
+    }
+
     /// Contact force, N, at penetration `x` m and speed `v` m/s with the memory as of before this point:
     /// never tensile without adhesion.
     #[inline]
@@ -145,15 +150,21 @@ impl Parameters {
         a.0 + b.0 > 0.0
     }
 
-    /// The memory after moving from (`x0`, `v0`) to (`x1`, `v1`) in `dt` seconds, x m and v m/s along straight
-    /// lines. Branch forces follow the exact exponential of a drive that rises evenly from touch to the end of
-    /// the step. Work counts the force along the way; see [`Parameters::stored_energy`] for what is stored.
-    pub fn advance(&self, m: &Memory, x0: f64, v0: f64, x1: f64, v1: f64, dt: f64) -> Memory {
+    /// As [`Parameters::advance`], without the energies: as much as the force goes by.
+    pub fn remembered(&self, m: &Memory, x0: f64, x1: f64, dt: f64) -> Memory {
         let mut o = *m;
         if x1 > o.deepest {
             o.deepest = x1;
         }
         self.remember(&Step { law: self, before: m, x0, x1, dt }, &mut o);
+        o
+    }
+
+    /// The memory after moving from (`x0`, `v0`) to (`x1`, `v1`) in `dt` seconds, x m and v m/s along straight
+    /// lines. Branch forces follow the exact exponential of a drive that rises evenly from touch to the end of
+    /// the step. Work counts the force along the way; see [`Parameters::stored_energy`] for what is stored.
+    pub fn advance(&self, m: &Memory, x0: f64, v0: f64, x1: f64, v1: f64, dt: f64) -> Memory {
+        let mut o = self.remembered(m, x0, x1, dt);
         if let Some((work, stored)) = self.plain_step((x0, v0), (x1, v1)) {
             o.work += work;
             o.stored = stored;

@@ -11,7 +11,7 @@ use crate::fitted::{overdispersion_of, Fitted, MOST};
 use crate::problem::{Equations, Parameter};
 use crate::response::Place;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use plant::kernels::{add_scaled, dot};
+use plant::kernels::{add_scaled, dot, products};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -245,18 +245,17 @@ fn part(of: Equations, globals: usize, shared: &[Vec<f64>], own: Vec<Vec<f64>>) 
     from.extend(own.iter().map(|_| None));
     all.extend(own);
     let n = all.len();
+    let right = DVector::from_fn(n, |i, _| from[i].map_or_else(|| dot(&all[i], &residual), |k| b[k]));
     let mut wide = DMatrix::zeros(n, n);
-    let mut right = DVector::zeros(n);
-    for i in 0..n {
-        right[i] = from[i].map_or_else(|| dot(&all[i], &residual), |k| b[k]);
-        for j in 0..=i {
-            let v = match (from[i], from[j]) {
-                (Some(p), Some(q)) => a[(p, q)],
-                _ => dot(&all[i], &all[j]),
-            };
-            wide[(i, j)] = v;
-            wide[(j, i)] = v;
-        }
+    let mut put = |i: usize, j: usize, v: f64| {
+        wide[(i, j)] = v;
+        wide[(j, i)] = v;
+    };
+    products(&all, globals, &mut put);
+    // what the equations hold has the priors of the recording besides
+    let known: Vec<(usize, usize)> = from.iter().enumerate().filter_map(|(i, k)| Some((i, (*k)?))).collect();
+    for (i, p) in &known {
+        known.iter().filter(|(j, _)| j <= i).for_each(|(j, q)| put(*i, *j, a[(*p, *q)]));
     }
     Part { a: wide, b: right, residual, columns: all }
 }

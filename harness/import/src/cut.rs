@@ -260,6 +260,9 @@ fn mean(y: &[f64]) -> f64 {
     y.iter().sum::<f64>() / y.len().max(1) as f64
 }
 
+/// Samples that show where a press begins.
+const START: usize = 3;
+
 /// The sign by which the readings of a channel are multiplied, so that force and penetration are positive and acceleration
 /// is negative in the contact.
 fn sign(kind: Kind, channel: Channel, channels: &[Option<Vec<f64>>; 3], found: Option<&Contact>) -> f64 {
@@ -268,10 +271,12 @@ fn sign(kind: Kind, channel: Channel, channels: &[Option<Vec<f64>>; 3], found: O
         let few = (y.len() / 20).max(1);
         0.5 * (mean(&y[..few]) + mean(&y[y.len() - few..]))
     };
+    // a press begins at rest, and may end in the contact
+    let start = |y: &[f64]| mean(&y[..y.len().min(START)]);
     let at = match (kind, found, &channels[2]) {
         // the deepest tenth, whichever way deep is
         (Kind::Indentation, _, Some(x)) => {
-            let rest = ends(x);
+            let rest = start(x);
             let most = x.iter().map(|v| (v - rest).abs()).fold(0.0, f64::max);
             let deep: Vec<f64> =
                 x.iter().zip(y).filter(|(x, _)| (*x - rest).abs() > 0.9 * most).map(|p| *p.1).collect();
@@ -281,6 +286,7 @@ fn sign(kind: Kind, channel: Channel, channels: &[Option<Vec<f64>>; 3], found: O
         _ => return 1.0,
     };
     let rest = match (channel, found) {
+        _ if kind == Kind::Indentation => start(y),
         (Channel::Penetration, _) | (_, None) => ends(y),
         (_, Some(k)) if k.first > 0 => mean(&y[..k.first]),
         _ => y[y.len() - 1],
@@ -404,6 +410,22 @@ mod tests {
         // the way from the touch to the deepest point, 50 rows of 0.02 mm, as far as a law of another power gives it
         assert!((at(2) - 1e-3).abs() < 2e-4, "{}", at(2));
         assert!(s.notes.iter().any(|n| n.contains("set to zero")), "{:?}", s.notes);
+    }
+
+    #[test]
+    fn a_press_that_ends_in_the_contact_keeps_its_signs_and_a_pull_is_turned() {
+        let n = 101usize;
+        let time: Vec<f64> = (0..n).map(|i| 0.1 * i as f64).collect();
+        let ramp = |way: f64| (0..n).map(|i| way * (i as f64 + noise(i as u64))).collect::<Vec<f64>>();
+        for (way, turned) in [(1.0, vec![]), (-1.0, vec![Channel::Force, Channel::Penetration])] {
+            let g = group(&[("Time", "s"), ("Force", "N"), ("Penetration", "m")]);
+            let track = tracks(&g, &columns(&g, &[]).unwrap(), None, false).unwrap().remove(0);
+            let samples = vec![vec![time.clone(), ramp(way), ramp(1e-3 * way)]];
+            let mut m = Memory { groups: vec![g], samples, notes: Vec::new() };
+            let span = Span { group: 0, track: 0, rows: (0, n as u64), cut: Cut::Whole, level: None };
+            let s = cut(&mut m, 0, &[(&span, &track)], Kind::Indentation).unwrap().remove(0).unwrap();
+            assert_eq!(s.turned, turned);
+        }
     }
 
     #[test]

@@ -18,6 +18,18 @@ pub struct Class {
     pub needs_rates: bool,
     /// Its shapes along a recording; none where this campaign cannot show it.
     pub shapes: fn(&Path, &Press) -> Vec<Vec<f64>>,
+    /// Which of its shapes may be there together; None: all.
+    pub together: Option<Together>,
+}
+
+/// Shapes in groups, of which only so many that follow each other may be there together: a quantity that has one value, and shapes of
+/// several.
+#[derive(Clone, Copy)]
+pub struct Together {
+    /// Shapes of a group.
+    pub shapes: usize,
+    /// Groups that may be there together.
+    pub groups: usize,
 }
 
 /// Recordings of one rate and without a hold part neither damping nor relaxation from a loss that depends on the direction of the
@@ -55,7 +67,12 @@ pub const ALL: [Class; 12] = [
         also: &[],
         depends: "the contact alone: it is there at once from the touch on",
         needs_rates: false,
-        shapes: |p, _| [0.003, 0.01, 0.03].map(|d| p.each(|i| 1.0 - (-p.below(i) / d).exp())).to_vec(),
+        shapes: |p, _| {
+            let mut all = [0.003, 0.01, 0.03].map(|d| p.each(|i| 1.0 - (-p.below(i) / d).exp())).to_vec();
+            all.push(p.each(|i| p.below(i).min(AT_ONCE) / AT_ONCE));
+            all
+        },
+        together: None,
     },
     Class {
         name: "stiffening",
@@ -64,6 +81,7 @@ pub const ALL: [Class; 12] = [
         depends: "the depth alone, beyond some depth",
         needs_rates: false,
         shapes: stiffening,
+        together: None,
     },
     Class {
         name: "softening",
@@ -72,6 +90,7 @@ pub const ALL: [Class; 12] = [
         depends: "the depth alone, and grows less than the depth does, or falls",
         needs_rates: false,
         shapes: softening,
+        together: None,
     },
     Class {
         name: "friction",
@@ -80,6 +99,7 @@ pub const ALL: [Class; 12] = [
         depends: "the direction of the motion, and on the place along the way",
         needs_rates: false,
         shapes: friction,
+        together: None,
     },
     Class {
         name: "damping",
@@ -95,6 +115,7 @@ pub const ALL: [Class; 12] = [
                 p.each(|i| p.below(i).powf(1.5) * p.v[i]),
             ]
         },
+        together: None,
     },
     Class {
         name: "relaxation",
@@ -103,6 +124,7 @@ pub const ALL: [Class; 12] = [
         depends: "the depth, and fades with time at constant depth",
         needs_rates: true,
         shapes: relaxation,
+        together: None,
     },
     Class {
         name: "adhesion",
@@ -111,6 +133,7 @@ pub const ALL: [Class; 12] = [
         depends: "the depth, and pulls while the contact is left",
         needs_rates: false,
         shapes: adhesion,
+        together: None,
     },
     Class {
         name: "plasticity",
@@ -119,6 +142,8 @@ pub const ALL: [Class; 12] = [
         depends: "the depth and the deepest so far: it is gone before the depth is zero again",
         needs_rates: false,
         shapes: plasticity,
+        // between two of the sets that are tried lies the one that there is
+        together: Some(Together { shapes: BACK.len() * WAY_IN.len(), groups: 2 }),
     },
     Class {
         name: "hardening with order",
@@ -127,6 +152,7 @@ pub const ALL: [Class; 12] = [
         depends: "the depth, and grows with the order in which the recordings were taken",
         needs_rates: false,
         shapes: |p, press| by_order(p, press, 1.0),
+        together: None,
     },
     Class {
         name: "softening with order",
@@ -135,6 +161,7 @@ pub const ALL: [Class; 12] = [
         depends: "the depth, and falls with the order in which the recordings were taken",
         needs_rates: false,
         shapes: |p, press| by_order(p, press, -1.0),
+        together: None,
     },
     Class {
         name: "of each level's own",
@@ -150,6 +177,7 @@ pub const ALL: [Class; 12] = [
                 |level: usize| OWN.map(|d| p.each(|i| if p.level == level { p.below(i).min(d) } else { 0.0 })).to_vec();
             press.levels.iter().flat_map(|l| of(*l)).collect()
         },
+        together: None,
     },
     Class {
         name: "with the level",
@@ -165,16 +193,24 @@ pub const ALL: [Class; 12] = [
             let of = |share: f64| OWN.map(|d| p.each(|i| share * p.below(i).min(d)));
             [1.0 - p.value, p.value].into_iter().flat_map(of).collect()
         },
+        together: None,
     },
 ];
+
+/// Whether this class is a course by the order of the recordings.
+pub fn follows_order(class: usize) -> bool {
+    ["cyclic_hardening", "cyclic_softening"].iter().any(|name| ALL[class].mechanism == Some(name))
+}
 
 /// Whether this class says nothing of a level that it was not learned from.
 pub fn is_of_seen_levels(class: usize) -> bool {
     ALL[class].name == "of each level's own"
 }
 
+/// Depth within which a force is there at once, for no touch is without a give.
+const AT_ONCE: f64 = 0.05;
 /// Depths from which on a force grows less.
-const YIELDS: [f64; 8] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.6, 0.8];
+const YIELDS: [f64; 7] = [0.1, 0.15, 0.2, 0.3, 0.45, 0.6, 0.8];
 /// The same of a law that each level has of its own.
 const OWN: [f64; 7] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 1.0];
 /// Depths at which a stop or a second layer may begin.
@@ -200,7 +236,7 @@ fn friction(p: &Path, _: &Press) -> Vec<Vec<f64>> {
 /// Time constants of a spectrum, over the length of a recording from a 300th to a half.
 const RELAXES: usize = 7;
 
-/// Maxwell branches with a spectrum of time constants, driven by the depth and by its square (Tschoegl 1989).
+/// Maxwell branches with a spectrum of time constants, driven by powers of the depth: of a layer, a sphere and a cone (Tschoegl 1989).
 fn relaxation(p: &Path, _: &Press) -> Vec<Vec<f64>> {
     let n = p.time.len();
     let length = p.time[n - 1] - p.time[0];
@@ -214,7 +250,11 @@ fn relaxation(p: &Path, _: &Press) -> Vec<Vec<f64>> {
         q
     };
     let tau = |k: usize| length / 300.0 * 150f64.powf(k as f64 / (RELAXES - 1) as f64);
-    [1.0, 2.0].iter().flat_map(|e| (0..RELAXES).map(move |k| (*e, tau(k)))).map(|(e, tau)| branch(e, tau)).collect()
+    [1.0, 1.5, 2.0]
+        .iter()
+        .flat_map(|e| (0..RELAXES).map(move |k| (*e, tau(k))))
+        .map(|(e, tau)| branch(e, tau))
+        .collect()
 }
 
 /// Places along the pull at which a neck may let go, and necks' lengths, share of the pull's.
@@ -263,23 +303,27 @@ fn by_order(p: &Path, press: &Press, sign: f64) -> Vec<Vec<f64>> {
     [p.order, p.order.max(0.0).sqrt()].map(|g| p.each(|i| sign * g * p.below(i).powf(1.5))).to_vec()
 }
 
-/// The way back to a permanent set of `q` of the deepest point so far, by a power n of its own, less the way in by a power m
+/// What comes back of the deepest point, shares of it, each four fifths of the one before: as little as of metals (Oliver and Pharr
+/// 1992). Powers of the way back to the set, and of the way in that it takes the place of: between them lie the powers of the
+/// elastic law.
+const COMES_BACK: [f64; 17] =
+    [0.9, 0.72, 0.58, 0.46, 0.37, 0.295, 0.236, 0.189, 0.151, 0.121, 0.097, 0.077, 0.062, 0.05, 0.04, 0.032, 0.025];
+const BACK: [f64; 3] = [1.0, 1.5, 2.0];
+const WAY_IN: [f64; 3] = [1.0, 1.5, 2.0];
+
+/// The way back to a permanent set, all but `back` of the deepest point so far, by a power n of its own, less the way in by a power m
 /// (Oliver and Pharr 1992, eq. 3).
 fn plasticity(p: &Path, _: &Press) -> Vec<Vec<f64>> {
-    let mut all = Vec::new();
-    for q in [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9] {
-        for n in [1.0, 1.5, 2.0] {
-            for m in [1.5, 2.0f64] {
-                all.push(p.each(|i| {
-                    let deepest = p.deepest[i].max(1e-9);
-                    let back = ((p.x[i] - q * deepest) / (deepest * (1.0 - q))).clamp(0.0, 1.0).powf(n);
-                    let way_in = (p.x[i] / deepest).clamp(0.0, 1.0).powf(m);
-                    (back - way_in) * deepest.powf(m)
-                }));
-            }
-        }
-    }
-    all
+    let of = |back: f64, n: f64, m: f64| {
+        p.each(|i| {
+            let deepest = p.deepest[i].max(1e-9);
+            let on_the_way = (1.0 - (1.0 - p.x[i] / deepest) / back).clamp(0.0, 1.0).powf(n);
+            let way_in = (p.x[i] / deepest).clamp(0.0, 1.0).powf(m);
+            (on_the_way - way_in) * deepest.powf(m)
+        })
+    };
+    let powers = |back: f64| BACK.iter().flat_map(move |n| WAY_IN.map(|m| (back, *n, m)));
+    COMES_BACK.iter().flat_map(|back| powers(*back)).map(|(back, n, m)| of(back, n, m)).collect()
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Recordings whose forces are one law but for a factor of each: taken at other places of a sample, or of other samples.
 
+use crate::law::Law;
 use crate::press::Recording;
 use crate::weigh::{Learned, Numbers, Set};
 
@@ -11,14 +12,18 @@ const SETTLED: f64 = 1e-3;
 /// The force read over its rest, and that of a law there, N, of the samples that count.
 type Pairs = Vec<(f64, f64)>;
 
-/// Of each recording, by the likeliest law that was learned of them.
-fn pairs(recordings: &[Recording], of: &Learned, numbers: &Numbers) -> Vec<Pairs> {
-    let law = &of.sets[0].law;
+/// Of each recording, by a law that was learned of them.
+fn pairs(recordings: &[Recording], law: &Law, numbers: &Numbers) -> Vec<Pairs> {
     let of_one = |(r, surface): (&Recording, &f64)| {
         let (f, rest) = (law.force(r, *surface).all, r.rest(numbers.discrepancy * law.press.force));
         (0..f.len()).filter(|i| r.counts(*i)).map(|i| (r.force[i] - rest, f[i])).collect()
     };
     recordings.iter().zip(&law.surfaces).map(of_one).collect()
+}
+
+/// The factor of each recording on a law that was learned of them, about their geometric mean.
+pub(crate) fn factors_of(recordings: &[Recording], law: &Law, numbers: &Numbers) -> Vec<f64> {
+    factors(&pairs(recordings, law, numbers))
 }
 
 /// The factor by which a law is the nearest to what was read, by least squares of pairs (read, law); no number where the law is zero.
@@ -59,7 +64,7 @@ pub(crate) fn weighed(
     if recordings.len() < 2 {
         return alike;
     }
-    let read = pairs(recordings, &alike, numbers);
+    let read = pairs(recordings, &alike.sets[0].law, numbers);
     let mut gains = factors(&read);
     let range = alike.sets[0].law.press.force;
     let ln = |gains: &[f64]| alike.scale.ln_evidence(left(&read, gains, range), 0) / numbers.temperature;
@@ -72,7 +77,7 @@ pub(crate) fn weighed(
         let scaled: Vec<Recording> =
             recordings.iter().zip(&gains).map(|(r, g)| r.over(*g, numbers.discrepancy)).collect();
         let Some(of) = learn(&scaled) else { break };
-        let more = factors(&pairs(&scaled, &of, numbers));
+        let more = factors_of(&scaled, &of.sets[0].law, numbers);
         let of = Learned { gains: gains.clone(), ..of };
         if best.as_ref().is_none_or(|b| of.ln_weight > b.ln_weight) {
             best = Some(of);

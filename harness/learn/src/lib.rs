@@ -10,6 +10,7 @@ pub mod classes;
 pub mod fit;
 mod gains;
 pub mod law;
+mod order;
 pub mod press;
 pub mod weigh;
 

@@ -141,6 +141,18 @@ impl Press {
     }
 }
 
+impl Press {
+    /// Where `order` lies from the first place to the last, 0 to 1; 0 of a single one.
+    pub(crate) fn place_in_order(&self, order: f64) -> f64 {
+        let (first, last) = self.orders;
+        if last > first {
+            (order - first) / (last - first)
+        } else {
+            0.0
+        }
+    }
+}
+
 /// Index of the largest of these, the last of several; 0 where there are none.
 pub fn highest(y: &[f64]) -> usize {
     (0..y.len()).max_by(|a, b| y[*a].total_cmp(&y[*b])).unwrap_or(0)
@@ -178,7 +190,6 @@ impl Path {
         let fastest = largest(&r.rate).max(f64::MIN_POSITIVE);
         let top = highest(&x);
         let mut so_far = 0.0f64;
-        let (first, last) = press.orders;
         Path {
             time: r.time.clone(),
             v: r.rate.iter().map(|v| v / press.rate).collect(),
@@ -191,7 +202,7 @@ impl Path {
                 })
                 .collect(),
             leaving: (0..x.len()).map(|i| i > top).collect(),
-            order: if last > first { (r.order - first) / (last - first) } else { 0.0 },
+            order: press.place_in_order(r.order),
             level: r.level,
             value: match (press.values, r.value) {
                 (Some((least, most)), Some(v)) => ((v - least) / (most - least)).clamp(-1.0, 2.0),

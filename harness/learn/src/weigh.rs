@@ -1,9 +1,10 @@
 //! Sets of classes, weighed by their evidence.
 
-use crate::classes::{elastic, is_of_seen_levels, ALL};
+use crate::classes::{elastic, follows_order, is_of_seen_levels, ALL};
 use crate::fit::{Fit, Normal, Scale};
 use crate::gains;
 use crate::law::Law;
+use crate::order;
 use crate::press::{Path, Press, Recording};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -92,6 +93,8 @@ struct Placed {
     sticks: Normal,
     slips: Normal,
     scale: Scale,
+    /// What differences of ln evidence are divided by.
+    temperature: f64,
 }
 
 impl Placed {
@@ -130,11 +133,28 @@ impl Placed {
         let n = known.iter().filter(|k| **k).count().max(1);
         let independent = numbers.independent * press.levels.len() as f64;
         let scale = Scale { samples: n as f64, independent, discrepancy: small };
-        Some(Placed { rule, surfaces, press, shapes, sticks, slips, scale })
+        Some(Placed { rule, surfaces, press, shapes, sticks, slips, scale, temperature: numbers.temperature })
     }
 
+    /// Indices of the shapes of the elastic law, then of each class, all of them.
     fn indices(&self, classes: &[usize]) -> Vec<usize> {
         std::iter::once(0).chain(classes.iter().map(|c| c + 1)).flat_map(|c| self.shapes[c].iter().copied()).collect()
+    }
+
+    /// The same, of classes whose shapes may not all be there together those that may: one list for each choice.
+    fn choices(&self, classes: &[usize]) -> Vec<Vec<usize>> {
+        let mut all = vec![self.shapes[0].clone()];
+        for class in classes {
+            let shapes = &self.shapes[class + 1];
+            let spans: Vec<&[usize]> = match ALL[*class].together {
+                Some(t) if shapes.len() > t.shapes * t.groups => {
+                    shapes.windows(t.shapes * t.groups).step_by(t.shapes).collect()
+                }
+                _ => vec![shapes],
+            };
+            all = all.iter().flat_map(|before| spans.iter().map(|s| [before, *s].concat())).collect();
+        }
+        all
     }
 
     /// Misfit of a fit, rms over the range of force.
@@ -146,10 +166,32 @@ impl Placed {
     fn fit(&self, classes: &[usize], given: &[usize]) -> Option<Fit> {
         let sticks = classes.iter().any(|c| ALL[*c].mechanism == Some("adhesion"));
         let normal = if sticks { &self.sticks } else { &self.slips };
-        let fit = normal.of(&self.indices(classes)).fit(&self.scale);
+        let every = self.indices(classes);
+        let of_choice = |choice: Vec<usize>| {
+            let fit = normal.of(&choice).fit(&self.scale);
+            let by: BTreeMap<usize, f64> = choice.into_iter().zip(fit.coefficients).collect();
+            Fit { coefficients: every.iter().map(|i| by.get(i).copied().unwrap_or(0.0)).collect(), ..fit }
+        };
+        let fits: Vec<Fit> = self.choices(classes).into_iter().map(of_choice).collect();
+        let mut fit = fits.iter().max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?.clone();
+        // every choice is as likely beforehand
+        let weight = |f: &Fit| ((f.ln_evidence - fit.ln_evidence) / self.temperature).exp();
+        let mean = fits.iter().map(weight).sum::<f64>() / fits.len() as f64;
+        fit.ln_evidence += self.temperature * mean.ln();
         let parts = self.parts(classes, &fit);
         let takes_part = |(c, p): (&usize, &Vec<f64>)| given.contains(c) || p.iter().any(|x| *x > 0.0);
         classes.iter().zip(&parts[1..]).all(takes_part).then_some(fit)
+    }
+
+    /// The law of a set by its fit.
+    fn law(&self, classes: &[usize], fit: &Fit) -> Law {
+        Law {
+            classes: classes.to_vec(),
+            coefficients: self.parts(classes, fit),
+            press: self.press.clone(),
+            surface: self.rule,
+            surfaces: self.surfaces.clone(),
+        }
     }
 
     /// The coefficients class by class, the elastic law's first.
@@ -278,21 +320,38 @@ fn learn_alike(
         all.extend(new);
     }
     let elastic = all.get(&least).map(|(at, fit)| placed[*at].misfit(fit))?;
-    let top = all.iter().map(|(s, (_, fit))| score(s, fit)).fold(f64::MIN, f64::max);
-    let weight = |s: &[usize], fit: &Fit| (score(s, fit) - top).exp();
-    let whole: f64 = all.iter().map(|(s, (_, fit))| weight(s, fit)).sum();
-    let set = |(classes, (at, fit)): (&Vec<usize>, &(usize, Fit))| {
-        let p = &placed[*at];
-        let law = Law {
-            classes: classes.clone(),
-            coefficients: p.parts(classes, fit),
-            press: p.press.clone(),
-            surface: p.rule,
-            surfaces: p.surfaces.clone(),
-        };
-        Set { probability: weight(classes, fit) / whole, misfit: p.misfit(fit), law }
+    let without = |set: &[usize]| set.iter().copied().filter(|c| !follows_order(*c) || given.contains(c)).collect();
+    let plain: BTreeSet<Vec<usize>> = all.keys().map(|s| without(s)).collect();
+    let missing: Vec<Vec<usize>> = plain.into_iter().filter(|s| !all.contains_key(s)).collect();
+    all.extend(missing.par_iter().filter_map(weigh).collect::<Vec<_>>());
+    // a course by the order is worth no more than the factors of the recordings are
+    let orders: Vec<f64> = means.iter().map(|r| placed[0].press.place_in_order(r.order)).collect();
+    let scored = |set: &Vec<usize>, fit: &Fit| {
+        let plain: Vec<usize> = without(set);
+        let by = |name: &str| set.iter().any(|c| !plain.contains(c) && ALL[*c].mechanism == Some(name));
+        let ways = ["cyclic_hardening", "cyclic_softening"].map(by);
+        let score = score(set, fit);
+        match all.get(&plain) {
+            Some((at, of)) if plain.len() < set.len() => {
+                let factors = gains::factors_of(means, &placed[*at].law(&plain, of), numbers);
+                let ln: Vec<f64> = factors.iter().map(|f| f.ln()).collect();
+                let course = order::ln_evidence(&orders, &ln, ways, numbers.discrepancy);
+                let classes = (set.len() - plain.len()) as f64;
+                score.min(
+                    numbers.ln_weight(plain.len() - given.len(), of.ln_evidence) + numbers.class * classes + course,
+                )
+            }
+            _ => score,
+        }
     };
-    let mut sets: Vec<Set> = all.iter().map(set).collect();
+    let scores: Vec<f64> = all.par_iter().map(|(s, (_, fit))| scored(s, fit)).collect();
+    let top = scores.iter().copied().fold(f64::MIN, f64::max);
+    let whole: f64 = scores.iter().map(|s| (s - top).exp()).sum();
+    let set = |((classes, (at, fit)), score): ((&Vec<usize>, &(usize, Fit)), &f64)| {
+        let p = &placed[*at];
+        Set { probability: (score - top).exp() / whole, misfit: p.misfit(fit), law: p.law(classes, fit) }
+    };
+    let mut sets: Vec<Set> = all.iter().zip(&scores).map(set).collect();
     sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     Some(Learned {
         sets,

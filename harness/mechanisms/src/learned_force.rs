@@ -4,8 +4,8 @@ use crate::load_history::LoadHistory;
 use crate::mechanism::*;
 use crate::part::{Motion, Part, Sampling, Wear};
 use law::body;
-use law::learned::{of_speed, series, Learned, WithSpeed, COEFFICIENTS};
-pub use law::learned::{SPEEDS, TERMS};
+use law::learned::{of_speed, series, shapes_of_speed, Learned, WithSpeed};
+pub use law::learned::{COEFFICIENTS, SPEEDS, TERMS};
 use law::parts::LearnedLaw;
 use record::Channel;
 use std::f64::consts::{PI, SQRT_2};
@@ -164,8 +164,18 @@ impl Dependence {
         }
     }
 
+    /// Whether it depends on the speed of a body alone.
+    pub const fn is_of_speed(self) -> bool {
+        matches!(self, Dependence::Speed)
+    }
+
+    /// Whether it turns with the direction of the motion.
+    pub fn turns(self) -> bool {
+        self.goes() == WithSpeed::Direction
+    }
+
     /// Whether it acts between the faces, and not on the body in flight.
-    const fn is_contact(self) -> bool {
+    pub const fn is_contact(self) -> bool {
         use Dependence::*;
         self.first_series() == 1 || matches!(self, Depth | DepthAndSpeed | DepthAndDirection | DepthAndSpeedSquared)
     }
@@ -272,12 +282,23 @@ impl LearnedForce {
     /// Power, W, that the part which depends on the speed takes out at a depth and a velocity, m and m/s, by each of its coefficients
     /// where that is 1 N. Their sum with the coefficients as factors is the power of the part.
     pub fn powers(&self, x: f64, v: f64) -> [f64; TERMS] {
-        std::array::from_fn(|j| {
-            let mut alone = *self;
-            alone.learned.coefficients = [0.0; COEFFICIENTS];
-            alone.learned.coefficients[TERMS + j] = 1.0;
-            alone.with_speed(x, v) * v
-        })
+        let shapes = self.shapes(&Motion { time: 0.0, x, v, travel: 0.0 });
+        std::array::from_fn(|j| shapes[TERMS + j] * v)
+    }
+
+    /// Its force by each of the coefficients where that is 1 N, between the faces or on the body: their sum with the coefficients as
+    /// factors is the force. All zero of what is no force.
+    pub fn shapes(&self, at: &Motion) -> [f64; COEFFICIENTS] {
+        match self.of {
+            of if of.is_contact() => self.learned.shapes_between(of.goes(), at.x, at.v),
+            Dependence::Speed => {
+                let mut all = [0.0; COEFFICIENTS];
+                all[..TERMS].copy_from_slice(&shapes_of_speed(self.learned.speed, at.v));
+                all
+            }
+            of if of.origin() == Origin::Motion => self.learned.shapes_of_place(of.goes(), at.x, at.v),
+            _ => [0.0; COEFFICIENTS],
+        }
     }
 
     /// What was learned as a table of so many rows over its range: its columns with their units, and the rows. A force is given at

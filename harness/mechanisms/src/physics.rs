@@ -172,6 +172,12 @@ impl Physics {
         self.mass - self.sensor_resonance.mass - self.riders().map(|r| r.mass).sum::<f64>()
     }
 
+    /// Whether a body alone meets a rigid stop: nothing rides on it, and neither stop nor transducer moves.
+    pub fn is_one_body(&self) -> bool {
+        let moves = self.base_compliance.mass > 0.0 || self.base_compliance.reads || self.sensor_resonance.mass > 0.0;
+        !moves && self.riders().next().is_none()
+    }
+
     /// Weight of riding masses that the body bears, N.
     pub fn borne_weight(&self) -> f64 {
         self.riders().filter(|r| r.borne).map(|r| r.mass * self.gravity).sum()

@@ -2,6 +2,7 @@
 //!
 //! `element` is what stands in for the contact; `integrate` is the one integrator, whose events `roots` locates;
 //! `coupled` is the motion where FMUs simulate it, each a [`machine::Machine`]'s; `motion` follows the rig from event to event, as a scenario does, `simulate` gives what a recording of it holds;
+//! `tangent` is how that changes with forces that are learned,
 //! `chain` is what the instruments make of it, `noise` how they scatter, `recipe` writes a campaign simulated with
 //! seeded noise.
 
@@ -19,5 +20,6 @@ pub mod setup;
 pub mod simulate;
 pub mod squares;
 mod tableau;
+pub mod tangent;
 
 pub use rig::motion;

@@ -84,7 +84,7 @@ impl Trace {
 const MOST_STEPS: usize = 20_000;
 
 /// The physics of one recording: what earlier ones have done to the contact, and its own stiffness.
-fn scaled(p: &Physics, history: &LoadHistory, local: &Local) -> Physics {
+pub(crate) fn scaled(p: &Physics, history: &LoadHistory, local: &Local) -> Physics {
     let mut q = *p;
     let (own, wear) = (local.stiffness.exp(), p.wear(history));
     let f = own * wear.stiffness;
@@ -152,7 +152,7 @@ fn indent(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven
     let mut cracked = false;
     for i in 0..n {
         let (x, v) = (s.imposed[i] - local.offset, s.imposed_rate[i]);
-        let (x0, v0) = if i > 0 { (s.imposed[i - 1] - local.offset, s.imposed_rate[i - 1]) } else { (x, v) };
+        let x0 = if i > 0 { s.imposed[i - 1] - local.offset } else { x };
         let mut f = match element {
             Some(e) => {
                 let mut e = e.borrow_mut();
@@ -164,7 +164,7 @@ fn indent(p: &Physics, s: &Setup, local: &Local, element: Option<&RefCell<Driven
             }
             None => {
                 if i > 0 {
-                    m = p.law.advance(&m, x0, v0, x, v, s.time[i] - s.time[i - 1]);
+                    m = p.law.remembered(&m, x0, x, s.time[i] - s.time[i - 1]);
                 }
                 p.law.force(&m, x, v)
             }

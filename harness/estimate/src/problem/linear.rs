@@ -5,8 +5,9 @@ use super::{Nuisance, Point, Problem, STIFFNESS_SCALE};
 use mechanisms::physics::Physics;
 use nalgebra::{DMatrix, DVector};
 use plant::chain::readings;
-use plant::kernels::{add_scaled, dot, dots};
-use plant::simulate::{simulate, Local};
+use plant::kernels::{add_scaled, dot, products};
+use plant::simulate::{simulate, Local, Trace};
+use plant::tangent::{tangents, Change, Tangent};
 use rayon::prelude::*;
 use record::Kind;
 
@@ -78,6 +79,17 @@ const SHORTEST: f64 = 1e-3;
 /// so short a one may change less than their own integration leaves.
 const BOUNCING: f64 = 0.1;
 
+/// How the motion with a changed parameter is had.
+#[derive(Clone, Copy)]
+enum Motion<'a> {
+    /// The parameter does not change it.
+    Same,
+    /// Along its tangent.
+    Along(&'a Tangent),
+    /// By another simulation.
+    Simulated,
+}
+
 impl Problem<'_> {
     /// Residual and sensitivities of recording `r` at a point, by differences; inactive globals have none.
     pub(super) fn part(&self, point: &Point, r: usize, active: &[bool]) -> Option<Part> {
@@ -100,23 +112,30 @@ impl Problem<'_> {
         let mut columns = vec![Vec::new(); g + l];
         let short = if data.kind == Kind::ContactorOpening { BOUNCING } else { 1.0 };
         let mut first = vec![0.0; g + l];
+        // how the trace changes with what is learned; the others are simulated again
+        let mut tangents = self.tangents(point, r, &phys, &trace, active);
         // sensitivity of the speed at the first sample, and how far the step has changed the readings
         let difference = |phys: &Physics,
                           lo: &Local,
                           zeros: &[f64],
-                          again: bool,
+                          motion: Motion<'_>,
                           h: f64,
                           col: &mut Vec<f64>|
          -> Option<(f64, f64)> {
             let t2;
-            let t = if again {
-                t2 = simulate(phys, &rec.setup, lo);
-                if !t2.ok {
-                    return None;
+            let t = match motion {
+                Motion::Same => &trace,
+                Motion::Along(tangent) => {
+                    t2 = tangent.moved(&trace, h);
+                    &t2
                 }
-                &t2
-            } else {
-                &trace
+                Motion::Simulated => {
+                    t2 = simulate(phys, &rec.setup, lo);
+                    if !t2.ok {
+                        return None;
+                    }
+                    &t2
+                }
             };
             let mut z = readings(phys, t, &rec.setup.time);
             self.add_zeros(r, &mut z, zeros);
@@ -139,10 +158,16 @@ impl Problem<'_> {
                 columns[j] = vec![0.0; residual.len()];
                 continue;
             }
+            let tangent = tangents[j].take();
+            let motion = || match &tangent {
+                Some(of) => Motion::Along(of),
+                None if ps[j].dynamic => Motion::Simulated,
+                None => Motion::Same,
+            };
             let mut along = |h: f64| {
                 let mut theta = point.theta.clone();
                 theta[j] += h;
-                difference(&self.physics(&theta), &lo, local, ps[j].dynamic, h, &mut columns[j])
+                difference(&self.physics(&theta), &lo, local, motion(), h, &mut columns[j])
             };
             let step = short * ps[j].step;
             let h = if point.theta[j] + step > ps[j].upper { -step } else { step };
@@ -160,10 +185,43 @@ impl Problem<'_> {
             let mut v = local.clone();
             v[i] += h;
             let lo2 = self.local(&v);
-            let again = !matches!(n, Nuisance::Zero(_) | Nuisance::Tilt);
-            first[g + i] = difference(&phys, &lo2, &v, again, h, &mut columns[g + i])?.0;
+            let motion = match n {
+                Nuisance::Zero(_) | Nuisance::Tilt => Motion::Same,
+                _ => Motion::Simulated,
+            };
+            first[g + i] = difference(&phys, &lo2, &v, motion, h, &mut columns[g + i])?.0;
         }
         Some(Part { residual, columns, first, first_speed: trace.first_speed, bare })
+    }
+
+    /// How the `trace` of recording `r` changes with each global that is a coefficient of a learned force; None of the others, or where
+    /// its motion cannot be followed so.
+    fn tangents(
+        &self,
+        point: &Point,
+        r: usize,
+        phys: &Physics,
+        trace: &Trace,
+        active: &[bool],
+    ) -> Vec<Option<Tangent>> {
+        let ps = &self.model.parameters;
+        let change = |j: usize| {
+            let mut theta = point.theta.clone();
+            theta[j] += ps[j].step;
+            Some((j, Change::between(phys, &self.physics(&theta), ps[j].step)?))
+        };
+        let moves = (0..ps.len()).filter(|j| active[*j] && ps[*j].dynamic);
+        let (of, changes): (Vec<usize>, Vec<Change>) = moves.filter_map(change).unzip();
+        let mut all: Vec<Option<Tangent>> = vec![None; ps.len()];
+        let local = self.local(&point.locals[r]);
+        let found = match changes.is_empty() {
+            true => None,
+            false => tangents(phys, &self.data.records[r].setup, &local, trace, &changes),
+        };
+        for (j, tangent) in of.into_iter().zip(found.into_iter().flatten()) {
+            all[j] = Some(tangent);
+        }
+        all
     }
 
     /// The parameter that is collinear with nuisance `n`, doing to every recording what `n` does to its own: the scale of
@@ -199,20 +257,11 @@ impl Problem<'_> {
         let mut b = DVector::zeros(m);
         for i in 0..m {
             b[i] = dot(&part.columns[i], &part.residual);
-            let mut put = |j: usize, v: f64| {
-                a[(i, j)] = v;
-                a[(j, i)] = v;
-            };
-            let (fours, rest) = part.columns[..=i].as_chunks::<4>();
-            for (q, four) in fours.iter().enumerate() {
-                for (j, v) in dots(&part.columns[i], four).into_iter().enumerate() {
-                    put(4 * q + j, v);
-                }
-            }
-            for (j, column) in rest.iter().enumerate() {
-                put(4 * fours.len() + j, dot(&part.columns[i], column));
-            }
         }
+        products(&part.columns, 0, |i, j, v| {
+            a[(i, j)] = v;
+            a[(j, i)] = v;
+        });
         for (i, n) in self.nuisances.iter().enumerate() {
             if let Some((mean, s)) = self.data.prior(r, *n) {
                 a[(g + i, g + i)] += 1.0 / (s * s);

@@ -165,13 +165,35 @@ fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
         let cure = "save vectors or matrices of numbers";
         return Err(Fault::new(path, format!("the file holds no vectors of numbers{left}"), cure));
     }
-    let (groups, members) = grouped(&mut contents);
+    let tables = tables(&mut contents)?;
+    let (groups, members) = grouped(&mut contents, &tables);
     let Contents { areas, matrices, notes, .. } = contents;
     Ok(Box::new(Mat { areas, matrices, groups, members, notes }))
 }
 
-/// Groups of one length each; a struct that has its own time is a group of its own.
-fn grouped(contents: &mut Contents) -> (Vec<Group>, Vec<Vec<usize>>) {
+/// Samples of a table's first column that have to grow, at most and at least.
+const GROW: u64 = 1000;
+const FEWEST: u64 = 8;
+
+/// Indices of the matrices that are tables of their own: several whose first column grows, each its own clock. A single one may
+/// belong to the vectors beside it.
+fn tables(contents: &mut Contents) -> Result<HashSet<usize>, Fault> {
+    let mut all = HashSet::new();
+    for (i, m) in contents.matrices.iter().enumerate() {
+        if m.channels() < 2 || m.samples() < FEWEST {
+            continue;
+        }
+        let mut first = vec![0.0; m.samples().min(GROW) as usize];
+        contents.areas[m.area].numbers(m.at, m.strides().1, m.number, m.order, &mut first)?;
+        if first.windows(2).all(|w| w[1] > w[0]) {
+            all.insert(i);
+        }
+    }
+    Ok(if all.len() > 1 { all } else { HashSet::new() })
+}
+
+/// Groups of one length each; a struct that has its own time is a group of its own, and so is each of the `tables`.
+fn grouped(contents: &mut Contents, tables: &HashSet<usize>) -> (Vec<Group>, Vec<Vec<usize>>) {
     let is_time = |m: &&Matrix| m.channels() == 1 && ["time", "t"].contains(&m.field().1.to_lowercase().as_str());
     let timed: HashSet<(String, u64)> = (contents.matrices.iter().filter(is_time))
         .filter(|m| !m.field().0.is_empty())
@@ -184,7 +206,10 @@ fn grouped(contents: &mut Contents) -> (Vec<Group>, Vec<Vec<usize>>) {
     for (i, matrix) in contents.matrices.iter().enumerate() {
         // of structs in structs the innermost that has a time of this length
         let of_structs = matrix.structs().map(|s| (s.to_string(), matrix.samples()));
-        let key = of_structs.into_iter().find(|k| timed.contains(k)).unwrap_or((String::new(), matrix.samples()));
+        let of_struct = of_structs.into_iter().find(|k| timed.contains(k));
+        let (in_struct, is_table) = (of_struct.is_some(), tables.contains(&i));
+        let alone = if is_table { (matrix.name.clone(), matrix.samples()) } else { (String::new(), matrix.samples()) };
+        let key = of_struct.unwrap_or(alone);
         let at = *places.entry(key.clone()).or_insert_with(|| {
             let properties = contents.texts.iter().take(PROPERTIES);
             let fits = |(name, text): &&(String, String)| {
@@ -196,7 +221,7 @@ fn grouped(contents: &mut Contents) -> (Vec<Group>, Vec<Vec<usize>>) {
             members.push(Vec::new());
             groups.len() - 1
         });
-        let Channel { name, unit } = channel(matrix, !key.0.is_empty(), &texts);
+        let Channel { name, unit } = channel(matrix, in_struct, &texts);
         let numbered = |c: u64| if matrix.channels() == 1 { name.clone() } else { format!("{name} {c}") };
         groups[at].channels.extend((1..=matrix.channels()).map(|c| Channel { name: numbered(c), unit: unit.clone() }));
         members[at].push(i);

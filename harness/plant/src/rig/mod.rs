@@ -430,7 +430,7 @@ impl Rig<'_> {
             }
         }
         if self.p.law.adhesion.force > 0.0 {
-            self.memory = self.p.law.advance(&self.memory, x, v, x, v, 0.0);
+            self.memory = self.p.law.remembered(&self.memory, x, x, 0.0);
             changed = true;
         } else if x > self.memory.deepest {
             self.memory.deepest = x;
