@@ -75,6 +75,9 @@ fn figures(p: &Physics, s: &Setup, local: &Local) -> Option<Figures> {
     })
 }
 
+/// Share of a figure below which the simulation without a mechanism has none of it: what it changes is no relative change then.
+const NOTHING_LEFT: f64 = 0.01;
+
 /// What `chosen`'s term `term` does, beside the same simulation without it.
 pub fn effect(chosen: &Fitted, term: usize) -> Effect {
     let data = &chosen.data;
@@ -92,7 +95,7 @@ pub fn effect(chosen: &Fitted, term: usize) -> Effect {
             [(a.peak, b.peak), (a.restitution, b.restitution), (a.contact_time, b.contact_time), (a.depth, b.depth)];
         for (change, (a, b)) in changes.iter_mut().zip(pairs) {
             let q = a / b - 1.0;
-            if q.is_finite() {
+            if q.is_finite() && b.abs() >= NOTHING_LEFT * a.abs() {
                 change.push(q);
             }
         }

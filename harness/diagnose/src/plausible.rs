@@ -151,7 +151,7 @@ fn push_against_speed(data: &Data, rec: &Record) -> Result<(), Invalid> {
         format!("{what} adds up to {ratio:.3e} times the speed given, {v} m/s"),
         &format!(
             "correct the unit of {what} or time in its header, moving_mass (kg) or the speed (m/s) in campaign.toml, or \
-             leave a recording without an impact out"
+             leave a recording out in which no impact stops the body"
         ),
     ))
 }

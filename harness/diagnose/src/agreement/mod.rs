@@ -13,7 +13,9 @@ use files::{files, is_flat};
 use ratio::{weighed, Answer, Ratio, Slip, GAIN, MASS, WAY};
 use record::{Campaign, Kind, Recording, GRAVITY};
 use serde::Serialize;
-use slips::{FORCE_OVER_MA, PUSH_OVER_SPEED, SPEED_OVER_FALL, WAY_OVER_SPEED, WAY_OVER_TRAVEL};
+use slips::{
+    ACCELERATION_OVER_SPEED, FORCE_OVER_MA, FORCE_OVER_SPEED, SPEED_OVER_FALL, WAY_OVER_SPEED, WAY_OVER_TRAVEL,
+};
 
 /// Standard deviation of the logarithm of a sum over a contact: where it ends, and how its zero drifts meanwhile.
 const SUMS: f64 = 0.02;
@@ -182,7 +184,9 @@ fn speeds(all: &[(&Recording, &Contact)], mass: f64, a: &mut Agreement) {
     let cure = "check moving_mass, the speed or height of the fall, and that the zero of the channel does not drift";
     let tolerance = GAIN.hypot(MASS).hypot(known).hypot(SUMS);
     let what = "the push over mass times speed of impact (1 + restitution)";
-    a.ratio(what, &ratios, Expected { right: [1.0, 2.0 + weight], tolerance, below: GUIDES }, &PUSH_OVER_SPEED, cure);
+    let by_acceleration = all.iter().any(|(r, _)| r.channels[1].is_some());
+    let slips: &[Slip] = if by_acceleration { &ACCELERATION_OVER_SPEED } else { &FORCE_OVER_SPEED };
+    a.ratio(what, &ratios, Expected { right: [1.0, 2.0 + weight], tolerance, below: GUIDES }, slips, cure);
     let moved = |(r, k): &(&Recording, &Contact)| {
         let (v, _) = share(r)?;
         let x = r.channels[2].as_ref()?;

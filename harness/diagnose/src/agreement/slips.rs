@@ -22,17 +22,38 @@ pub const FORCE_OVER_MA: [Slip; 10] = [
     Slip { factor: 2.204_622_6, words: "a factor of 2.205: moving_mass looks like kg that was taken for lb" },
 ];
 
-/// Of the push over mass times the speed of impact.
-pub const PUSH_OVER_SPEED: [Slip; 7] = [
-    Slip { factor: 1.0 / 31.6228, words: "a factor of 31.6, the root of 1000: drop_height looks like mm" },
+const HEIGHT_IN_MM: Slip =
+    Slip { factor: 1.0 / 31.6228, words: "a factor of 31.6, the root of 1000: drop_height looks like mm" };
+const TIME_IN_MS: Slip = Slip { factor: 1e3, words: "a factor of 1000: time looks like ms" };
+const TIME_IN_US: Slip = Slip { factor: 1e6, words: "a factor of a million: time looks like us" };
+
+/// Of the push over mass times the speed of impact, by the force.
+pub const FORCE_OVER_SPEED: [Slip; 7] = [
+    HEIGHT_IN_MM,
     Slip {
         factor: 1e-3,
         words: "a factor of 1000: the speed looks like mm/s, moving_mass like g or the force like kN",
     },
-    Slip { factor: 1e3, words: "a factor of 1000: time looks like ms" },
-    Slip { factor: 1e6, words: "a factor of a million: time looks like us" },
+    TIME_IN_MS,
+    TIME_IN_US,
     Slip { factor: 1.0 / 4.448_221_6, words: "a factor of 4.448: force looks like lbf" },
-    Slip { factor: 1.0 / 9.80665, words: "a factor of 9.807: the force looks like kgf, or the acceleration like g" },
+    Slip {
+        factor: 1.0 / 9.80665,
+        words: "a factor of 9.807: the force looks like kgf, or nothing stops the body as a drop test does",
+    },
+    Slip { factor: 9.80665, words: "a factor of 9.807: the force looks like N called kgf" },
+];
+
+/// The same by the acceleration, of which no mass is asked.
+pub const ACCELERATION_OVER_SPEED: [Slip; 6] = [
+    HEIGHT_IN_MM,
+    Slip { factor: 1e-3, words: "a factor of 1000: the speed looks like mm/s" },
+    TIME_IN_MS,
+    TIME_IN_US,
+    Slip {
+        factor: 1.0 / 9.80665,
+        words: "a factor of 9.807: the acceleration looks like g, or nothing stops the body as a drop test does",
+    },
     Slip { factor: 9.80665, words: "a factor of 9.807: the acceleration looks like m/s^2 called g" },
 ];
 
@@ -42,14 +63,14 @@ pub const WAY_OVER_SPEED: [Slip; 7] = [
     Slip { factor: 1e-3, words: "a factor of 1000: the speed looks like mm/s, or time like ms" },
     Slip { factor: 25.4, words: "a factor of 25.4: penetration looks like mm called in" },
     Slip { factor: 1.0 / 25.4, words: "a factor of 25.4: penetration looks like in called mm" },
-    Slip { factor: 1.0 / 31.6228, words: "a factor of 31.6, the root of 1000: drop_height looks like mm" },
+    HEIGHT_IN_MM,
     Slip { factor: 10.0, words: "a factor of 10: penetration looks like cm called mm" },
     Slip { factor: 0.1, words: "a factor of 10: penetration looks like mm called cm" },
 ];
 
 /// Of the speed of impact over that of a free fall.
 pub const SPEED_OVER_FALL: [Slip; 5] = [
-    Slip { factor: 1.0 / 31.6228, words: "a factor of 31.6, the root of 1000: drop_height looks like mm" },
+    HEIGHT_IN_MM,
     Slip { factor: 0.1, words: "a factor of 10, the root of 100: drop_height looks like cm" },
     Slip { factor: 1e3, words: "a factor of 1000: impact_speed looks like mm/s" },
     Slip { factor: 3.6, words: "a factor of 3.6: impact_speed looks like km/h" },
