@@ -5,6 +5,7 @@ use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
 fn command(campaign: &Path, out: &Path) -> Command {
     let mut c = Command::new(env!("CARGO_BIN_EXE_touchdown"));
@@ -140,28 +141,35 @@ fn measured_recordings_show_how_far_the_power_law_alone_is() {
     }
 }
 
+/// Fits a campaign by `arguments` and interrupts that so long after its first line of progress; it ends as one that was interrupted.
+fn interrupted(campaign: &Path, out: &Path, arguments: &[&str], after: Duration) {
+    let mut child =
+        command(campaign, out).args(arguments).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    assert!(lines.by_ref().any(|l| l.unwrap().starts_with("fit c")));
+    std::thread::sleep(after);
+    let kill = Command::new("kill").arg("-INT").arg(child.id().to_string()).status().unwrap();
+    assert!(kill.success());
+    lines.for_each(drop);
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(out.join("fit.json").exists(), out.join("report.html").exists());
+}
+
 #[test]
 fn an_interrupt_writes_the_best_so_far() {
     let dir = tempfile::tempdir().unwrap();
     let (campaign, out) = (dir.path().join("c"), dir.path().join("out"));
     write_campaign(&campaign, &Recipe::default()).unwrap();
-    let mut child = command(&campaign, &out)
-        .args(["--method", "simplex"])
-        .stderr(Stdio::piped())
-        .stdout(Stdio::null())
-        .spawn()
-        .unwrap();
-    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
-    // the first line of progress behind the preparation; most of the search lies ahead
-    let searches = |l: String| l.starts_with("fit c") && !l.contains("preparing");
-    assert!(lines.by_ref().any(|l| searches(l.unwrap())));
-    let kill = Command::new("kill").arg("-INT").arg(child.id().to_string()).status().unwrap();
-    assert!(kill.success());
-    lines.for_each(drop);
-    assert_eq!(child.wait().unwrap().code(), Some(130));
+    // before the first iteration there is no best; how soon that ends goes by the machine
+    let waits = [0, 100, 300, 1000, 3000].map(Duration::from_millis);
+    let writes = |after: &Duration| {
+        interrupted(&campaign, &out, &["--method", "simplex"], *after);
+        out.join("fit.json").exists()
+    };
+    assert!(waits.iter().any(writes));
     let (v, c) = (answer(&out), certificate(&out));
     assert_eq!((&v["converged"], c["stopped"].as_str()), (&Value::Bool(false), Some("interrupted")));
-    assert!(v["parameters"]["k"].as_f64().unwrap() > 1e5 && out.join("report.html").exists());
+    assert!(v["parameters"]["k"].as_f64().unwrap() > 1e5);
 }
 
 #[test]

@@ -191,7 +191,7 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let forms = Forms::new(d, &of);
     let judged = d.posterior.with_unknown(forms.ln_behind(), d.table.level);
     let stands_for = |s: &learn::Set| {
-        let slow = learn::relaxes_instead(&s.law.classes).map(|c| (names_of_classes(&c), 0.5));
+        let slow = s.law.instead().map(|(classes, share)| (names_of_classes(&classes), share));
         let stiffens = || Some((vec![learn::GROWS], forms.grows(s, &given)?));
         let instead = slow.or_else(stiffens);
         let share = instead.as_ref().map_or(0.0, |i| i.1);
@@ -229,14 +229,15 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let courses: Vec<Course> = courses.map(course).collect();
     let misfit = of_courses(&courses, law.press.force);
     let groups = groups(data);
-    let laws = laws_without(&all, &groups, &given, numbers);
-    let heldout = predicted(d, &all, &laws, limit);
-    let named_without = |out: Vec<usize>| {
-        let law = laws[*out.first()?].as_ref()?;
-        let named = names_of_classes(&law.classes).into_iter().filter(|n| *n != UNKNOWN).collect();
-        Some((out, named))
+    let without = learned_without(&all, &groups, &given, numbers);
+    let law_without = |r: usize| {
+        let fold = groups.iter().position(|out| out.contains(&r))?;
+        Some(&without[fold].as_ref()?.sets.first()?.law)
     };
-    let folds = groups.into_iter().filter_map(named_without).collect();
+    let laws: Vec<Option<&Law>> = (0..all.len()).map(law_without).collect();
+    let heldout = predicted(d, &all, &laws, limit);
+    let named = |l: &learn::Learned| likely_by(l, &names_of_classes);
+    let folds = groups.iter().zip(&without).filter_map(|(out, l)| Some((out.clone(), named(l.as_ref()?)))).collect();
     let mut learned = Learned { of, set, names: Vec::new(), heldout, courses, leads, misfit, folds };
     learned.names = likely.into_iter().filter_map(|n| learned.named(n, &posterior)).collect();
     Some((learned, posterior))
@@ -318,23 +319,44 @@ fn misfit_of(f: &Fitted) -> f64 {
     (squares / f64::max(n, 1.0)).sqrt() / range
 }
 
-/// The law that each recording is predicted by: learned without the group it is in; of a single recording, from its first half.
-fn laws_without(
+/// Names that are likelier than not by what was learned, sorted; `names_of` a set of classes.
+fn likely_by(of: &learn::Learned, names_of: &impl Fn(&[usize]) -> Vec<&'static str>) -> Vec<&'static str> {
+    let mut all: Vec<(&'static str, f64)> = Vec::new();
+    let mut add = |names: Vec<&'static str>, probability: f64| {
+        for name in names {
+            match all.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, whole)) => *whole += probability,
+                None => all.push((name, probability)),
+            }
+        }
+    };
+    for s in &of.sets {
+        let instead = s.law.instead();
+        let share = instead.as_ref().map_or(0.0, |i| i.1);
+        add(names_of(&s.law.classes), (1.0 - share) * s.probability);
+        instead.into_iter().for_each(|(classes, share)| add(names_of(&classes), share * s.probability));
+    }
+    let mut names: Vec<&'static str> = all.into_iter().filter(|(_, p)| *p > 0.5).map(|(name, _)| name).collect();
+    names.retain(|name| *name != UNKNOWN);
+    names.sort_unstable();
+    names
+}
+
+/// What is learned without each group of recordings; of a single recording, from its first half.
+fn learned_without(
     all: &[Recording],
     groups: &[Vec<usize>],
     given: &[usize],
     numbers: &learn::Numbers,
-) -> Vec<Option<Law>> {
+) -> Vec<Option<learn::Learned>> {
     let without = |out: &Vec<usize>| {
         let seen: Vec<Recording> = match all {
             [one] => vec![first_half(one)],
             _ => (0..all.len()).filter(|r| !out.contains(r)).map(|r| all[r].clone()).collect(),
         };
-        learn::learn_to_predict(&seen, given, numbers).and_then(|l| Some(l.sets.into_iter().next()?.law))
+        learn::learn_to_predict(&seen, given, numbers)
     };
-    let laws: Vec<Option<Law>> = groups.par_iter().map(without).collect();
-    let of = |r: usize| laws[groups.iter().position(|out| out.contains(&r))?].clone();
-    (0..all.len()).map(of).collect()
+    groups.par_iter().map(without).collect()
 }
 
 /// Misfit of a law over all samples, rms over the range of force.
@@ -346,10 +368,10 @@ fn of_courses(courses: &[Course], range: f64) -> f64 {
 }
 
 /// Every recording as a law that has not seen it has it, its other channels as the simulation as given has them.
-fn predicted(d: &Decision, all: &[Recording], laws: &[Option<Law>], limit: Option<FlatTop>) -> HeldOut {
+fn predicted(d: &Decision, all: &[Recording], laws: &[Option<&Law>], limit: Option<FlatTop>) -> HeldOut {
     let data = &*d.base.data;
     let force = Channel::Force.index();
-    let found: Vec<_> = laws.iter().zip(all).map(|(law, r)| law.as_ref().map(|l| (l, l.predict(r)))).collect();
+    let found: Vec<_> = laws.iter().zip(all).map(|(law, r)| law.map(|l| (l, l.predict(r)))).collect();
     let mut judged = d.before.predictions.judged.clone();
     for (y, f) in judged.iter_mut().zip(&found) {
         if let Some((_, (f, _))) = f {

@@ -40,14 +40,6 @@ pub const PARTED_BY_RATES: (Option<&str>, &[&str]) =
 /// The name of an elastic law of several powers of the depth, where the simulation has one power: a stiffness that grows.
 pub const GROWS: &str = "secondary_stiffening";
 
-/// The same classes without plasticity, where relaxation is among them: a branch that relaxes slower than the recordings last leaves
-/// what a permanent set leaves, and one touch of a place cannot part the two. Both are as likely beforehand.
-pub fn relaxes_instead(classes: &[usize]) -> Option<Vec<usize>> {
-    let is = |c: &usize, name: &str| ALL[*c].mechanism == Some(name);
-    let both = ["viscoelastic_relaxation", "plastic_indentation"].iter().all(|n| classes.iter().any(|c| is(c, n)));
-    both.then(|| classes.iter().copied().filter(|c| !is(c, "plastic_indentation")).collect())
-}
-
 /// The mechanism that a permanent set may be instead where no place is touched twice: a set that has not come back when a recording
 /// ends may come back later, so that relaxation slower than the recordings last leaves the same. None of any other mechanism.
 pub fn comes_back_instead(mechanism: &str) -> Option<&'static str> {
@@ -226,15 +218,19 @@ fn stiffening(p: &Path, _: &Press) -> Vec<Vec<f64>> {
     STOPS.iter().flat_map(|d| [beyond(*d, 1.0), beyond(*d, 2.0)]).collect()
 }
 
-/// Constant along the way, and hats of a quarter of it.
+/// Constant along the way, and hats of a quarter of it and of an eighth.
 fn friction(p: &Path, _: &Press) -> Vec<Vec<f64>> {
     let touches = |i: usize| if p.x[i] > 0.0 { p.sign[i] } else { 0.0 };
-    let hat = |c: f64| p.each(|i| touches(i) * (1.0 - (p.below(i) - c).abs() / 0.25).max(0.0));
-    std::iter::once(p.each(touches)).chain([0.0, 0.25, 0.5, 0.75, 1.0].map(hat)).collect()
+    let hat = |c: f64, width: f64| p.each(|i| touches(i) * (1.0 - (p.below(i) - c).abs() / width).max(0.0));
+    let hats = |n: usize| (0..=n).map(move |k| (k as f64 / n as f64, 1.0 / n as f64));
+    let of_place = hats(4).chain(hats(8)).map(|(c, width)| hat(c, width));
+    std::iter::once(p.each(touches)).chain(of_place).collect()
 }
 
-/// Time constants of a spectrum, over the length of a recording from a 300th to a half.
-const RELAXES: usize = 7;
+/// Time constants of a spectrum, over the length of a recording from a 300th to a half; and those of them, the slowest, that hardly
+/// fade while it lasts.
+pub(crate) const RELAXES: usize = 7;
+pub(crate) const SLOW: usize = 2;
 
 /// Maxwell branches with a spectrum of time constants, driven by powers of the depth: of a layer, a sphere and a cone (Tschoegl 1989).
 fn relaxation(p: &Path, _: &Press) -> Vec<Vec<f64>> {
@@ -348,13 +344,5 @@ mod tests {
         let path = Path::of(&of(1.0), 0.0, &press);
         let shapes = ALL.iter().flat_map(|c| (c.shapes)(&path, &press));
         assert!(shapes.flatten().all(f64::is_finite));
-    }
-
-    #[test]
-    fn a_permanent_set_beside_relaxation_may_be_a_slow_branch() {
-        let at = |name: &str| ALL.iter().position(|c| c.name == name).unwrap();
-        let (relaxation, plasticity, adhesion) = (at("relaxation"), at("plasticity"), at("adhesion"));
-        assert_eq!(relaxes_instead(&[relaxation, adhesion, plasticity]), Some(vec![relaxation, adhesion]));
-        assert!(relaxes_instead(&[adhesion, plasticity]).is_none() && relaxes_instead(&[relaxation]).is_none());
     }
 }

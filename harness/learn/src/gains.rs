@@ -6,6 +6,9 @@ use crate::weigh::{Learned, Numbers, Set};
 
 /// Rounds in which the law and the factors are found in turns.
 const ROUNDS: usize = 3;
+/// Share of what factors cost that they have to be worth on the law of recordings that are alike, for another law to be learned with
+/// them: on their own they are worth more.
+const WORTH: f64 = 0.3;
 /// Change of a factor that no round follows any more.
 const SETTLED: f64 = 1e-3;
 
@@ -21,9 +24,10 @@ fn pairs(recordings: &[Recording], law: &Law, numbers: &Numbers) -> Vec<Pairs> {
     recordings.iter().zip(&law.surfaces).map(of_one).collect()
 }
 
-/// The factor of each recording on a law that was learned of them, about their geometric mean.
-pub(crate) fn factors_of(recordings: &[Recording], law: &Law, numbers: &Numbers) -> Vec<f64> {
-    factors(&pairs(recordings, law, numbers))
+/// ln of the factor of each recording on a law that was learned of them; 0 where the law has no force.
+pub(crate) fn ln_factors(recordings: &[Recording], law: &Law, numbers: &Numbers) -> Vec<f64> {
+    let of_one = |pairs: &Pairs| Some(factor(pairs.iter().copied())).filter(|f| *f > 0.0).unwrap_or(1.0).ln();
+    pairs(recordings, law, numbers).iter().map(of_one).collect()
 }
 
 /// The factor by which a law is the nearest to what was read, by least squares of pairs (read, law); no number where the law is zero.
@@ -32,12 +36,15 @@ pub fn factor(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
     by / squares
 }
 
-/// The factor of each recording about their geometric mean, for what all have in common is the law's own; 1 where the law has no force.
-fn factors(of: &[Pairs]) -> Vec<f64> {
-    let of_one = |pairs: &Pairs| Some(factor(pairs.iter().copied())).filter(|f| *f > 0.0).unwrap_or(1.0);
-    let all: Vec<f64> = of.iter().map(of_one).collect();
-    let mean = (all.iter().map(|f| f.ln()).sum::<f64>() / all.len().max(1) as f64).exp();
-    all.iter().map(|f| f / mean).collect()
+/// The factor of each recording about the geometric mean of its level, for what the recordings of a level have in common is the law's
+/// own; 1 where the law has no force.
+fn factors(recordings: &[Recording], law: &Law, numbers: &Numbers) -> Vec<f64> {
+    let ln = ln_factors(recordings, law, numbers);
+    let of_level = |level: usize| {
+        let own: Vec<f64> = recordings.iter().zip(&ln).filter(|(r, _)| r.level == level).map(|(_, ln)| *ln).collect();
+        own.iter().sum::<f64>() / own.len() as f64
+    };
+    recordings.iter().zip(&ln).map(|(r, ln)| (ln - of_level(r.level)).exp()).collect()
 }
 
 /// The sum of squares that a law leaves, each recording with its gain, share of the range of force `range`, N.
@@ -47,37 +54,38 @@ fn left(of: &[Pairs], gains: &[f64], range: f64) -> f64 {
     of.iter().zip(gains).map(of_one).sum()
 }
 
-/// ln weight that a factor of each recording costs: as a class, with a parameter of each but one.
+/// ln weight that a factor of each recording costs: as a class, with a parameter of each but one of every level.
 fn ln_cost(recordings: usize, of: &Learned, numbers: &Numbers) -> f64 {
-    let parameters = (recordings - 1) as f64;
+    let parameters = (recordings - of.sets[0].law.press.levels.len()) as f64;
     numbers.class - 0.5 * parameters * of.scale.independent.ln() / numbers.temperature
 }
 
-/// One law of all recordings, `alike`, weighed against one law with a factor of each recording; `learn` learns a law of recordings.
-/// Where no factor can be worth its parameter no other law is learned.
+/// One law of all recordings, `alike`, weighed against one law with a factor of each recording; `learn` learns a law of recordings
+/// whose forces were divided by such factors.
+/// Where factors are worth little on the law of recordings that are alike no other law is learned.
 pub(crate) fn weighed(
     recordings: &[Recording],
     alike: Learned,
     numbers: &Numbers,
-    learn: impl Fn(&[Recording]) -> Option<Learned>,
+    learn: impl Fn(&[Recording], &[f64]) -> Option<Learned>,
 ) -> Learned {
-    if recordings.len() < 2 {
+    if recordings.len() <= alike.sets[0].law.press.levels.len() {
         return alike;
     }
     let read = pairs(recordings, &alike.sets[0].law, numbers);
-    let mut gains = factors(&read);
+    let mut gains = factors(recordings, &alike.sets[0].law, numbers);
     let range = alike.sets[0].law.press.force;
     let ln = |gains: &[f64]| alike.scale.ln_evidence(left(&read, gains, range), 0) / numbers.temperature;
     let cost = ln_cost(recordings.len(), &alike, numbers);
-    if ln(&gains) + cost <= ln(&alike.gains) {
+    if ln(&gains) + WORTH * cost <= ln(&alike.gains) {
         return alike;
     }
     let mut best: Option<Learned> = None;
     for _ in 0..ROUNDS {
         let scaled: Vec<Recording> =
             recordings.iter().zip(&gains).map(|(r, g)| r.over(*g, numbers.discrepancy)).collect();
-        let Some(of) = learn(&scaled) else { break };
-        let more = factors_of(&scaled, &of.sets[0].law, numbers);
+        let Some(of) = learn(&scaled, &gains) else { break };
+        let more = factors(&scaled, &of.sets[0].law, numbers);
         let of = Learned { gains: gains.clone(), ..of };
         if best.as_ref().is_none_or(|b| of.ln_weight > b.ln_weight) {
             best = Some(of);

@@ -1,6 +1,6 @@
 //! A law that was learned: which classes it is made of, their shapes, and what it predicts.
 
-use crate::classes::{elastic, Class, ALL};
+use crate::classes::{elastic, Class, ALL, RELAXES, SLOW};
 use crate::press::{Path, Press, Recording};
 
 /// A sum of classes with the shapes that were learned.
@@ -28,6 +28,28 @@ impl Law {
     /// The classes it is made of.
     pub fn classes(&self) -> impl Iterator<Item = &'static Class> + '_ {
         self.classes.iter().map(|c| &ALL[*c])
+    }
+
+    /// Other classes that may be there in the place of these, and how likely, 0 to 1: a branch that relaxes slower than the recordings
+    /// last leaves what a permanent set leaves, and one touch of a place cannot part the two. A set beside relaxation may be such a
+    /// branch, and as much of relaxation as such branches are may be a set; both are as likely beforehand. None where nothing of the
+    /// kind is there.
+    pub fn instead(&self) -> Option<(Vec<usize>, f64)> {
+        let of = |name: &str| ALL.iter().position(|c| c.mechanism == Some(name));
+        let (relaxation, plasticity) = (of("viscoelastic_relaxation")?, of("plastic_indentation")?);
+        let at = self.classes.iter().position(|c| *c == relaxation)?;
+        if self.classes.contains(&plasticity) {
+            return Some((self.classes.iter().copied().filter(|c| *c != plasticity).collect(), 0.5));
+        }
+        let (mut slow, mut whole) = (0.0, 0.0);
+        for branches in self.coefficients[at + 1].chunks(RELAXES) {
+            whole += branches.iter().sum::<f64>();
+            slow += branches.iter().rev().take(SLOW).sum::<f64>();
+        }
+        let mut classes: Vec<usize> = self.classes.iter().copied().filter(|c| *c != relaxation).collect();
+        classes.push(plasticity);
+        classes.sort_unstable();
+        (slow > 0.0).then_some((classes, 0.5 * slow / whole))
     }
 
     /// The force along a recording, of its motion alone but for where its surface is, m. A contact that does not stick does not
@@ -73,5 +95,45 @@ impl Law {
             }
         }
         (best.1, best.2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_permanent_set_beside_relaxation_may_be_a_slow_branch_and_slow_branches_a_set() {
+        let at = |name: &str| ALL.iter().position(|c| c.name == name).unwrap();
+        let (relaxation, plasticity, adhesion) = (at("relaxation"), at("plasticity"), at("adhesion"));
+        let law = |classes: &[usize], branches: &[(usize, f64)]| {
+            let of = |c: &usize| {
+                let mut by = vec![0.0; 3 * RELAXES];
+                branches.iter().filter(|_| *c == relaxation).for_each(|(i, b)| by[*i] = *b);
+                by
+            };
+            Law {
+                classes: classes.to_vec(),
+                coefficients: std::iter::once(vec![1.0]).chain(classes.iter().map(of)).collect(),
+                press: Press {
+                    depth: 1.0,
+                    force: 1.0,
+                    rate: 1.0,
+                    pull: None,
+                    orders: (0.0, 0.0),
+                    levels: vec![0],
+                    values: None,
+                },
+                surface: 0,
+                surfaces: vec![0.0],
+            }
+        };
+        let fast = [(1, 1.0)];
+        let both = law(&[relaxation, adhesion, plasticity], &fast).instead();
+        assert_eq!(both, Some((vec![relaxation, adhesion], 0.5)));
+        assert!(law(&[adhesion, plasticity], &[]).instead().is_none() && law(&[relaxation], &fast).instead().is_none());
+        // three quarters of the spectrum hardly fade
+        let (classes, share) = law(&[relaxation, adhesion], &[(1, 1.0), (6, 2.0), (12, 1.0)]).instead().unwrap();
+        assert_eq!((classes, share), (vec![adhesion, plasticity], 0.375));
     }
 }

@@ -14,7 +14,7 @@ mod order;
 pub mod press;
 pub mod weigh;
 
-pub use classes::{comes_back_instead, relaxes_instead, Class, ALL, GROWS, PARTED_BY_RATES};
+pub use classes::{comes_back_instead, Class, ALL, GROWS, PARTED_BY_RATES};
 pub use gains::factor;
 pub use law::Law;
 pub use press::{highest, Press, Recording};

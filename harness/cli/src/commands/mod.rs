@@ -200,7 +200,7 @@ fn failed(e: &anyhow::Error) -> ExitCode {
     print::error(&print::cured_of(format!("{e:#}"), e));
     let died = e.chain().filter_map(|c| c.downcast_ref::<host::HostError>()).any(host::HostError::is_death);
     match died {
-        true if interrupted() => interrupted_code(),
+        _ if interrupted() => interrupted_code(),
         true => ExitCode::from(DIED_CODE),
         false => ExitCode::from(2),
     }
