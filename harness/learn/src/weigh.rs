@@ -76,8 +76,6 @@ impl Learned {
 const SAMPLES: usize = 1600;
 const MOST: usize = 300;
 const LEAST: usize = 60;
-/// Surfaces that are followed through all sets.
-const SURFACES: usize = 5;
 /// Classes of a set at most, and sets that are built on at each size.
 const CLASSES: usize = 4;
 const BUILT_ON: usize = 6;
@@ -288,7 +286,6 @@ fn learn_alike(
         .collect();
     placed.sort_by(|a, b| a.0.total_cmp(&b.0));
     placed.dedup_by(|a, b| a.1.press == b.1.press && a.1.sticks.b == b.1.sticks.b);
-    placed.truncate(SURFACES);
     let placed: Vec<Placed> = placed.into_iter().map(|p| p.1).collect();
     // of each set the place that has the most evidence, and the fit there
     type Weighed = BTreeMap<Vec<usize>, (usize, Fit)>;
