@@ -41,6 +41,7 @@ const MOST: usize = 80;
 const EXCHANGES: usize = 50;
 
 /// The normal equations of shapes A and readings y: A'A, A'y and y'y.
+#[derive(Clone)]
 pub struct Normal {
     pub a: DMatrix<f64>,
     pub b: DVector<f64>,

@@ -127,7 +127,8 @@ impl Placed {
         };
         // what does not count leaves nothing
         y.iter_mut().zip(&known).filter(|(_, known)| !**known).for_each(|(y, _)| *y = 0.0);
-        let (sticks, slips) = (normal(&y, &|i| known[i]), normal(&y, &|i| known[i] && !pulls[i]));
+        let sticks = normal(&y, &|i| known[i]);
+        let slips = if pulls.contains(&true) { normal(&y, &|i| known[i] && !pulls[i]) } else { sticks.clone() };
         let n = known.iter().filter(|k| **k).count().max(1);
         let independent = numbers.independent * press.levels.len() as f64;
         let scale = Scale { samples: n as f64, independent, discrepancy: small };
@@ -276,17 +277,15 @@ fn learn_alike(
 ) -> Option<Learned> {
     let surfaces: Vec<Vec<f64>> = means.iter().map(Recording::surfaces).collect();
     let every: Vec<usize> = (0..ALL.len()).filter(|c| may_be(*c)).collect();
-    let mut placed: Vec<(f64, Placed)> = (0..surfaces[0].len())
-        .into_par_iter()
-        .filter_map(|rule| {
-            let p = Placed::new(means, &surfaces, rule, numbers)?;
-            let most = p.sticks.of(&p.indices(&every)).fit(&p.scale);
-            Some((most.left, p))
-        })
-        .collect();
-    placed.sort_by(|a, b| a.0.total_cmp(&b.0));
-    placed.dedup_by(|a, b| a.1.press == b.1.press && a.1.sticks.b == b.1.sticks.b);
-    let placed: Vec<Placed> = placed.into_iter().map(|p| p.1).collect();
+    let rules = (0..surfaces[0].len()).into_par_iter();
+    let every_place: Vec<Placed> = rules.filter_map(|rule| Placed::new(means, &surfaces, rule, numbers)).collect();
+    // several rules may find one place
+    let mut placed: Vec<Placed> = Vec::new();
+    for p in every_place {
+        if !placed.iter().any(|q| q.press == p.press && q.sticks.b == p.sticks.b) {
+            placed.push(p);
+        }
+    }
     // of each set the place that has the most evidence, and the fit there
     type Weighed = BTreeMap<Vec<usize>, (usize, Fit)>;
     let weigh = |set: &Vec<usize>| {
@@ -356,7 +355,7 @@ fn learn_alike(
     Some(Learned {
         sets,
         ln_weight: top + whole.ln(),
-        scale: placed[0].scale,
+        scale: placed.first()?.scale,
         elastic,
         rates_differ: rates_differ(means, numbers.discrepancy),
         gains: vec![1.0; means.len()],
