@@ -317,7 +317,11 @@ impl Decision {
     /// Takes the unknown cause apart into classes of forces that are learned as functions.
     pub fn learn(&mut self, c: &Campaign) {
         let Some((l, posterior)) = learned(c, self) else { return };
-        self.posterior = posterior;
+        // where laws of free shape neither lead nor name anything, what was decided without them stays, and why
+        let is_mute = !l.leads && l.names.is_empty() && self.chosen.names().is_empty();
+        if !is_mute {
+            self.posterior = posterior;
+        }
         if l.leads {
             // what stood in for the unknown is known now
             self.chosen = self.base.clone();
