@@ -495,6 +495,14 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn a_number_of_a_verdict_is_read_as_it_was_written() {
+        // one that a reader which rounds twice has a bit off
+        let text = "0.039478680975385476";
+        let read: f64 = serde_json::from_str(text).unwrap();
+        assert_eq!(Some(read), text.parse().ok());
+    }
+
+    #[test]
     fn what_matters_comes_first_and_the_lost_are_named() {
         let t = tempfile::tempdir().unwrap();
         let out = t.path();
