@@ -75,12 +75,13 @@ def test_several_matrices_with_a_clock_of_their_own_are_tables_of_their_own(tmp_
     path = tmp_path / "a.mat"
     t = np.arange(400) * 1e-4
     drops = {f"drop{i}": np.stack([t, np.sin(i + t)], 1) for i in range(3)}
-    savemat(path, {**drops, "beside": t})
+    savemat(path, {**drops, "beside": np.cos(t)})
     groups = {g["name"]: [c["name"] for c in g["channels"]] for g in dump(path)["groups"]}
     assert groups == {**{name: [f"{name} 1", f"{name} 2"] for name in drops}, "400 samples": ["beside"]}
-    # one alone may belong to the vectors beside it
-    savemat(path, {"drop": drops["drop0"], "beside": t})
-    assert [len(g["channels"]) for g in dump(path)["groups"]] == [3]
+    # one alone may belong to the vectors beside it, and all have the clock that lies beside them
+    for contents, channels in [({"drop": drops["drop0"], "beside": np.cos(t)}, 3), ({**drops, "t": t}, 7)]:
+        savemat(path, contents)
+        assert [len(g["channels"]) for g in dump(path)["groups"]] == [channels]
 
 
 @pytest.mark.parametrize("compressed", [False, True])

@@ -175,20 +175,23 @@ fn open(path: &Path) -> Result<Box<dyn Source>, Fault> {
 const GROW: u64 = 1000;
 const FEWEST: u64 = 8;
 
-/// Indices of the matrices that are tables of their own: several whose first column grows, each its own clock. A single one may
-/// belong to the vectors beside it.
+/// Indices of the matrices that are tables of their own: several whose first column grows, each its own clock, and no vector of their
+/// length that grows, which would be the clock of all. A single one may belong to the vectors beside it.
 fn tables(contents: &mut Contents) -> Result<HashSet<usize>, Fault> {
-    let mut all = HashSet::new();
-    for (i, m) in contents.matrices.iter().enumerate() {
-        if m.channels() < 2 || m.samples() < FEWEST {
-            continue;
-        }
+    let (mut all, mut clocks) = (HashSet::new(), HashSet::new());
+    for (i, m) in contents.matrices.iter().enumerate().filter(|(_, m)| m.samples() >= FEWEST) {
         let mut first = vec![0.0; m.samples().min(GROW) as usize];
         contents.areas[m.area].numbers(m.at, m.strides().1, m.number, m.order, &mut first)?;
-        if first.windows(2).all(|w| w[1] > w[0]) {
+        if !first.windows(2).all(|w| w[1] > w[0]) {
+            continue;
+        }
+        if m.channels() > 1 {
             all.insert(i);
+        } else {
+            clocks.insert(m.samples());
         }
     }
+    all.retain(|i| !clocks.contains(&contents.matrices[*i].samples()));
     Ok(if all.len() > 1 { all } else { HashSet::new() })
 }
 
