@@ -342,7 +342,7 @@ fn likely_by(of: &learn::Learned, names_of: &impl Fn(&[usize]) -> Vec<&'static s
     names
 }
 
-/// What is learned without each group of recordings; of a single recording, from its first half.
+/// Laws learned without each group of recordings; of a single recording, from its first half.
 fn learned_without(
     all: &[Recording],
     groups: &[Vec<usize>],

@@ -299,7 +299,7 @@ fn by_order(p: &Path, press: &Press, sign: f64) -> Vec<Vec<f64>> {
     [p.order, p.order.max(0.0).sqrt()].map(|g| p.each(|i| sign * g * p.below(i).powf(1.5))).to_vec()
 }
 
-/// What comes back of the deepest point, shares of it, each four fifths of the one before: as little as of metals (Oliver and Pharr
+/// Shares of the deepest point that come back, each four fifths of the one before: as little as of metals (Oliver and Pharr
 /// 1992). Powers of the way back to the set, and of the way in that it takes the place of: between them lie the powers of the
 /// elastic law.
 const COMES_BACK: [f64; 17] =

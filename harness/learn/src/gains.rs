@@ -26,8 +26,12 @@ fn pairs(recordings: &[Recording], law: &Law, numbers: &Numbers) -> Vec<Pairs> {
 
 /// ln of the factor of each recording on a law that was learned of them; 0 where the law has no force.
 pub(crate) fn ln_factors(recordings: &[Recording], law: &Law, numbers: &Numbers) -> Vec<f64> {
+    ln_factors_of(&pairs(recordings, law, numbers))
+}
+
+fn ln_factors_of(all: &[Pairs]) -> Vec<f64> {
     let of_one = |pairs: &Pairs| Some(factor(pairs.iter().copied())).filter(|f| *f > 0.0).unwrap_or(1.0).ln();
-    pairs(recordings, law, numbers).iter().map(of_one).collect()
+    all.iter().map(of_one).collect()
 }
 
 /// The factor by which a law is the nearest to what was read, by least squares of pairs (read, law); no number where the law is zero.
@@ -38,8 +42,8 @@ pub fn factor(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
 
 /// The factor of each recording about the geometric mean of its level, for what the recordings of a level have in common is the law's
 /// own; 1 where the law has no force.
-fn factors(recordings: &[Recording], law: &Law, numbers: &Numbers) -> Vec<f64> {
-    let ln = ln_factors(recordings, law, numbers);
+fn factors(recordings: &[Recording], of: &[Pairs]) -> Vec<f64> {
+    let ln = ln_factors_of(of);
     let of_level = |level: usize| {
         let own: Vec<f64> = recordings.iter().zip(&ln).filter(|(r, _)| r.level == level).map(|(_, ln)| *ln).collect();
         own.iter().sum::<f64>() / own.len() as f64
@@ -73,7 +77,7 @@ pub(crate) fn weighed(
         return alike;
     }
     let read = pairs(recordings, &alike.sets[0].law, numbers);
-    let mut gains = factors(recordings, &alike.sets[0].law, numbers);
+    let mut gains = factors(recordings, &read);
     let range = alike.sets[0].law.press.force;
     let ln = |gains: &[f64]| alike.scale.ln_evidence(left(&read, gains, range), 0) / numbers.temperature;
     let cost = ln_cost(recordings.len(), &alike, numbers);
@@ -85,7 +89,7 @@ pub(crate) fn weighed(
         let scaled: Vec<Recording> =
             recordings.iter().zip(&gains).map(|(r, g)| r.over(*g, numbers.discrepancy)).collect();
         let Some(of) = learn(&scaled, &gains) else { break };
-        let more = factors(&scaled, &of.sets[0].law, numbers);
+        let more = factors(&scaled, &pairs(&scaled, &of.sets[0].law, numbers));
         let of = Learned { gains: gains.clone(), ..of };
         if best.as_ref().is_none_or(|b| of.ln_weight > b.ln_weight) {
             best = Some(of);

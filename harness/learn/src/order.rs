@@ -1,4 +1,4 @@
-//! What speaks for a stiffness that follows the order of the recordings counts recordings, not samples: each has one stiffness, and
+//! Evidence for a stiffness that follows the order of the recordings counts recordings, not samples: each has one stiffness, and
 //! those of places or samples that differ lie in some order, too.
 
 /// ln evidence of a course by the order against none: of the recordings' places in the order, 0 to 1, and the logarithms of their

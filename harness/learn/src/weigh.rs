@@ -91,7 +91,7 @@ struct Placed {
     sticks: Normal,
     slips: Normal,
     scale: Scale,
-    /// What differences of ln evidence are divided by.
+    /// [`Numbers::temperature`].
     temperature: f64,
 }
 

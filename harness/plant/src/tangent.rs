@@ -7,7 +7,7 @@
 
 use crate::setup::Setup;
 use crate::simulate::{scaled, Local, Trace};
-use law::learned::COEFFICIENTS;
+use law::learned::{COEFFICIENTS, TERMS};
 use law::Memory;
 use mechanisms::learned_force::{LearnedForces, SIDE_BY_SIDE};
 use mechanisms::physics::Physics;
@@ -177,7 +177,7 @@ impl Body<'_> {
         let forces = &self.p.learned_forces.0;
         let finest = |change: &Change| {
             let f = &forces[change.force];
-            let last = change.coefficients.iter().map(|(c, _)| c % (COEFFICIENTS / 2)).max().unwrap_or(0);
+            let last = change.coefficients.iter().map(|(c, _)| c % TERMS).max().unwrap_or(0);
             let way = if f.of.is_of_speed() {
                 (to.v - from.v) / (law::learned::SPEEDS * f.learned.speed)
             } else {
@@ -295,7 +295,7 @@ mod tests {
     use super::*;
     use crate::integrate::Control;
     use crate::simulate::simulate;
-    use law::learned::{Learned, TERMS};
+    use law::learned::Learned;
     use mechanisms::learned_force::{Dependence, LearnedForce};
 
     /// A body of 1 kg that meets a stop of 1e8 N/m^1.5 at 1 m/s, sampled so often in the impact; what is learned beside it.

@@ -2,6 +2,7 @@
 
 use super::fit::Part;
 use super::{Nuisance, Point, Problem, STIFFNESS_SCALE};
+use mechanisms::learned_force::LearnedForces;
 use mechanisms::physics::Physics;
 use nalgebra::{DMatrix, DVector};
 use plant::chain::readings;
@@ -205,6 +206,10 @@ impl Problem<'_> {
         active: &[bool],
     ) -> Vec<Option<Tangent>> {
         let ps = &self.model.parameters;
+        // most structures hold no such force, and need not be asked parameter by parameter
+        if phys.learned_forces == LearnedForces::default() {
+            return vec![None; ps.len()];
+        }
         let change = |j: usize| {
             let mut theta = point.theta.clone();
             theta[j] += ps[j].step;

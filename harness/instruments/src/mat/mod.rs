@@ -210,9 +210,9 @@ fn grouped(contents: &mut Contents, tables: &HashSet<usize>) -> (Vec<Group>, Vec
         // of structs in structs the innermost that has a time of this length
         let of_structs = matrix.structs().map(|s| (s.to_string(), matrix.samples()));
         let of_struct = of_structs.into_iter().find(|k| timed.contains(k));
-        let (in_struct, is_table) = (of_struct.is_some(), tables.contains(&i));
-        let alone = if is_table { (matrix.name.clone(), matrix.samples()) } else { (String::new(), matrix.samples()) };
-        let key = of_struct.unwrap_or(alone);
+        let in_struct = of_struct.is_some();
+        let alone = if tables.contains(&i) { matrix.name.clone() } else { String::new() };
+        let key = of_struct.unwrap_or((alone, matrix.samples()));
         let at = *places.entry(key.clone()).or_insert_with(|| {
             let properties = contents.texts.iter().take(PROPERTIES);
             let fits = |(name, text): &&(String, String)| {
