@@ -92,6 +92,25 @@ def limits(rows):
     return svg(fig)
 
 
+def fallen(found):
+    """Misfit of real campaigns on levels that the fit did not see, before and after what was found (rows of real.section)."""
+    rows = sorted((r for r in found if r["before"] and r["after"]), key=lambda r: r["after"] / r["before"])
+    fig, ax = plt.subplots(figsize=(7.5, 0.8 + 0.26 * max(len(rows), 1)))
+    for i, r in enumerate(rows):
+        before, after = 100 * r["before"], 100 * r["after"]
+        ax.plot([before, after], [i, i], color=GREY, lw=1, zorder=1)
+        ax.plot(before, i, "o", color=ORANGE, ms=5, label="simulation as given, recalibrated" if i == 0 else None)
+        ax.plot(after, i, "o", color=BLUE, ms=5, label="with what was found" if i == 0 else None)
+        named = " + ".join(r["named"]).replace("_", " ")
+        ax.annotate(named or ("a learned force" if after < 0.99 * before else "nothing"), (1.02, i), xycoords=("axes fraction", "data"), va="center", fontsize=7, color=GREY)
+    ax.set_yticks(range(len(rows)), [r["campaign"] for r in rows], fontsize=7.5)
+    ax.invert_yaxis()
+    ax.set_xscale("log")
+    ax.set_xlabel("misfit on levels that the fit did not see [% of range]")
+    ax.legend(loc="lower right", fontsize=7.5)
+    return svg(fig)
+
+
 def scoreboard(summ, targets):
     """Right answers by group with band, target and floor."""
     fig, ax = plt.subplots(figsize=(7, 2.9))

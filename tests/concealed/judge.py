@@ -177,6 +177,16 @@ def learned(verdict, truth):
     return dict(part=part in truth["origin"], depends=bool(said and want & set(first["classes"])) if want and truth["kind"] != "indentation" else None)
 
 
+NO_BETTER = 1.0     # chi2 by which a structure may end above one that it contains: a fit is stopped before the last of it
+
+
+def contained(verdict):
+    """How many of the structures tried fit worse than one that they contain, and how many pairs there are of which one contains the other."""
+    tried = [(set(s["forms"]), s["chi2"]) for s in verdict.get("evidence", {}).get("structures", [])]
+    pairs = [(a, b) for f, a in tried for g, b in tried if f < g]
+    return sum(b > a + NO_BETTER for a, b in pairs), len(pairs)
+
+
 def judge(case, truth, answer):
     """One case judged: a dict with what was right. `answer` is the folder with verdict.json and predictions."""
     g = group(truth)
@@ -186,7 +196,7 @@ def judge(case, truth, answer):
                answered=False, invalid=None, detected=False, named=[], also=[], unexplained=False, right=False, located=None,
                gain=None, before=None, after=None, oracle=truth["oracle_misfit"], parameters=[],
                part=False if scores.is_outside(want) else None, depends=None, share=None,
-               top=(0.0, False), held=None, open=[], believed=[], false_names=[], probability={}, worse=False)
+               top=(0.0, False), held=None, open=[], believed=[], false_names=[], probability={}, worse=False, poorer=False, contained=(0, 0))
     try:
         v = json.loads((answer / "verdict.json").read_text())
     except (OSError, ValueError) as e:
@@ -225,6 +235,8 @@ def judge(case, truth, answer):
     out["before"] = distance(case, answer / "predictions" / "before")
     out["after"] = distance(case, answer / "predictions" / "after")
     out["worse"] = bool(out["named"] and out["before"] and out["after"] and out["after"] > 1.005 * out["before"])
+    out["poorer"] = bool(out["before"] and out["after"] and out["after"] > 1.01 * out["before"])
+    out["contained"] = contained(v)
     if out["before"] and out["after"] and want and g != "unknown" and out["oracle"] and out["before"] > 1.02 * out["oracle"]:
         if out["after"] >= 0.6 * out["oracle"]:
             out["gain"] = (out["before"] - out["after"]) / (out["before"] - out["oracle"])

@@ -3,11 +3,12 @@ import html
 import json
 from collections import defaultdict
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from . import figures as fig
-from . import independent, scores
+from . import independent, known, planted, scores
 from .effects import STRANGE
 from .judge import TARGETS, TIES, band, summary
 
@@ -18,6 +19,17 @@ td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}.good{color:#2e7d4f
 code{background:#f1f3f5;padding:0 .25em;overflow-wrap:anywhere}img,svg{max-width:100%;height:auto}details{margin:.6em 0}summary{cursor:pointer}
 .case{border-left:3px solid #d8dce1;padding-left:1em;margin:1.4em 0}nav a{margin-right:1em}"""
 SINGLE = ("plain", "concealed", "deep", "faint")
+
+
+class Measured(NamedTuple):
+    """What was said of real recordings: of each campaign (real.sections), the same as html, and of what was planted into them (planted.judge)."""
+    found: list = []
+    html: str = ""
+    planted: list = []
+
+    def figures(self):
+        """{key of scores.TABLE: (value, k, n)}."""
+        return {**known.figures(self.found), **planted.figures(self.planted)}
 
 
 def seeds(head):
@@ -313,38 +325,53 @@ def beside_table(others):
     return rows_of(["method", "settings", "false alarms", "detected", "single effect named", "share of the oracle's gain, median", "processor s a case"], body, (2, 3, 4, 5, 6)) + f"<ul>{notes}</ul>"
 
 
-def certainty(out, rows, more):
+def certainty(rows, more, measured):
     """The table the diagnosis is held to over all groups, and how sure it was."""
-    body = [[esc(what), n, k, f'<b class="{ {True: "good", False: "bad", None: ""}[kept]}">{value}</b>', floor, goal] for what, n, k, value, floor, goal, kept in scores.lines(rows + more)]
+    body = [[esc(what), n, k, f'<b class="{ {True: "good", False: "bad", None: ""}[kept]}">{value}</b>', floor, goal] for what, n, k, value, floor, goal, kept in scores.lines(rows + more, measured.figures())]
     groups = rows_of(["group", "answers", "wrong names believed", "size of the 95 % sets, mean", "sets that hold the cause", "parameters inside their 95 % interval"],
                      [[esc(c) for c in line] for line in scores.by_group(rows + more)], (1, 2, 3, 4, 5))
     bad = [r for r in more if not r["right"]]
     rest = "".join(f"<tr><td>{esc(r['case'])}</td><td>{esc(r['group'])}</td><td>{esc(r['detail'])}</td><td>{esc(r['kind'])}</td><td>{esc(' + '.join(r['truth']) or 'nothing')}</td>"
                    f"<td>{esc(', '.join(r['forms']))}</td><td>{esc(', '.join(f'{n} {p:.2f}' for n, p in r['probability'].items()) or said(r))}</td></tr>" for r in bad)
     strangers = "".join(f"<p>Strangers, {esc(h)}.</p>" for h in scores.halves()) if more else ""
-    return ['<h2 id="sure">How sure it was</h2>', rows_of(["", "cases", "right", "value", "floor", "goal"], body, (1, 2, 3, 4, 5)), fig.reliability(scores.reliability(rows + more)), groups, strangers,
+    table = ['<h2 id="sure">How sure it was</h2>', rows_of(["", "cases", "right", "value", "floor", "goal"], body, (1, 2, 3, 4, 5))]
+    if not rows and not more:
+        return table
+    return [*table, fig.reliability(scores.reliability(rows + more)), groups, strangers,
             f"<details><summary>All {len(bad)} campaigns of the groups not answered right</summary><table><tr><th>case</th><th>group</th><th>of it</th><th>kind</th><th>hidden</th><th>form</th><th>said</th></tr>{rest}</table></details>" if more else ""]
 
 
-def write(out, head, rows, others, real, single_level, more=()):
-    """DIR/index.html and the two pictures of the book."""
+def planted_table(rows):
+    """What was planted into real recordings, and what was said of each."""
+    lines_ = [line.strip("| ").split(" | ") for line in planted.markdown(rows)]
+    body = [[esc(r["case"]), esc(r["campaign"]), esc(r["effect"]), f"{r['strength']:g}", "yes" if r["named"] else "no", esc(", ".join(r["found"]) or "nothing"), esc(", ".join(r["wrong"]))] for r in rows]
+    return rows_of(lines_[0], [[esc(c) for c in line] for line in lines_[2:]], (1,)) + "<details><summary>All of them</summary>" + \
+        rows_of(["case", "campaign", "planted", "times", "named", "said", "believed besides"], body, (3,)) + "</details>"
+
+
+def write(out, head, rows, others, measured, single_level, more=()):
+    """DIR/index.html and the pictures of the book."""
+    measured = measured or Measured()
     out.mkdir(parents=True, exist_ok=True)
     parts = [f"<!doctype html><meta charset=utf-8><title>Concealed effects, found blind</title><style>{STYLE}</style>", "<h1>Concealed effects, found blind</h1>"]
     more = list(more)
     if rows:
-        parts += blind(out, head, rows, others, real, single_level)
+        parts += blind(out, head, rows, others, measured, single_level)
     elif more:
         parts.append(f"<p>{len(more)} campaigns of groups, {seeds(head)}, {head['date']}, {made(head)}. Labels sealed before the diagnosis: sha256 <code>{head['sha256']}</code>. Again: <code>{command(head)}</code></p>")
-    if rows or more:
-        parts += certainty(out, rows, more)
+    if rows or more or measured.figures():
+        parts += certainty(rows, more, measured)
     if others:
         parts += ['<h2 id="beside">Beside what else one could use</h2>', beside_table(others)]
-    if real:
-        parts += ['<h2 id="real">Real recordings</h2>', real_table(real[0]), real[1]]
+    if measured.planted:
+        parts += ['<h2 id="planted">Planted into real recordings</h2>', f"<p>Labels sealed before the diagnosis: sha256 <code>{head['planted']}</code>.</p>", planted_table(measured.planted)]
+    if measured.found:
+        (out / "real.svg").write_text('<?xml version="1.0"?>\n' + fig.fallen(measured.found))
+        parts += ['<h2 id="real">Real recordings</h2>', fig.fallen(measured.found), real_table(measured.found), measured.html]
     (out / "index.html").write_text("\n".join(parts))
 
 
-def blind(out, head, rows, others, real, single_level):
+def blind(out, head, rows, others, measured, single_level):
     """The page's parts on concealed cases."""
     summ = summary(rows)
     score, det = fig.scoreboard(summ, TARGETS), fig.detection(rows)
@@ -355,7 +382,7 @@ def blind(out, head, rows, others, real, single_level):
         f"<p>{how_many(head)} campaigns drawn from {seeds(head)} by a laboratory that shares no code with the diagnosis; effects calibrated away until the base fits with R² over 0.99; "
         f"{k} of {n} plain and concealed single effects named with nothing besides. {head['date']}, {made(head)}.</p>",
         f"<p>Labels sealed before the diagnosis started: sha256 <code>{head['sha256']}</code>, and unchanged when they were opened. Again: <code>{command(head)}</code></p>",
-        '<nav><a href="#board">Scoreboard</a><a href="#limits">Limits</a><a href="#follow">One case</a><a href="#worst">Worst cases</a>' + ('<a href="#beside">Beside others</a>' if others else "") + ('<a href="#real">Real recordings</a>' if real else "") + "</nav>",
+        '<nav><a href="#board">Scoreboard</a><a href="#limits">Limits</a><a href="#follow">One case</a><a href="#worst">Worst cases</a>' + ('<a href="#beside">Beside others</a>' if others else "") + ('<a href="#real">Real recordings</a>' if measured.found else "") + "</nav>",
         '<h2 id="board">Scoreboard</h2>', board(rows, summ), seed_by_seed(rows, head), score,
         "<h2>By family and strength</h2>", families(rows),
         "<p>Strength is the misfit of the calibrated base over the noise, noise-free: plain 5 to 12, concealed 1.5 to 4.4, deep 0.42 to 1.0, faint 0.03 to 0.3.</p>",
@@ -371,12 +398,17 @@ def blind(out, head, rows, others, real, single_level):
     ]
 
 
-def markdown(head, rows, others, real, more=()):
+def markdown(head, rows, others, measured, more=()):
     """The tables for the book; more: rows of groups.py's campaigns."""
-    out, more = [], list(more)
-    figures = [f for r in real or [] for f in r["figures"]]
+    out, more, measured = [], list(more), measured or Measured()
+    if measured.found:
+        out += [f"Real recordings, {head['date']}, {made(head)}: what is known of each, what was named, and how the misfit on levels that the fit did not see fell (mean of rms over range):", "",
+                *known.markdown(measured.found), ""]
+    if measured.planted:
+        out += [f"Known effects planted into {len({r['campaign'] for r in measured.planted})} of them; labels sealed before the diagnosis, sha256 `{head['planted']}`:", "", *planted.markdown(measured.planted), ""]
+    figures = [f for r in measured.found for f in r["figures"]]
     if figures:
-        out += ["Real recordings: what a second sensor or the recordings themselves give without any model, beside the diagnosis:", "", *independent.markdown(figures), ""]
+        out += ["What a second sensor or the recordings themselves give without any model, beside the diagnosis:", "", *independent.markdown(figures), ""]
     if rows:
         out += [f"{how_many(head)[:1].upper()}{how_many(head)[1:]} concealed cases, {seeds(head)}, {head['date']}, {made(head)}; labels sha256",
                 f"`{head['sha256']}`; `{command(head)}`:", "",
@@ -400,17 +432,12 @@ def markdown(head, rows, others, real, more=()):
     if more:
         out += ["", f"With {len(more)} campaigns more, of the groups of tests/concealed/groups.py:" if rows else
                 f"{len(more)} campaigns of the groups of tests/concealed/groups.py, {seeds(head)}, {head['date']}, {made(head)}; labels sha256 `{head['sha256']}`; `{command(head)}`:"]
-    if rows or more:
-        out += [""] + scores.markdown(rows + more)
+    if rows or more or measured.figures():
+        out += [""] + scores.markdown(rows + more, measured.figures())
     if others:
         out += ["", f"Beside, on the first {others['cases']} of these cases:", "", "| | false alarms | detected | single effect named | share of the oracle's gain | processor s a case |", "|---|---|---|---|---|---|"]
         for m in others["methods"]:
             out.append(f"| {m['name']}, {m['settings']} | {m['alarms']}/{m['nulls']} | {m['detected']}/{m['effects']} | {m['named']}/{m['singles']} | {'-' if m['gain'] is None else format(m['gain'], '.2f')} | {m['seconds']:.1f} |")
-    if real:
-        out += ["", "Real recordings:", "", "| campaign | named | held-out misfit before | after | as the recordings themselves show |", "|---|---|---|---|---|"]
-        for r in real:
-            q = lambda x: "-" if x is None else f"{100 * x:.2f} %"
-            out.append(f"| {r['campaign']} | {' + '.join(r['named']) or 'nothing'}{' + unexplained' if r.get('unexplained') else ''} | {q(r['before'])} | {q(r['after'])} | { {True: 'yes', False: 'no', None: '-'}[r.get('as_shown')]} |")
     return "\n".join(out)
 
 
@@ -418,18 +445,30 @@ START, END = "<!-- proof: written by tests/prove --readme -->", "<!-- end of pro
 BOOK = Path("docs") / "src"
 
 
-# what the README says of scores.figures, in that order
-SENTENCES = {"null": "of {n} plain campaigns with nothing missing {k} are called so", "single": "of {n} plain and concealed effects {k} are named with nothing besides",
-        "wrong": "a wrong name is believed in {k} of {n} answers", "sets": "of {n} sets that claim to hold the cause with 95 % {k} hold it"}
+# what the README says of scores.figures, in that order: of real recordings, and of concealed campaigns
+MEASURED = {"real": "of {n} campaigns whose missing physics is known {k} are answered so", "real_wrong": "a wrong name is believed in {k} of them",
+            "misfit": "the misfit on levels that the fit did not see falls to {value:.2f} of what it was, in the median of {n}",
+            "planted6": "of {n} effects planted at 6 times what was unexplained {k} are named", "planted2": "of {n} at 2 times {k}",
+            "flat": "of {n} peaks cut flat {k}", "planted_wrong": "another name is believed in {k} of {n}"}
+CONCEALED = {"null": "of {n} plain campaigns with nothing missing {k} are called so", "single": "of {n} plain and concealed effects {k} are named with nothing besides",
+             "wrong": "a wrong name is believed in {k} of {n} answers", "sets": "of {n} sets that claim to hold the cause with 95 % {k} hold it"}
 
 
-def sentence(head, rows, more=()):
-    """What the README says of the proof."""
-    every = [*rows, *more]
-    got = scores.figures(every)
-    stated = "; ".join(words.format(n=got[key][2], k=got[key][1]) for key, words in SENTENCES.items() if key in got)
-    short = ", ".join(f'"{what}"' for what, *_, kept in scores.lines(every) if kept is False)
-    return f"Of {len(every)} concealed campaigns ({seeds(head)}, {head['date']}): {stated}." + (f" Short of the floors set for it: {short}." if short else "")
+def said_of(figures, words):
+    """The sentences of these words of which there are figures."""
+    return "; ".join(w.format(value=figures[key][0], n=figures[key][2], k=figures[key][1]) for key, w in words.items() if key in figures)
+
+
+def sentences(head, rows, more=(), measured=None):
+    """What the README says of the proof, real recordings first."""
+    every, besides = [*rows, *more], (measured or Measured()).figures()
+    out = []
+    if besides:
+        out += [f"Real recordings, {head['date']}: {said_of(besides, MEASURED)}.", ""]
+    if every:
+        out += [f"Of {len(every)} concealed campaigns ({seeds(head)}, {head['date']}): {said_of(scores.figures(every), CONCEALED)}.", ""]
+    short = ", ".join(f'"{what}"' for what, *_, kept in scores.lines(every, besides) if kept is False)
+    return [*out, f"Short of the floors set for it: {short}."] if short else out[:-1]
 
 
 def between(path, lines_):
@@ -440,20 +479,24 @@ def between(path, lines_):
     return text[:text.index(START)] + "\n".join([START, "", *lines_, ""]) + text[text.index(END):]
 
 
-def readme(root, out, head, rows, others, real, more=()):
-    """Puts tables and pictures into the book's page of the proof, and their sentence into the README."""
-    page_lines = [markdown(head, rows, others, real, more)]
+def readme(root, out, head, rows, others, measured, more=()):
+    """Puts tables and pictures into the book's page of the proof, and their sentences into the README."""
+    measured = measured or Measured()
+    page_lines = [markdown(head, rows, others, measured, more)]
+    if measured.found:
+        page_lines = ["![misfit of real recordings before and after](images/real.svg)", "", *page_lines]
     if rows:
         page_lines += ["", "![right answers by group](images/scoreboard.svg)", "", "![detected and named right against strength](images/detection.svg)"]
     texts = [(root / BOOK / "proof.md", page_lines)]
-    if rows or more:
-        texts.append((root / "README.md", [sentence(head, rows, more)]))
+    if rows or more or measured.found:
+        picture = ["![Misfit on levels that the fit did not see, real recordings](docs/src/images/real.svg)", ""] if measured.found else []
+        texts.append((root / "README.md", [*picture, *sentences(head, rows, more, measured)]))
     ready = [(path, between(path, lines_)) for path, lines_ in texts]
-    if rows:
-        pictures = root / BOOK / "images"
-        pictures.mkdir(exist_ok=True)
-        for name in ("scoreboard.svg", "detection.svg"):
-            (pictures / name).write_text((out / name).read_text())
+    drawn = ["scoreboard.svg", "detection.svg"] * bool(rows) + ["real.svg"] * bool(measured.found)
+    pictures = root / BOOK / "images"
+    pictures.mkdir(exist_ok=True)
+    for name in drawn:
+        (pictures / name).write_text((out / name).read_text())
     for path, text in ready:
         temp = path.with_suffix(".md.part")
         temp.write_text(text)

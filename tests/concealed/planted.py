@@ -1,29 +1,30 @@
-"""tests/planted: known effects planted into real recordings of imposed motion, where what they add is exact.
+"""Known effects planted into real recordings, where what they add is exact: forces where the motion is imposed, and in the measuring
+chain everywhere.
 
-The effect's visible part, what an elastic law cannot take, is `strength` times what such a law leaves of the recordings as they
-are. Equations are other ones than the classes and forms that the diagnosis has. Everything is drawn from the seed.
+The effect's visible part is `strength` times what the simulation as given cannot follow in the recordings as they are. Equations are
+other ones than the classes and forms that the diagnosis has. Everything is drawn from the seed, and the labels are sealed.
 """
-import argparse
 import csv
 import json
-import os
 import re
 import shutil
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[2]
-SI = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "N": 1.0, "kN": 1e3, "mN": 1e-3, "uN": 1e-6, "nN": 1e-9, "m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
+from .generate import label_hash
+from .scores import BELIEVED
+
+SI = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "N": 1.0, "kN": 1e3, "mN": 1e-3, "uN": 1e-6, "nN": 1e-9, "m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9,
+      "m/s^2": 1.0, "g": 9.80665}
 POWERS = (1.0, 1.5, 2.0, 2.5, 3.0)       # of the elastic law that the visible part is measured against
-BELIEVED = 0.9
+TOP = 0.15                               # share of the largest excursion that a flat top cuts off
+FLAT = "clipping"
 
 
 def read(path):
-    """(header, rows, {column: values in SI}, {column: its index})."""
+    """(header, rows, {column: values in SI}, {column: (its index, SI of its unit)})."""
     with open(path, newline="") as f:
         head, *rows = list(csv.reader(f))
     names = [h.split(" [")[0].strip() for h in head]
@@ -57,7 +58,8 @@ def relaxing(t, u, tau):
     return q
 
 
-EFFECTS = {
+# forces where the motion is imposed
+FORCES = {
     "guide_friction": lambda t, u, v, back: (u > 0) * np.tanh(v / 0.02),
     "viscous_damping": lambda t, u, v, back: (u > 0) * v,
     "contact_preload": lambda t, u, v, back: 1.0 - np.exp(-np.clip(u, 0, None) / 0.005),
@@ -67,36 +69,117 @@ EFFECTS = {
 }
 
 
-def plant(campaign, into, effect, strength):
-    """Writes the campaign with the effect to `into`; a flat top cuts the highest 15 % of the range."""
-    into.mkdir(parents=True)
+def late(t, y, tau):
+    """A first-order low-pass of time constant tau [s], begun at rest in the first reading."""
+    out = np.empty(len(y))
+    out[0] = y[0]
+    for i in range(1, len(y)):
+        a = np.exp(-(t[i] - t[i - 1]) / tau)
+        slope = y[i] - y[i - 1]
+        h = (t[i] - t[i - 1]) / tau
+        out[i] = a * out[i - 1] + (1 - a) * y[i - 1] + slope * (1 - (1 - a) / h)
+    return out
+
+
+# errors of the measuring chain: reading by time, reading and a size from 0; the largest size that makes sense, over the recording's length
+CHAIN = {
+    "charge_droop": (lambda t, y, by: y - y[0] - late(t, y - y[0], 1.0 / by) + y[0], lambda length, step: 3.0 / length),
+    "lowpass_lag": (late, lambda length, step: length / 5),
+}
+
+
+def cut(readings, what):
+    """Readings of all recordings as a channel has them that ends 15 % before the largest excursion from rest."""
+    rest = np.median([np.median(y[: max(4, len(y) // 50)]) for y in readings])
+    up, down = max(y.max() for y in readings) - rest, rest - min(y.min() for y in readings)
+    side, most = (-1.0, down) if what == "acceleration" and down > up else (1.0, up)
+    limit = rest + side * (1 - TOP) * most
+    return [np.minimum(y, limit) if side > 0 else np.maximum(y, limit) for y in readings]
+
+
+def forces(all_of, effect, strength):
+    """What a force of `effect` adds to each recording of imposed motion."""
+    visible, left, added = [], [], []
+    for c in all_of:
+        t, y, u, v = motion(c)
+        back = np.arange(len(u)) > np.argmax(u)
+        e = FORCES[effect](t, u, v, back)
+        law = np.column_stack([np.clip(u, 0, None) ** p for p in POWERS] + [np.ones(len(u))])
+        rest = lambda f: f - law @ np.linalg.lstsq(law, f, rcond=1e-9)[0]
+        visible.append(np.mean(rest(e) ** 2))
+        left.append(np.mean(rest(y) ** 2))
+        added.append(e)
+    by = strength * np.sqrt(np.mean(left) / np.mean(visible))
+    return [by * e for e in added]
+
+
+def hidden(t, y, e):
+    """What of a change `e` of the reading `y` a calibration can't take: gain, zero, clock and duration are fitted away."""
+    slope = np.gradient(y, t)
+    columns = np.column_stack([y, np.ones(len(y)), slope, (t - t[np.argmax(np.abs(y))]) * slope])
+    columns /= np.linalg.norm(columns, axis=0) + 1e-300
+    return e - columns @ np.linalg.lstsq(columns, e, rcond=1e-9)[0]
+
+
+def chain(times, readings, effect, most):
+    """Readings with an error of the chain whose visible part has an rms of `most` over the range, mean of recordings; None where none has."""
+    change, largest = CHAIN[effect]
+    length, step = max(t[-1] - t[0] for t in times), min(np.median(np.diff(t)) for t in times)
+    span = max(np.ptp(y) for y in readings)
+    seen = lambda by: np.mean([np.sqrt(np.mean(hidden(t, y, change(t, y, by) - y) ** 2)) for t, y in zip(times, readings)]) / span
+    low, high = 0.0, largest(length, step)
+    if seen(high) < most:
+        return None
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if seen(middle) < most else (low, middle)
+    return [change(t, y, high) for t, y in zip(times, readings)]
+
+
+def is_imposed(campaign):
+    return tomllib.loads((campaign / "campaign.toml").read_text())["campaign"]["kind"] == "indentation"
+
+
+def channel_of(campaign):
+    """The channel that an error of the chain is planted in: what all recordings hold of force, acceleration and penetration, in that order."""
     files = [r["file"] for r in tomllib.loads((campaign / "campaign.toml").read_text())["recording"]]
-    shutil.copy(campaign / "campaign.toml", into)
-    all_of = [read(campaign / f) for f in files]
-    if effect == "clipping":
-        top = max(c["force"].max() for _, _, c, _ in all_of)
-        low = min(c["force"].min() for _, _, c, _ in all_of)
-        added = [np.minimum(c["force"], top - 0.15 * (top - low)) - c["force"] for _, _, c, _ in all_of]
+    all_of = [read(campaign / f)[2] for f in files]
+    return next(c for c in ("force", "acceleration", "penetration") if all(c in a for a in all_of))
+
+
+def plant(campaign, into, effect, strength, left):
+    """Writes the campaign with the effect to `into`; `left`: what the simulation as given leaves of it, rms over the range. False where
+    no size of the effect shows so much."""
+    head = tomllib.loads((campaign / "campaign.toml").read_text())
+    files = [r["file"] for r in head["recording"]]
+    tables = [read(campaign / f) for f in files]
+    all_of = [c for _, _, c, _ in tables]
+    what = channel_of(campaign)
+    readings = [c[what] for c in all_of]
+    if effect == FLAT:
+        changed = cut(readings, what)
+    elif effect in FORCES:
+        changed = [y + e for y, e in zip(readings, forces(all_of, effect, strength))]
     else:
-        visible, left, added = [], [], []
-        for _, _, c, _ in all_of:
-            t, y, u, v = motion(c)
-            back = np.arange(len(u)) > np.argmax(u)
-            e = EFFECTS[effect](t, u, v, back)
-            law = np.column_stack([np.clip(u, 0, None) ** p for p in POWERS] + [np.ones(len(u))])
-            rest = lambda f: f - law @ np.linalg.lstsq(law, f, rcond=1e-9)[0]
-            visible.append(np.mean(rest(e) ** 2))
-            left.append(np.mean(rest(y) ** 2))
-            added.append(e)
-        by = strength * np.sqrt(np.mean(left) / np.mean(visible))
-        added = [by * e for e in added]
-    for f, (head, rows, _, at), e in zip(files, all_of, added):
-        i, si = at["force"]
+        changed = chain([c["time"] for c in all_of], readings, effect, strength * left)
+    if changed is None:
+        return False
+    shutil.copytree(campaign, into, ignore=lambda _, names: [n for n in names if n.endswith(".md")])
+    for f, (header, rows, _, at), new in zip(files, tables, changed):
+        i, si = at[what]
+        (into / f).chmod(0o644)
         with open(into / f, "w", newline="") as out:
             w = csv.writer(out)
-            w.writerow(head)
-            for row, more in zip(rows, e):
-                w.writerow(row[:i] + [repr(float(row[i]) + float(more) / si)] + row[i + 1:])
+            w.writerow(header)
+            for row, v in zip(rows, new):
+                w.writerow(row[:i] + [repr(float(v) / si)] + row[i + 1:])
+    return True
+
+
+def campaigns_in(folders):
+    """The campaigns that folders are or hold."""
+    found = [q for f in folders for q in ([f] if (f / "campaign.toml").exists() else sorted(p.parent for p in f.glob("*/campaign.toml")))]
+    return list(dict.fromkeys(found))
 
 
 def verdict(folder):
@@ -106,53 +189,69 @@ def verdict(folder):
         return None
 
 
+def draw(campaigns, plain, out, seed, strengths, share):
+    """Plants into a share of all that can be planted in the campaigns, diagnosed as they are in `plain`: (cases, sha256 of the labels)."""
+    rng = np.random.default_rng(seed)
+    count = 0
+    for c in campaigns:
+        v = verdict(plain / c.name)
+        left = v and v["fit"]["before"].get("heldout_nrmse")
+        if not left:
+            continue
+        effects = [*FORCES] if is_imposed(c) else [*CHAIN]
+        # a way has no end of its range
+        flat = [(FLAT, 0.0)] if channel_of(c) != "penetration" else []
+        for effect, strength in [(e, s) for e in effects for s in strengths] + flat:
+            if rng.random() >= share:
+                continue
+            case = out / "open" / f"planted-{count:03d}"
+            if plant(c, case, effect, strength, left):
+                label = out / "truth" / f"{case.name}.json"
+                label.parent.mkdir(parents=True, exist_ok=True)
+                label.write_text(json.dumps(dict(campaign=c.name, effect=effect, strength=strength)))
+                count += 1
+    return sorted((out / "open").glob("*/")), label_hash(out / "truth")
+
+
 def names(v):
     return {m["mechanism"]: m for m in (v or {}).get("missing", [])}
 
 
-def main():
-    a = argparse.ArgumentParser(prog="tests/planted", description=__doc__)
-    a.add_argument("campaigns", metavar="CAMPAIGN", type=Path, nargs="+", help="folders of real recordings; those without imposed motion are left out")
-    a.add_argument("--out", type=Path, default=ROOT / "out" / "planted")
-    a.add_argument("--strength", type=float, nargs="+", default=[2.0, 6.0], help="visible part over what an elastic law leaves (default 2 6)")
-    a.add_argument("--share", type=float, default=1.0, help="share of the plantings, drawn from the seed (default 1)")
-    a.add_argument("--seed", type=int, default=1)
-    a.add_argument("--touchdown", type=Path, default=ROOT / "harness" / "touchdown", help="another touchdown than the launcher's")
-    o = a.parse_args()
-    rng = np.random.default_rng(o.seed)
-    shutil.rmtree(o.out, ignore_errors=True)
-    cases, real = {}, []
-    for c in o.campaigns:
-        if 'kind = "indentation"' not in (c / "campaign.toml").read_text():
-            continue
-        real.append(c)
-        for effect, strength in [(e, s) for e in EFFECTS for s in o.strength] + [("clipping", 0.0)]:
-            if rng.random() < o.share:
-                name = f"{c.name}-{len(cases):03d}"
-                plant(c, o.out / "open" / name, effect, strength)
-                cases[name] = (c.name, effect, strength)
-    folders = real + [o.out / "open" / n for n in cases]
-    # every campaign by itself: one that cannot be judged ends no other
-    for i, f in enumerate(folders):
-        print(f"diagnosing {i + 1} of {len(folders)}: {f.name}", file=sys.stderr, flush=True)
-        ran = subprocess.run([o.touchdown, "diagnose", f, "--out", o.out / "verdicts"], capture_output=True, text=True, env=os.environ, check=False)
-        if verdict(o.out / "verdicts" / f.name) is None:
-            print(f"{f.name}: no verdict: {ran.stderr.strip().splitlines()[-1:]}", file=sys.stderr, flush=True)
-    rows = {}
-    for n, (of, effect, strength) in cases.items():
-        v, plain = verdict(o.out / "verdicts" / n), names(verdict(o.out / "verdicts" / of))
-        found = names(v)
-        named = effect in found or any(effect in m["also_possible"] for m in found.values())
-        wrong = [m for m, d in found.items() if d["probability"] >= BELIEVED and m != effect and m not in plain and effect not in d["also_possible"]]
-        rows.setdefault((effect, strength), []).append((named, bool(wrong)))
-        print(f"{n}: {effect} x {strength:g}: {'named' if named else 'not named'}; {', '.join(found) or 'no name'}{'; believed besides: ' + ', '.join(wrong) if wrong else ''}")
-    print("\n| effect | strength | named | another name believed |\n|---|---|---|---|")
-    for (effect, strength), r in sorted(rows.items(), key=lambda k: (k[0][1], k[0][0])):
-        print(f"| {effect} | {strength:g} | {sum(q[0] for q in r)} of {len(r)} | {sum(q[1] for q in r)} |")
-    for s in sorted({k[1] for k in rows}):
-        r = [q for k, v in rows.items() if k[1] == s for q in v]
-        print(f"| all | {s:g} | {sum(q[0] for q in r)} of {len(r)} | {sum(q[1] for q in r)} |")
+def judge(cases, out, plain):
+    """What was said of each planted case beside what was planted; what is named of the campaign as it is counts as no error."""
+    rows = []
+    for case in cases:
+        truth = json.loads((out / "truth" / f"{case.name}.json").read_text())
+        found, before = names(verdict(out / "verdicts" / case.name)), names(verdict(plain / truth["campaign"]))
+        effect = truth["effect"]
+        is_it = lambda m, d: m == effect or effect in d["also_possible"]
+        wrong = sorted(m for m, d in found.items() if d["probability"] >= BELIEVED and not is_it(m, d) and m not in before)
+        rows.append(dict(truth, case=case.name, named=any(is_it(m, d) for m, d in found.items()), found=sorted(found), wrong=wrong))
+    return rows
 
 
-if __name__ == "__main__":
-    main()
+def figures(rows):
+    """{key of scores.TABLE: (value, k, n)} of the plantings."""
+    out = {}
+
+    def share(key, rs, what):
+        if rs:
+            k = sum(bool(r[what]) for r in rs)
+            out[key] = (k / len(rs), k, len(rs))
+
+    share("planted6", [r for r in rows if r["strength"] == 6.0], "named")
+    share("planted2", [r for r in rows if r["strength"] == 2.0], "named")
+    share("flat", [r for r in rows if r["effect"] == FLAT], "named")
+    share("planted_wrong", rows, "wrong")
+    return out
+
+
+def markdown(rows):
+    """Each effect by strength, as lines of markdown."""
+    out = ["| planted | times what was unexplained | named | another name believed |", "|---|---|---|---|"]
+    kinds = sorted({(r["effect"], r["strength"]) for r in rows}, key=lambda k: (k[1], k[0]))
+    for effect, strength in kinds:
+        rs = [r for r in rows if (r["effect"], r["strength"]) == (effect, strength)]
+        times = "cut by 15 %" if effect == FLAT else f"{strength:g}"
+        out.append(f"| {effect} | {times} | {sum(r['named'] for r in rs)} of {len(rs)} | {sum(bool(r['wrong']) for r in rs)} |")
+    return out

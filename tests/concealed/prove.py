@@ -14,6 +14,8 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 from . import page
+from . import planted
+from . import real
 from . import scores
 from . import systems
 from .effects import STRANGE
@@ -195,6 +197,10 @@ def options():
     a.add_argument("--beside-cases", type=int, help="only on the first so many of them")
     a.add_argument("--one-level", type=int, default=10, metavar="N", help="diagnose N of the effects named right once more from one level only (default 10)")
     a.add_argument("--real", type=Path, metavar="FOLDER", help="folder of real campaigns: one section each; with or without SEED/N")
+    a.add_argument("--planted", type=Path, nargs="+", default=[], metavar="FOLDER", help="plant known effects into real campaigns (folders of one or of several) and diagnose them too")
+    a.add_argument("--strength", type=float, nargs="+", default=[2.0, 6.0], metavar="S", help="visible part of what is planted over what the simulation as given leaves (default 2 6)")
+    a.add_argument("--planted-share", type=float, default=1.0, metavar="P", help="share of all that can be planted, drawn from the seed (default 1)")
+    a.add_argument("--planted-seed", type=int, metavar="SEED", help="draws it (default: the first SEED given, or 1)")
     a.add_argument("--readme", action="store_true", help="write tables and pictures into docs/src/proof.md and docs/src/images, and their sentence into README.md")
     a.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     a.add_argument("--dask", metavar="ADDRESS", help="diagnose on a Dask cluster that sees the same folders: its scheduler's address, or local:N for N worker processes here")
@@ -203,7 +209,7 @@ def options():
     a.add_argument("--commit", default="", metavar="ID", help="the commit --touchdown was built from, for the page")
     a.add_argument("--again", action="store_true", help="keep the cases --out holds already (same sets) and what this binary answered; judge anew")
     o = a.parse_args()
-    if o.system and (o.dask or o.shard or o.groups or o.real or o.beside or o.readme or o.first or not o.sets or any(len(s) == 3 for s in o.sets)):
+    if o.system and (o.dask or o.shard or o.groups or o.real or o.planted or o.beside or o.readme or o.first or not o.sets or any(len(s) == 3 for s in o.sets)):
         a.error("--system goes with SEED/N, --out, --jobs, --again and --touchdown alone")
     o.more = [s for s in o.sets if len(s) == 3]
     o.sets = [s for s in o.sets if len(s) == 2]
@@ -214,8 +220,8 @@ def options():
     if o.groups and not o.sets:
         a.error("--groups draws beside SEED/N: give one, or name the groups as SEED/N:GROUP")
     drawn = o.sets + o.more
-    if not drawn and not o.real:
-        a.error("give SEED/N, how many cases to draw from which seed (or --real FOLDER)")
+    if not drawn and not o.real and not o.planted:
+        a.error("give SEED/N, how many cases to draw from which seed (or --real FOLDER, or --planted FOLDER)")
     if len({s for s, _ in o.sets}) < len(o.sets):
         a.error("a seed is given twice: it would draw the same cases again")
     if o.dask and o.shard:
@@ -230,6 +236,13 @@ def options():
         a.error("--one-level cannot be negative; --jobs and --beside-cases must be at least 1")
     if o.real and not any((p / "campaign.toml").exists() for p in o.real.glob("*/")):
         a.error(f"--real {o.real}: no folder with a campaign.toml there")
+    for f in o.planted:
+        if not planted.campaigns_in([f]):
+            a.error(f"--planted {f}: no campaign.toml there, nor in a folder in it")
+    if not 0 < o.planted_share <= 1 or min(o.strength) <= 0:
+        a.error("--planted-share is from 0 to 1, and a --strength is above 0")
+    if o.planted_seed is None:
+        o.planted_seed = drawn[0][0] if drawn else 1
     if o.touchdown and not o.touchdown.is_file():
         a.error(f"--touchdown {o.touchdown}: no such file")
     mark = o.out / "drawn.json"
@@ -279,6 +292,32 @@ def opened(cases, out, runs):
     return rows
 
 
+def of_real_recordings(o, binary, engine, head):
+    """What is said of real campaigns, and of effects planted into them under seal."""
+    out, found, html, rows = o.out, [], "", []
+    campaigns = sorted(p.parent for p in o.real.glob("*/campaign.toml")) if o.real else []
+    sources = planted.campaigns_in(o.planted)
+    if not campaigns and not sources:
+        return page.Measured()
+    plain = out / "real"
+    answers, head["binary"] = diagnose_all(binary, list(dict.fromkeys([*campaigns, *sources])), plain, engine, "real recordings")
+    if campaigns:
+        found, html = real.sections(campaigns, plain, answers)
+        (out / "real.json").write_text(json.dumps(jsonable(found), indent=1))
+    if sources:
+        folder = out / "planted"
+        for old in ("open", "truth"):      # drawn anew from its seed: the same again
+            shutil.rmtree(folder / old, ignore_errors=True)
+        cases, head["planted"] = planted.draw(sources, plain, folder, o.planted_seed, o.strength, o.planted_share)
+        print(f"{len(cases)} effects planted into {len(sources)} campaigns from seed {o.planted_seed}; labels sealed before the diagnosis, sha256 {head['planted']}", flush=True)
+        diagnose_all(binary, cases, folder / "verdicts", engine, "planted")
+        if label_hash(folder / "truth") != head["planted"]:
+            sys.exit("the labels changed while they were sealed: nothing is proved")
+        rows = planted.judge(cases, folder, plain)
+        (out / "planted.json").write_text(json.dumps(rows, indent=1))
+    return page.Measured(found, html, rows)
+
+
 def main():
     o = options()
     out = o.out
@@ -317,18 +356,11 @@ def main():
             (out / "beside.json").write_text(json.dumps(others, indent=1))
         elif (out / "beside.json").exists() and o.again:
             others = json.loads((out / "beside.json").read_text())
-    real = None
-    if o.real:
-        from .real import sections
-        campaigns = sorted(p.parent for p in o.real.glob("*/campaign.toml"))
-        answers, head["binary"] = diagnose_all(binary, campaigns, out / "real", engine, "real recordings")
-        found, real = sections(campaigns, out / "real", answers)
-        (out / "real.json").write_text(json.dumps(jsonable(found), indent=1))
-        real = (found, real)
-    page.write(out, head, rows, others, real, single_level, more)
-    print(page.markdown(head, rows, others, real and real[0], more))
+    measured = of_real_recordings(o, binary, engine, head)
+    page.write(out, head, rows, others, measured, single_level, more)
+    print(page.markdown(head, rows, others, measured, more))
     if o.readme:
-        page.readme(ROOT, out, head, rows, others, real and real[0], more)
+        page.readme(ROOT, out, head, rows, others, measured, more)
     print(f"page: {out / 'index.html'}")
 
 

@@ -102,17 +102,26 @@ def misses(case, answer):
     return {c: float(np.mean(v)) for c, v in tot.items()}, when / max(when.sum(), 1e-300)
 
 
+def levels(campaign):
+    """How many levels a campaign's recordings are of."""
+    by = ("level", "drop_height", "spring_preload", "impact_speed", "start_speed")
+    of = lambda r: next((r[k] for k in by if k in r), None)
+    return len({of(r) for r in campaign["recording"]})
+
+
 def section(case, answer, run):
     """One campaign and its answer: (dict of what was found, html)."""
-    r = dict(campaign=case.name, seconds=run["cpu"], named=[], before=None, after=None, supported=None, figures=[])
     campaign = tomllib.loads((case / "campaign.toml").read_text())
+    r = dict(campaign=case.name, seconds=run["cpu"], answered=False, named=[], probability={}, levels=levels(campaign), before=None, after=None, supported=None, figures=[])
     h = [f"<h3>{fig_esc(case.name)}</h3>"]
     try:
         v = json.loads((answer / "verdict.json").read_text())
     except (OSError, ValueError):
         h.append(f"<p>No verdict (exit code {run['code']}): {fig_esc(run['printed'][-600:])}</p>")
         return r, "".join(h)
+    r["answered"] = "invalid" not in v
     r["named"] = [m.get("mechanism") for m in v.get("missing", [])]
+    r["probability"] = {m["mechanism"]: m["probability"] for m in v.get("missing", [])}
     r["also"] = sorted({x for m in v.get("missing", []) for x in m.get("also_possible", [])})
     r["unexplained"] = bool(v.get("unexplained", {}).get("detected"))
     r["before"], r["after"] = (distance(case, answer / "predictions" / k) for k in ("before", "after"))

@@ -37,6 +37,15 @@ TABLE = (
     ("calibration", "calibration error (five bins)", 0.08, 0.03, True),
     ("sets", "95 % sets hold the cause", 0.92, 0.95, False),
     ("gain", "share of the oracle's held-out gain, concealed, median", 0.90, 1.00, False),
+    ("poorer", "levels not seen predicted worse than before, by more than 1 %", 0.0, 0.0, True),
+    ("violated", "structures that fit worse than one they contain", 0.0, 0.0, True),
+    ("real", "real recordings answered as known", 0.70, 0.90, False),
+    ("real_wrong", "of these, a wrong name believed", 0.0, 0.0, True),
+    ("misfit", "real recordings: misfit on what was not seen, after over before, median over campaigns with two levels or more", 0.60, 0.40, True),
+    ("planted6", "planted into real recordings, 6 times what was unexplained: named", 0.70, 0.90, False),
+    ("planted2", "planted, 2 times what was unexplained: named", 0.45, 0.70, False),
+    ("flat", "a flat top planted: named", 0.90, 1.00, False),
+    ("planted_wrong", "planted: another name believed", 0.05, 0.02, True),
 )
 
 
@@ -125,9 +134,10 @@ def reliability(rows):
     return out, error
 
 
-def figures(rows):
-    """{key of TABLE: (value, k, n)}; k None where the value is no share. Keys without cases are left out."""
-    out = {}
+def figures(rows, besides=None):
+    """{key of TABLE: (value, k, n)}; k None where the value is no share. Keys without cases are left out. `besides`: those of real
+    recordings and of plantings."""
+    out = dict(besides or {})
 
     def share(key, rs, what="right"):
         rs = list(rs)
@@ -143,6 +153,11 @@ def figures(rows):
     share("located", [r for r in rows if r["truth"] and r["detected"] and r.get("set") is None], "located")
     share("wrong", [r for r in rows if r["answered"] and r["group"] not in ("pair", "many")], "believed")
     share("worse", [r for r in rows if r["answered"]], "worse")
+    share("poorer", [r for r in rows if r["answered"]], "poorer")
+    tried = [r["contained"] for r in rows if r["answered"]]
+    if sum(n for _, n in tried):
+        k, n = sum(k for k, _ in tried), sum(n for _, n in tried)
+        out["violated"] = (k / n, k, n)
     outside = [r for r in rows if r["part"] is not None]
     share("part", outside, "part")
     share("depends", [r for r in outside if r["depends"] is not None], "depends")
@@ -162,9 +177,9 @@ def figures(rows):
     return out
 
 
-def lines(rows):
+def lines(rows, besides=None):
     """[(what, cases, right, value, floor, goal, kept)] of the table in words; kept None where nothing is asked, "-" where absent."""
-    got, out = figures(rows), []
+    got, out = figures(rows, besides), []
     for key, what, floor, goal, less in TABLE:
         ask = lambda x: "-" if x is None else ("at most " if less else "") + f"{x:.2f}"
         if key not in got:
@@ -189,10 +204,10 @@ def by_group(rows):
     return out
 
 
-def markdown(rows):
+def markdown(rows, besides=None):
     """The table, reliability and what each group adds, as lines of markdown."""
     out = ["| | cases | right | value | floor | goal | |", "|---|---|---|---|---|---|---|"]
-    for what, n, k, value, floor, goal, kept in lines(rows):
+    for what, n, k, value, floor, goal, kept in lines(rows, besides):
         out.append(f"| {what} | {n} | {k} | {value} | {floor} | {goal} | { {True: 'held', False: 'short', None: ''}[kept]} |")
     bins, error = reliability(rows)
     out += ["", f"Probability reported against share right{'' if error is None else f', calibration error {error:.2f}'}:", "",

@@ -63,7 +63,7 @@ def test_book_and_readme_keep_what_is_not_the_proof_s(answered, tmp_path):
         assert text.startswith("before\n") and text.endswith("\nafter\n") and "what stood there" not in text and "seed 41, 2000-01-02" in text
     for name in ("scoreboard.svg", "detection.svg"):
         assert f"images/{name}" in once[0] and (book.parent / "images" / name).read_text().count("<svg") == 1
-    assert once[1].count("\n") == 6 and page.sentence(head(out), rows) in once[1] and "Of 3 concealed campaigns (seed 41" in once[1]
+    assert "\n".join(page.sentences(head(out), rows)) in once[1] and "Of 3 concealed campaigns (seed 41" in once[1]
     readme.write_text("no markers\n")
     with pytest.raises(SystemExit, match="README.md.*missing"):
         page.readme(tmp_path, out, head(out), rows, None, None)
@@ -73,8 +73,8 @@ def test_book_and_readme_keep_what_is_not_the_proof_s(answered, tmp_path):
 def test_the_sentence_counts_what_the_tables_count(answered):
     out, rows = answered
     got = scores.figures(rows)
-    said = page.sentence(head(out), rows)
-    for key, words in page.SENTENCES.items():
+    said = "\n".join(page.sentences(head(out), rows))
+    for key, words in page.CONCEALED.items():
         assert (words.format(n=got[key][2], k=got[key][1]) in said) if key in got else words.rpartition("}")[2] not in said
     assert "wrong" in got
     for what, *_, kept in scores.lines(rows):

@@ -192,7 +192,7 @@ impl Decision {
     /// Names a stiffness that follows the order of the recordings, whatever else is missing; not where the simulation holds such a
     /// course, or one was found.
     fn learn_order(&mut self) {
-        if self.chosen.structure.has(|h| h.depends_on_history) {
+        if self.names_one_that(|m| m.hints.depends_on_history) {
             return;
         }
         let Some(found) = trend(&self.base.data, self.table.learned.class) else { return };
@@ -206,10 +206,15 @@ impl Decision {
         }
     }
 
-    /// Names what rings on after the contact; not where the simulation holds something that rings. Which of the mechanisms that do it
-    /// is goes by what each explains alone.
+    /// Whether the chosen structure names a mechanism like this; what stands in for a cause without a name is none.
+    fn names_one_that(&self, is_it: impl Fn(&Mechanism) -> bool) -> bool {
+        self.chosen.structure.terms().iter().any(|t| t.mechanism.named && is_it(t.mechanism))
+    }
+
+    /// Names what rings on after the contact; not where something that rings is named already. Which of the mechanisms that do it
+    /// is goes by what each explains beside the learned force, or where none was tried there, alone.
     fn learn_ringing(&mut self) {
-        if self.chosen.structure.has(|h| h.rings) {
+        if self.names_one_that(|m| m.hints.rings) {
             return;
         }
         let Some(found) = rings(self.simulated()) else { return };
@@ -218,7 +223,14 @@ impl Decision {
             let of = self.evidence.structures.iter().filter(|w| w.names == [m.name]);
             of.map(|w| self.table.mass(w)).fold(f64::NEG_INFINITY, f64::max)
         };
-        let shares = self.posterior.shares(&ringing.iter().map(alone).collect::<Vec<f64>>());
+        let beside = |m: &&Mechanism| -> f64 {
+            self.forces.iter().filter(|f| f.beside == Some(m.name)).map(|f| f.probability).sum()
+        };
+        let by_force: Vec<f64> = ringing.iter().map(beside).collect();
+        let shares = match by_force.iter().sum::<f64>() {
+            all if all > POSSIBLE => by_force.iter().map(|p| p / all).collect(),
+            _ => self.posterior.shares(&ringing.iter().map(alone).collect::<Vec<f64>>()),
+        };
         let possible: Vec<_> = ringing.into_iter().zip(shares).filter(|(_, share)| *share > POSSIBLE).collect();
         for (m, share) in &possible {
             let probability = found.probability(&self.table.learned) * share;

@@ -8,7 +8,8 @@ use super::posterior::{Posterior, POSSIBLE};
 use super::search::Search;
 use super::table::Table;
 use estimate::fitted::Fitted;
-use estimate::problem::Options;
+use estimate::problem::{Options, Problem};
+use estimate::structure::Term;
 use rayon::prelude::*;
 
 /// Fall of chi^2, and share of it, from which a base that had stalled is searched beside once more.
@@ -30,6 +31,9 @@ const FURTHER: f64 = 3.0;
 const OTHERS: usize = 5;
 const MOST: usize = 3;
 
+/// Starts of a term beside a structure that ended better than the two together.
+const STARTS_WITHIN: usize = 3;
+
 /// Nats that a fit whose structure is possible may still gain; more, and it is carried on.
 pub const PENDING: f64 = 1.0;
 
@@ -49,10 +53,36 @@ pub struct Pool {
     searched: Vec<Vec<(&'static str, &'static str)>>,
 }
 
-fn sorted_forms(f: &Fitted) -> Vec<(&'static str, &'static str)> {
+/// Mechanisms and forms of a structure, sorted.
+type Forms = Vec<(&'static str, &'static str)>;
+
+fn sorted_forms(f: &Fitted) -> Forms {
     let mut forms = f.structure.forms();
     forms.sort_unstable();
     forms
+}
+
+/// The one term that `whole` has beside those of `part`; None where it has others, or not all of them.
+fn only_more(part: &Fitted, whole: &Fitted) -> Option<Term> {
+    let (few, many) = (part.structure.terms(), whole.structure.terms());
+    if many.len() != few.len() + 1 {
+        return None;
+    }
+    let is_same = |t: &Term, u: &Term| (t.name(), t.form.label, t.bond) == (u.name(), u.form.label, u.bond);
+    let mut more = many.iter().filter(|t| !few.iter().any(|u| is_same(t, u)));
+    more.next().filter(|_| more.next().is_none()).cloned()
+}
+
+/// `whole`, which is `part` and `term`, fitted from where `part` ended: with the term as it was, and from its own starts.
+fn from_within(part: &Fitted, whole: &Fitted, term: &Term) -> Option<Fitted> {
+    let i = whole.structure.terms().iter().position(|t| t.name() == term.name())?;
+    let values = &whole.point().theta[whole.structure.values_of(i)];
+    let theta = [&part.point().theta[..], values].concat();
+    let structure = part.structure.with(term.clone());
+    let start = Problem::new(&part.data, structure.model()).evaluate(theta, part.point().locals.clone());
+    let as_it_was = start.chi2.is_finite().then(|| Fitted::from(&part.data, structure, start, &SLOW));
+    let anew = part.add(term, STARTS_WITHIN, &SLOW);
+    as_it_was.into_iter().chain(anew).min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
 }
 
 impl Pool {
@@ -138,6 +168,32 @@ impl Pool {
         }
     }
 
+    /// Fits once more what is worse than a structure that it contains: it holds that one's point.
+    fn mend_what_contains_better(&mut self) {
+        let mut tried: Vec<(Forms, Forms)> = Vec::new();
+        for _ in 0..MOST {
+            let mut worse: Vec<(usize, usize, Term)> = Vec::new();
+            for (b, whole) in self.fits.iter().enumerate() {
+                let contained = (0..self.fits.len()).filter_map(|a| Some((a, only_more(&self.fits[a], whole)?)));
+                let least = contained.min_by(|x, y| self.fits[x.0].chi2().total_cmp(&self.fits[y.0].chi2()));
+                let is_worse = |(a, _): &(usize, Term)| self.fits[*a].chi2() < whole.chi2() - SAME;
+                worse.extend(least.filter(is_worse).map(|(a, term)| (a, b, term)));
+            }
+            worse.retain(|(a, b, _)| {
+                let pair = (sorted_forms(&self.fits[*a]), sorted_forms(&self.fits[*b]));
+                !tried.contains(&pair) && {
+                    tried.push(pair);
+                    true
+                }
+            });
+            if worse.is_empty() {
+                return;
+            }
+            let again = |(a, b, term): &(usize, usize, Term)| from_within(&self.fits[*a], &self.fits[*b], term);
+            self.take(worse.par_iter().filter_map(again).collect());
+        }
+    }
+
     /// Fall of chi^2 by the best structure tried.
     pub fn gain(&self) -> f64 {
         let best = self.fits.iter().map(|f| f.chi2()).fold(f64::INFINITY, f64::min);
@@ -174,6 +230,7 @@ impl Search {
     /// The structures that may be behind the recordings, weighed, each of those that are possible fitted to its end.
     pub fn propose(&self, base: Fitted) -> Pool {
         let mut pool = self.tried(base);
+        pool.mend_what_contains_better();
         pool.come_to_their_ends();
         pool
     }
@@ -320,4 +377,38 @@ impl Search {
 /// Whether one mechanism leaves noise alone, and gained so much that hardly another one hides in it.
 fn is_explained(base: &Fitted, first: &Fitted) -> bool {
     first.overdispersion() <= WHITE_ALONE && first.gain(base) >= FAINT
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plant::recipe::{write_campaign, Recipe};
+
+    #[test]
+    fn what_contains_a_better_fit_is_fitted_again_from_there() {
+        let dir = tempfile::tempdir().unwrap();
+        write_campaign(dir.path(), &Recipe { samples: 350, interval: 2e-5, ..Recipe::default() }).unwrap();
+        let mut campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        campaign.simulation.terms.retain(|t| t != "hysteresis_damping");
+        let search = Search::new(&estimate::prepare::Prepared::new(&campaign).unwrap());
+        let guess = estimate::prepare::Prepared::new(&campaign).unwrap().guess;
+        let base = Fitted::base(&search.data, &search.structure, &guess);
+        let term = |name: &str| search.candidates().into_iter().find(|t| t.name() == name).unwrap();
+        let (damping, drag) = (term("hysteresis_damping"), term("fluid_drag"));
+        let single = base.add(&damping, 2, &SLOW).unwrap();
+        // the two together, stopped far from their end
+        let pair = base.add(&drag, 1, &QUICK).unwrap();
+        let both = pair.structure.with(damping.clone());
+        let theta = [&pair.point().theta[..], &damping.form.starts[0]].concat();
+        let start = Problem::new(&search.data, both.model()).evaluate(theta, pair.point().locals.clone());
+        let pair = pair.with(damping.clone(), start, &Options { iterations: 0, ..SLOW });
+        assert!(pair.chi2() > single.chi2() + 100.0, "{} {}", pair.chi2(), single.chi2());
+        assert_eq!(only_more(&single, &pair).map(|t| t.name()), Some("fluid_drag"));
+        assert!(only_more(&pair, &single).is_none() && only_more(&base, &pair).is_none());
+        let mut pool = Pool::new(&base, vec![single.clone()]);
+        pool.take(vec![pair]);
+        pool.mend_what_contains_better();
+        let mended = pool.fits.iter().find(|f| f.names().len() == 2).unwrap();
+        assert!(mended.chi2() <= single.chi2() + SAME, "{} {}", mended.chi2(), single.chi2());
+    }
 }
