@@ -224,6 +224,8 @@ def options():
         a.error("give SEED/N, how many cases to draw from which seed (or --real FOLDER, or --planted FOLDER)")
     if len({s for s, _ in o.sets}) < len(o.sets):
         a.error("a seed is given twice: it would draw the same cases again")
+    if o.shard and (o.real or o.planted):
+        a.error("--shard shares what is drawn; give --real and --planted to the call that judges what all shares have left")
     if o.dask and o.shard:
         a.error("--dask and --shard are two ways to share the work: give one")
     if o.shard and not (re.fullmatch(r"[1-9]\d*/[1-9]\d*", o.shard) and int(o.shard.split("/")[0]) <= int(o.shard.split("/")[1])):

@@ -183,7 +183,7 @@ def lines(rows, besides=None):
     for key, what, floor, goal, less in TABLE:
         ask = lambda x: "-" if x is None else ("at most " if less else "") + f"{x:.2f}"
         if key not in got:
-            if key in ("sets",):
+            if key in ("sets",) and rows:
                 out.append((what, "-", "-", "-", ask(floor), ask(goal), None))
             continue
         value, k, n = got[key]
@@ -209,6 +209,8 @@ def markdown(rows, besides=None):
     out = ["| | cases | right | value | floor | goal | |", "|---|---|---|---|---|---|---|"]
     for what, n, k, value, floor, goal, kept in lines(rows, besides):
         out.append(f"| {what} | {n} | {k} | {value} | {floor} | {goal} | { {True: 'held', False: 'short', None: ''}[kept]} |")
+    if not rows:
+        return out
     bins, error = reliability(rows)
     out += ["", f"Probability reported against share right{'' if error is None else f', calibration error {error:.2f}'}:", "",
             "| reported | " + " | ".join(f"{i / BINS:.1f} to {(i + 1) / BINS:.1f}" for i in range(BINS)) + " |", "|---" * (BINS + 1) + "|",

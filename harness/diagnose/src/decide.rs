@@ -7,7 +7,7 @@ use super::heldout::{folds, held_out, windows, Folds, HeldOut};
 use super::holding;
 use super::learned::{learned, Learned, Named, Size, CURE, HELD_SHAPE};
 use super::material::remainder;
-use super::motion::{learn, learn_beside, Force, Loss};
+use super::motion::{learn, learn_beside, nats_ahead, Force, Loss};
 use super::order::trend;
 use super::phases::of_force;
 use super::posterior::{limits_reading, Cause, Posterior, POSSIBLE, UNKNOWN};
@@ -65,6 +65,9 @@ pub struct Decision {
     taken: Option<usize>,
     /// Mechanisms named for a class in motion: that of this force, of the stiffness by order, of oscillations after the contact.
     by_class: Vec<Named>,
+    /// The structures weighed, and what those of them that may be behind the recordings predict of levels not seen.
+    fits: Vec<Fitted>,
+    predicted: Vec<Option<HeldOut>>,
 }
 
 impl Decision {
@@ -85,18 +88,49 @@ impl Decision {
             posterior = Posterior::new(&evidence, &table);
             next = unpredicted(&posterior, &fits, &evidence);
         }
-        let at = likeliest(&posterior, &fits, &evidence);
-        predicted[at].get_or_insert_with(|| held_out(&fits[at]));
+        let base = fits[0].clone();
+        let mut decision = Decision {
+            detected: false,
+            unexplained: false,
+            ties: Vec::new(),
+            overdispersion: (base.overdispersion(), base.overdispersion()),
+            before: predicted[0].clone().unwrap_or_default(),
+            after: None,
+            folds: None,
+            windows: Vec::new(),
+            learned: None,
+            forces: Vec::new(),
+            taken: None,
+            by_class: Vec::new(),
+            chosen: base.clone(),
+            base,
+            singles,
+            excess_scatter: None,
+            gain,
+            evidence,
+            table,
+            posterior,
+            choices: Vec::new(),
+            fits,
+            predicted,
+        };
+        decision.choose();
+        decision
+    }
+
+    /// Chooses by the posterior: the names that are likely, what stands in for an unknown cause, or nothing.
+    fn choose(&mut self) {
+        let at = likeliest(&self.posterior, &self.fits, &self.evidence);
+        self.predicted_by(at);
+        let (fits, predicted, posterior) = (&self.fits, &self.predicted, &self.posterior);
         let lacks_limit = posterior.is_limited() && !limits_reading(&fits[at].names());
         let limited = if lacks_limit { with_limit(&fits[at]) } else { None };
         let chosen = limited.clone().unwrap_or_else(|| fits[at].clone());
-        let base = fits[0].clone();
         let adds = !chosen.structure.terms().is_empty();
         // what differs between recordings of one level is seen by no force within one
-        let excess_scatter = chosen.excess_scatter_left(base.excess_scatter());
-        let scatters = excess_scatter.is_some();
+        self.excess_scatter = chosen.excess_scatter_left(self.base.excess_scatter());
+        let scatters = self.excess_scatter.is_some();
         let is_unknown = posterior.likely_names().is_empty() && !posterior.is_nothing();
-        let left = chosen.overdispersion();
         let is_large = |c: &Cause| c.structure == Some(at) && c.large > 0.5;
         let much = posterior.causes.iter().any(is_large) || posterior.unknown() > 0.5;
         let leaves_much = adds && much && remainder(&chosen, false).is_material();
@@ -107,29 +141,22 @@ impl Decision {
             let of = near.filter_map(|i| Some((fits[i].clone(), predicted[i].clone()?)));
             choices = of.take(1 + CHOICES).collect();
         }
-        Decision {
-            detected: adds || is_unknown || scatters,
-            unexplained: is_unknown || scatters || leaves_much,
-            ties: rivals(&posterior, &chosen),
-            overdispersion: (base.overdispersion(), left),
-            before: predicted[0].take().unwrap_or_default(),
-            after: limited.map(|f| held_out(&f)).or_else(|| predicted[at].take()),
-            folds: None,
-            windows: Vec::new(),
-            learned: None,
-            forces: Vec::new(),
-            taken: None,
-            by_class: Vec::new(),
-            base,
-            chosen,
-            singles,
-            excess_scatter,
-            gain,
-            evidence,
-            table,
-            posterior,
-            choices,
-        }
+        self.detected = adds || is_unknown || scatters;
+        self.unexplained = is_unknown || scatters || leaves_much;
+        self.ties = rivals(posterior, &chosen);
+        self.overdispersion.1 = chosen.overdispersion();
+        self.after = match &limited {
+            Some(f) => Some(held_out(f)),
+            None => predicted[at].clone().filter(|_| at > 0),
+        };
+        self.choices = choices;
+        self.chosen = chosen;
+    }
+
+    /// What the structure of this index predicts of levels not seen.
+    fn predicted_by(&mut self, i: usize) -> &HeldOut {
+        let fit = &self.fits[i];
+        self.predicted[i].get_or_insert_with(|| held_out(fit))
     }
 
     /// Whether a mechanism of the vocabulary is named.
@@ -269,6 +296,11 @@ impl Decision {
         let first = self.forces.iter().position(|f| f.predicts(self.before.nrmse));
         let Some(i) = first.filter(|i| !self.forces[*i].depends.is_empty()) else { return };
         let best = &self.forces[i];
+        if let Some((standing, heldout)) = self.standing_in_better(best) {
+            self.overdispersion.1 = standing.overdispersion();
+            (self.chosen, self.after) = (standing, Some(heldout));
+            return;
+        }
         self.overdispersion.1 = best.fitted.overdispersion();
         self.chosen = best.fitted.clone();
         self.after.clone_from(&best.heldout);
@@ -280,6 +312,17 @@ impl Decision {
             self.posterior = self.posterior.refined(sets, self.table.level);
         }
         self.by_class = self.likely_losses();
+    }
+
+    /// Forms of the vocabulary that stand in for the unknown cause better than `force` does: by what both predict of levels not seen,
+    /// and by evidence. An unknown cause need not be of any class that can be learned.
+    fn standing_in_better(&self, force: &Force) -> Option<(Fitted, HeldOut)> {
+        let predicted = self.fits.iter().zip(&self.predicted).filter_map(|(f, h)| Some((f, h.as_ref()?)));
+        let named = predicted.filter(|(f, _)| f.is_named());
+        let (best, heldout) = named.min_by(|a, b| a.1.nrmse.total_cmp(&b.1.nrmse))?;
+        let predicts_better = force.heldout.as_ref().is_none_or(|h| heldout.nrmse < h.nrmse);
+        let is_better = predicts_better && nats_ahead(&force.fitted, best)? < 0.0;
+        is_better.then(|| (best.standing_in(), heldout.clone()))
     }
 
     /// Names of what the forces learned are the class of, with their probability given that one of the forces is right.
@@ -437,4 +480,70 @@ fn rivals(posterior: &Posterior, chosen: &Fitted) -> Vec<Vec<&'static str>> {
         v
     };
     (0..names.len()).map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::misfit;
+    use crate::search::Search;
+    use estimate::prepare::Prepared;
+    use estimate::problem::Problem;
+    use mechanisms::learned_force::{dependences, Dependence};
+    use plant::recipe::{write_campaign, Recipe};
+
+    /// A decision on drops of a body on which a mass rides, which the simulation as given leaves out.
+    fn of_a_mass_that_rides() -> Decision {
+        let dir = tempfile::tempdir().unwrap();
+        let mut recipe = Recipe { samples: 350, interval: 2e-5, ..Recipe::default() };
+        recipe.physics.law.scale_stiffness(30.0);
+        recipe.physics.law.hysteresis_damping.coefficient *= 30.0;
+        let riding = &mut recipe.physics.attached_mass;
+        (riding.mass, riding.stiffness, riding.damping) = (0.1, 0.1 * 1.2e4 * 1.2e4, 0.02 * 0.1 * 1.2e4);
+        write_campaign(dir.path(), &recipe).unwrap();
+        let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        let prepared = Prepared::new(&campaign).unwrap();
+        let base = Fitted::base(&prepared.data, &prepared.structure, &prepared.guess);
+        Decision::new(Search::new(&prepared).propose(base))
+    }
+
+    /// A force of the depth alone, learned beside `base`.
+    fn of_depth(base: &Fitted) -> Force {
+        let given = base.structure.base();
+        let mut all = dependences(&given.context, 0, 12).into_iter();
+        let (of, mechanism, form) = all.find(|(of, ..)| *of == Dependence::Depth).unwrap();
+        let term = given.at_bonds(mechanism, &form).into_iter().next().unwrap();
+        let theta = [base.point().theta.clone(), vec![0.0; 12]].concat();
+        let structure = base.structure.with(term.clone());
+        let start = Problem::new(&base.data, structure.model()).evaluate(theta, base.point().locals.clone());
+        let fitted = base.with(term, start, &Options::default());
+        let (heldout, misfit) = (Some(held_out(&fitted)), misfit(&fitted));
+        Force { depends: vec![of], beside: None, fitted, probability: 1.0, heldout, misfit, loss: None }
+    }
+
+    #[test]
+    fn what_rings_is_named_beside_a_stand_in_and_forms_stand_in_for_what_is_learned_worse() {
+        let named = of_a_mass_that_rides();
+        assert_eq!(named.chosen.names(), ["attached_mass"]);
+        let mut decision = named;
+        decision.learn_ringing();
+        assert!(decision.names_by_shape().is_empty(), "it is named already");
+        // the same where nobody had named it, and its form stands in for the rest
+        let ridden = decision.chosen.clone();
+        let term = ridden.structure.terms()[0].clone();
+        let standing = Term { mechanism: mechanisms::stand_in(term.mechanism), ..term };
+        decision.chosen =
+            decision.base.with(standing, ridden.point().clone(), &Options { iterations: 0, ..Options::default() });
+        decision.learn_ringing();
+        assert_eq!(decision.names_by_shape().iter().map(|n| n.mechanism.name).collect::<Vec<_>>(), ["attached_mass"]);
+        // and a force of the depth alone stands in for it worse than that form does
+        let force = of_depth(&decision.base);
+        let (standing, heldout) = decision.standing_in_better(&force).unwrap();
+        assert!(
+            !standing.is_named()
+                && standing.names() == ["attached_mass"]
+                && heldout.nrmse < force.heldout.unwrap().nrmse
+        );
+        assert_eq!(standing.point().theta, ridden.point().theta);
+    }
 }

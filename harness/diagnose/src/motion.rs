@@ -389,6 +389,15 @@ fn fitted_again(data: &Arc<Data>, f: Fitted) -> Fitted {
     fitted_from(data, f.structure, &at)
 }
 
+/// ln of how much likelier `learned` is than `other` by the recordings that both were fitted to: what the better of them leaves counts as
+/// noise. None where one cannot be weighed.
+pub fn nats_ahead(learned: &Fitted, other: &Fitted) -> Option<f64> {
+    let noise = left(learned).min(left(other));
+    let wider = Arc::new(widened(&other.data, noise));
+    let ln = |f: &Fitted| weighed(&fitted_again(&wider, f.clone())).map(|w| w.ln[0][0]);
+    Some(ln(learned)? - ln(other)?).filter(|nats| nats.is_finite())
+}
+
 /// A fit as it is, held against other noise.
 fn held_against(data: &Arc<Data>, f: &Fitted) -> Fitted {
     let mut of = f.on(data.clone());

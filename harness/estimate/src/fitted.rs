@@ -151,6 +151,11 @@ impl Fitted {
         turned
     }
 
+    /// The same fit with nothing named: its forms stand in for something else.
+    pub fn standing_in(&self) -> Fitted {
+        Fitted { structure: self.structure.standing_in(), ..self.clone() }
+    }
+
     /// Fitted on from where it stands, until it has converged.
     pub fn carried_on(&self) -> Fitted {
         self.carried_on_to(Options::default().tolerance)

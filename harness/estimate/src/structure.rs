@@ -225,6 +225,12 @@ impl Structure {
         Structure::new(self.base.clone(), terms)
     }
 
+    /// This structure with mechanisms that give no name in the place of those added.
+    pub fn standing_in(&self) -> Structure {
+        let unnamed = |t: &Term| Term { mechanism: mechanisms::stand_in(t.mechanism), ..t.clone() };
+        Structure::new(self.base.clone(), self.terms.iter().map(unnamed).collect())
+    }
+
     /// This structure with `term` in the place of the last one.
     pub fn with_last(&self, term: Term) -> Structure {
         let mut terms = self.terms.clone();
