@@ -398,17 +398,26 @@ def blind(out, head, rows, others, measured, single_level):
     ]
 
 
-def markdown(head, rows, others, measured, more=()):
-    """The tables for the book; more: rows of groups.py's campaigns."""
-    out, more, measured = [], list(more), measured or Measured()
+def of_real(head, measured):
+    """The tables on real recordings, as lines for the book."""
+    if not measured.figures() and not measured.found:
+        return []
+    out = [f"{head['date']}, {made(head)}."]
     if measured.found:
-        out += [f"Real recordings, {head['date']}, {made(head)}: what is known of each, what was named, and how the misfit on levels that the fit did not see fell (mean of rms over range):", "",
-                *known.markdown(measured.found), ""]
+        out += ["", "What is known of each, what was named, and how the misfit on levels that the fit did not see fell (mean of rms over range):", "", *known.markdown(measured.found)]
     if measured.planted:
-        out += [f"Known effects planted into {len({r['campaign'] for r in measured.planted})} of them; labels sealed before the diagnosis, sha256 `{head['planted']}`:", "", *planted.markdown(measured.planted), ""]
+        out += ["", f"Known effects planted into {len({r['campaign'] for r in measured.planted})} campaigns; labels sealed before the diagnosis, sha256", f"`{head['planted']}`:", "", *planted.markdown(measured.planted)]
+    if measured.figures():
+        out += ["", *scores.markdown([], measured.figures())]
     figures = [f for r in measured.found for f in r["figures"]]
     if figures:
-        out += ["What a second sensor or the recordings themselves give without any model, beside the diagnosis:", "", *independent.markdown(figures), ""]
+        out += ["", "What a second sensor or the recordings themselves give without any model, beside the diagnosis:", "", *independent.markdown(figures)]
+    return out
+
+
+def of_concealed(head, rows, others, more=()):
+    """The tables on concealed campaigns, as lines for the book; more: rows of groups.py's campaigns."""
+    out, more = [], list(more)
     if rows:
         out += [f"{how_many(head)[:1].upper()}{how_many(head)[1:]} concealed cases, {seeds(head)}, {head['date']}, {made(head)}; labels sha256",
                 f"`{head['sha256']}`; `{command(head)}`:", "",
@@ -432,72 +441,78 @@ def markdown(head, rows, others, measured, more=()):
     if more:
         out += ["", f"With {len(more)} campaigns more, of the groups of tests/concealed/groups.py:" if rows else
                 f"{len(more)} campaigns of the groups of tests/concealed/groups.py, {seeds(head)}, {head['date']}, {made(head)}; labels sha256 `{head['sha256']}`; `{command(head)}`:"]
-    if rows or more or measured.figures():
-        out += [""] + scores.markdown(rows + more, measured.figures())
+    if rows or more:
+        out += [""] + scores.markdown(rows + more)
     if others:
         out += ["", f"Beside, on the first {others['cases']} of these cases:", "", "| | false alarms | detected | single effect named | share of the oracle's gain | processor s a case |", "|---|---|---|---|---|---|"]
         for m in others["methods"]:
             out.append(f"| {m['name']}, {m['settings']} | {m['alarms']}/{m['nulls']} | {m['detected']}/{m['effects']} | {m['named']}/{m['singles']} | {'-' if m['gain'] is None else format(m['gain'], '.2f')} | {m['seconds']:.1f} |")
-    return "\n".join(out)
+    return out
 
 
-START, END = "<!-- proof: written by tests/prove --readme -->", "<!-- end of proof -->"
+def markdown(head, rows, others, measured, more=()):
+    """All tables, as they are printed."""
+    return "\n".join([*of_real(head, measured or Measured()), "", *of_concealed(head, rows, others, more)]).strip()
+
+
+# what stands between these lines in the book's page and in the README is written by --readme
+REAL = ("<!-- real recordings: written by tests/prove --real --planted --readme -->", "<!-- end of real recordings -->")
+CONCEALED = ("<!-- proof: written by tests/prove --readme -->", "<!-- end of proof -->")
 BOOK = Path("docs") / "src"
 
 
-# what the README says of scores.figures, in that order: of real recordings, and of concealed campaigns
-MEASURED = {"real": "of {n} campaigns whose missing physics is known {k} are answered so", "real_wrong": "a wrong name is believed in {k} of them",
-            "misfit": "the misfit on levels that the fit did not see falls to {value:.2f} of what it was, in the median of {n}",
-            "planted6": "of {n} effects planted at 6 times what was unexplained {k} are named", "planted2": "of {n} at 2 times {k}",
-            "flat": "of {n} peaks cut flat {k}", "planted_wrong": "another name is believed in {k} of {n}"}
-CONCEALED = {"null": "of {n} plain campaigns with nothing missing {k} are called so", "single": "of {n} plain and concealed effects {k} are named with nothing besides",
-             "wrong": "a wrong name is believed in {k} of {n} answers", "sets": "of {n} sets that claim to hold the cause with 95 % {k} hold it"}
+# what the README says of scores.figures, in that order
+SAID_OF_REAL = {"real": "of {n} campaigns whose missing physics is known {k} are answered so", "real_wrong": "a wrong name is believed in {k} of them",
+                "misfit": "the misfit on levels that the fit did not see falls to {value:.2f} of what it was, in the median of {n}",
+                "planted6": "of {n} effects planted at 6 times what was unexplained {k} are named", "planted2": "of {n} at 2 times {k}",
+                "flat": "of {n} peaks cut flat {k}", "planted_wrong": "another name is believed in {k} of {n}"}
+SAID_OF_CONCEALED = {"null": "of {n} plain campaigns with nothing missing {k} are called so", "single": "of {n} plain and concealed effects {k} are named with nothing besides",
+                     "wrong": "a wrong name is believed in {k} of {n} answers", "sets": "of {n} sets that claim to hold the cause with 95 % {k} hold it"}
 
 
-def said_of(figures, words):
-    """The sentences of these words of which there are figures."""
-    return "; ".join(w.format(value=figures[key][0], n=figures[key][2], k=figures[key][1]) for key, w in words.items() if key in figures)
+def sentence(begin, figures, words, lines_):
+    """What the README says: the figures there are in these words, and what of the table's `lines_` is short of its floor."""
+    said = "; ".join(w.format(value=figures[key][0], n=figures[key][2], k=figures[key][1]) for key, w in words.items() if key in figures)
+    short = ", ".join(f'"{what}"' for what, *_, kept in lines_ if kept is False)
+    return f"{begin}: {said}." + (f" Short of the floors set for it: {short}." if short else "")
 
 
-def sentences(head, rows, more=(), measured=None):
-    """What the README says of the proof, real recordings first."""
-    every, besides = [*rows, *more], (measured or Measured()).figures()
-    out = []
-    if besides:
-        out += [f"Real recordings, {head['date']}: {said_of(besides, MEASURED)}.", ""]
-    if every:
-        out += [f"Of {len(every)} concealed campaigns ({seeds(head)}, {head['date']}): {said_of(scores.figures(every), CONCEALED)}.", ""]
-    short = ", ".join(f'"{what}"' for what, *_, kept in scores.lines(every, besides) if kept is False)
-    return [*out, f"Short of the floors set for it: {short}."] if short else out[:-1]
+def said_of_real(head, measured):
+    """What the README says of real recordings."""
+    return sentence(f"Real recordings ({head['date']})", measured.figures(), SAID_OF_REAL, scores.lines([], measured.figures()))
 
 
-def between(path, lines_):
-    """Puts lines between the markers in a file; keeps the rest of it."""
-    text = path.read_text()
-    if START not in text or END not in text:
-        raise SystemExit(f"{path}: the lines '{START}' and '{END}' are missing; put them where the proof belongs")
-    return text[:text.index(START)] + "\n".join([START, "", *lines_, ""]) + text[text.index(END):]
+def said_of_concealed(head, rows, more=()):
+    """What the README says of concealed campaigns."""
+    every = [*rows, *more]
+    return sentence(f"Of {len(every)} concealed campaigns ({seeds(head)}, {head['date']})", scores.figures(every), SAID_OF_CONCEALED, scores.lines(every))
+
+
+def between(path, text, lines_, marks):
+    """The text of a file with lines between these marks; the rest of it is kept."""
+    start, end = marks
+    if start not in text or end not in text:
+        raise SystemExit(f"{path}: the lines '{start}' and '{end}' are missing; put them where the proof belongs")
+    return text[:text.index(start)] + "\n".join([start, "", *lines_, ""]) + text[text.index(end):]
 
 
 def readme(root, out, head, rows, others, measured, more=()):
-    """Puts tables and pictures into the book's page of the proof, and their sentences into the README."""
-    measured = measured or Measured()
-    page_lines = [markdown(head, rows, others, measured, more)]
+    """Puts tables and pictures into the book's page of the proof, and their sentences into the README: of what there are results."""
+    book, front = root / BOOK / "proof.md", root / "README.md"
+    measured, texts, pictures = measured or Measured(), {p: p.read_text() for p in (book, front)}, []
     if measured.found:
-        page_lines = ["![misfit of real recordings before and after](images/real.svg)", "", *page_lines]
-    if rows:
-        page_lines += ["", "![right answers by group](images/scoreboard.svg)", "", "![detected and named right against strength](images/detection.svg)"]
-    texts = [(root / BOOK / "proof.md", page_lines)]
-    if rows or more or measured.found:
-        picture = ["![Misfit on levels that the fit did not see, real recordings](docs/src/images/real.svg)", ""] if measured.found else []
-        texts.append((root / "README.md", [*picture, *sentences(head, rows, more, measured)]))
-    ready = [(path, between(path, lines_)) for path, lines_ in texts]
-    drawn = ["scoreboard.svg", "detection.svg"] * bool(rows) + ["real.svg"] * bool(measured.found)
-    pictures = root / BOOK / "images"
-    pictures.mkdir(exist_ok=True)
-    for name in drawn:
-        (pictures / name).write_text((out / name).read_text())
-    for path, text in ready:
+        pictures.append("real.svg")
+        texts[book] = between(book, texts[book], ["![misfit of real recordings before and after](images/real.svg)", "", *of_real(head, measured)], REAL)
+        texts[front] = between(front, texts[front], ["![Misfit on levels that the fit did not see, real recordings](docs/src/images/real.svg)", "", said_of_real(head, measured)], REAL)
+    if rows or more:
+        drawn = ["", "![right answers by group](images/scoreboard.svg)", "", "![detected and named right against strength](images/detection.svg)"]
+        texts[book] = between(book, texts[book], [*of_concealed(head, rows, others, more), *(drawn if rows else [])], CONCEALED)
+        texts[front] = between(front, texts[front], [said_of_concealed(head, rows, more)], CONCEALED)
+        pictures += ["scoreboard.svg", "detection.svg"] if rows else []
+    (root / BOOK / "images").mkdir(exist_ok=True)
+    for name in pictures:
+        (root / BOOK / "images" / name).write_text((out / name).read_text())
+    for path, text in texts.items():
         temp = path.with_suffix(".md.part")
         temp.write_text(text)
         temp.replace(path)

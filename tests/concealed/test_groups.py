@@ -225,7 +225,7 @@ def test_little_counts_a_name_that_is_held_open():
 
 
 def a_row(group, right, p, ok, truth=("x",), **more):
-    return dict(group=group, right=right, top=(p, ok), truth=list(truth), answered=True, detected=True, located=True, held=None, believed=[], worse=False, gain=None,
+    return dict(group=group, right=right, top=(p, ok), truth=list(truth), answered=True, detected=True, located=True, held=None, believed=[], worse=False, poorer=False, contained=(0, 4), gain=None,
                 part=None, depends=None, share=None, parameters=[], set=None, case="c", false_names=[], probability={}) | more
 
 

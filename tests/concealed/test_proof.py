@@ -53,28 +53,47 @@ def test_book_and_readme_keep_what_is_not_the_proof_s(answered, tmp_path):
     page.write(out, head(out), rows, None, None, None)
     book, readme = tmp_path / "docs" / "src" / "proof.md", tmp_path / "README.md"
     book.parent.mkdir(parents=True)
+    (start, end), (real_start, real_end) = page.CONCEALED, page.REAL
     for path in (book, readme):
-        path.write_text(f"before\n{page.START}\nwhat stood there\n{page.END}\nafter\n")
+        path.write_text(f"before\n{real_start}\nof real ones\n{real_end}\n{start}\nwhat stood there\n{end}\nafter\n")
     page.readme(tmp_path, out, head(out), rows, None, None)
     once = book.read_text(), readme.read_text()
     page.readme(tmp_path, out, head(out), rows, None, None)
     assert (book.read_text(), readme.read_text()) == once
     for text in once:
-        assert text.startswith("before\n") and text.endswith("\nafter\n") and "what stood there" not in text and "seed 41, 2000-01-02" in text
+        assert text.startswith(f"before\n{real_start}\nof real ones\n") and text.endswith("\nafter\n") and "what stood there" not in text and "seed 41, 2000-01-02" in text
     for name in ("scoreboard.svg", "detection.svg"):
         assert f"images/{name}" in once[0] and (book.parent / "images" / name).read_text().count("<svg") == 1
-    assert "\n".join(page.sentences(head(out), rows)) in once[1] and "Of 3 concealed campaigns (seed 41" in once[1]
+    assert page.said_of_concealed(head(out), rows) in once[1] and "Of 3 concealed campaigns (seed 41" in once[1]
     readme.write_text("no markers\n")
     with pytest.raises(SystemExit, match="README.md.*missing"):
         page.readme(tmp_path, out, head(out), rows, None, None)
     assert readme.read_text() == "no markers\n" and book.read_text() == once[0]
 
 
+def test_real_recordings_have_a_part_of_their_own_in_book_and_readme(answered, tmp_path):
+    out, rows = answered
+    found = dict(campaign="afm-gel", answered=True, seconds=1.0, named=["adhesion"], probability={"adhesion": 0.97}, levels=2, before=0.04, after=0.01, figures=[])
+    grown = dict(campaign="afm-gel", case="planted-000", effect="clipping", strength=0.0, named=True, found=["clipping"], wrong=[])
+    measured = page.Measured([found], "<p>of it</p>", [grown])
+    page.write(out, dict(head(out), planted="seal"), rows, None, measured, None)
+    text = (out / "index.html").read_text()
+    assert "seal" in text and "of it" in text and "real recordings answered as known" in text
+    book = tmp_path / "docs" / "src" / "proof.md"
+    book.parent.mkdir(parents=True)
+    for path in (book, tmp_path / "README.md"):
+        path.write_text("".join(f"{a}\nas it was\n{b}\n" for a, b in (page.REAL, page.CONCEALED)))
+    page.readme(tmp_path, out, dict(head(out), planted="seal"), [], None, measured)
+    said = (tmp_path / "README.md").read_text()
+    assert said.count("as it was") == 1 and "of 1 campaigns whose missing physics is known 1 are answered so" in said and "falls to 0.25 of what it was" in said and "of 1 peaks cut flat 1" in said
+    assert "| afm-gel | adhesion |" in book.read_text() and (book.parent / "images" / "real.svg").read_text().count("<svg") == 1
+
+
 def test_the_sentence_counts_what_the_tables_count(answered):
     out, rows = answered
     got = scores.figures(rows)
-    said = "\n".join(page.sentences(head(out), rows))
-    for key, words in page.CONCEALED.items():
+    said = page.said_of_concealed(head(out), rows)
+    for key, words in page.SAID_OF_CONCEALED.items():
         assert (words.format(n=got[key][2], k=got[key][1]) in said) if key in got else words.rpartition("}")[2] not in said
     assert "wrong" in got
     for what, *_, kept in scores.lines(rows):
@@ -83,7 +102,9 @@ def test_the_sentence_counts_what_the_tables_count(answered):
 
 def test_readme_and_book_have_a_place_for_the_proof():
     for path in (page.BOOK / "proof.md", "README.md"):
-        assert page.between(prove.ROOT / path, ["said"]).count("said") >= 1
+        for marks in (page.REAL, page.CONCEALED):
+            text = (prove.ROOT / path).read_text()
+            assert page.between(path, text, ["said"], marks).count("said\n") >= 1
 
 
 def test_a_set_is_a_seed_and_a_number():
