@@ -142,7 +142,10 @@ def unloading(verdict):
     m = named(verdict, "plastic_indentation")
     if not m or len(verdict["missing"]) > 1 or m["form"] == "Thornton":
         return None
-    p = next(q["after"] for q in verdict["fit"]["base_bias"]["parameters"] if q["name"] == "p")
+    p = next((q["after"] for q in verdict["fit"]["base_bias"]["parameters"] if q["name"] == "p"), None)
+    # a shape that was learned has neither
+    if p is None or not {"plastic_ratio", "yield_penetration"} <= m["parameters"].keys():
+        return None
     keys = [k for k in ("plastic_ratio", "yield_penetration", "plastic_unloading_exponent") if k in m["parameters"]]
     power = 1.0 if m["form"] == "Walton-Braun" else p
     return lambda figure, d: derived(m, keys, lambda r, y, n=power: figure(d, r * max(d - y, 0.0), n, p))
@@ -204,8 +207,10 @@ def figures(case, campaign, verdict, partner):
         levels = [r.get("level") for r in campaign["recording"]]
         out += permanent_set(case, recordings, levels, verdict) + pull(case, recordings, verdict)
         out += friction(case, recordings, verdict) if "switch" in campaign["campaign"].get("material", "") else []
-    elif not partner:
-        out += natural_frequency(case, recordings, verdict) + hardening(case, recordings, verdict)
+    elif not partner and all("acceleration" in a for a in recordings):
+        out += natural_frequency(case, recordings, verdict)
+        # what narrows the pulses of one level is no speed
+        out += hardening(case, recordings, verdict) if len({r.get("level") for r in campaign["recording"]}) == 1 else []
     return out
 
 

@@ -539,11 +539,7 @@ mod tests {
         // and a force of the depth alone stands in for it worse than that form does
         let force = of_depth(&decision.base);
         let (standing, heldout) = decision.standing_in_better(&force).unwrap();
-        assert!(
-            !standing.is_named()
-                && standing.names() == ["attached_mass"]
-                && heldout.nrmse < force.heldout.unwrap().nrmse
-        );
-        assert_eq!(standing.point().theta, ridden.point().theta);
+        assert!(!standing.is_named() && standing.names().contains(&"attached_mass"), "{:?}", standing.names());
+        assert!(standing.chi2() < force.fitted.chi2() && heldout.nrmse < force.heldout.unwrap().nrmse);
     }
 }
