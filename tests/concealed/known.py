@@ -26,15 +26,15 @@ def ratio(r):
 
 
 def judged(found):
-    """The real campaigns of `found` (real.section) of which something is known: (row, needed, believed wrong, whether it is answered)."""
-    out = []
+    """The real campaigns of `found` (real.section) of which something is known: (row, needed, believed wrong, whether it is answered, how it is known)."""
+    out, of = [], known()
     for r in found:
-        if r["campaign"] not in (k := known()):
+        if r["campaign"] not in of:
             continue
-        needed, allowed, most, _ = k[r["campaign"]]
+        needed, allowed, most, how = of[r["campaign"]]
         wrong = sorted(n for n, p in r["probability"].items() if p >= BELIEVED and n not in needed | allowed)
         right = needed <= set(r["named"]) and not wrong and r["answered"] and (most is None or ratio(r) <= most)
-        out.append((r, needed, wrong, right))
+        out.append((r, needed, wrong, right, how))
     return out
 
 
@@ -54,10 +54,9 @@ def figures(found):
 def markdown(found):
     """What is known of each, what was said and what became of the misfit, as lines of markdown."""
     out = ["| real recordings | known | from | named (probability) | misfit on what was not seen | answered |", "|---|---|---|---|---|---|"]
-    for r, needed, _, right in judged(found):
+    for r, needed, _, right, how in judged(found):
         said = ", ".join(f"{n} ({p:.2f})" for n, p in r["probability"].items()) or "nothing" + (", unexplained" if r.get("unexplained") else "")
         fell = f"{100 * r['before']:.2f} % to {100 * r['after']:.2f} %" if r["before"] and r["after"] else "-"
-        *_, how = known()[r["campaign"]]
         out.append(f"| {r['campaign']} | {', '.join(sorted(needed)) or 'no word for it'} | {how} | {said} | {fell} | {'yes' if right else 'no'} |")
     there = {r["campaign"] for r in found}
     out += ["", "Where these recordings are:", ""]

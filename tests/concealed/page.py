@@ -366,8 +366,9 @@ def write(out, head, rows, others, measured, single_level, more=()):
     if measured.planted:
         parts += ['<h2 id="planted">Planted into real recordings</h2>', f"<p>Labels sealed before the diagnosis: sha256 <code>{head['planted']}</code>.</p>", planted_table(measured.planted)]
     if measured.found:
-        (out / "real.svg").write_text('<?xml version="1.0"?>\n' + fig.fallen(measured.found))
-        parts += ['<h2 id="real">Real recordings</h2>', fig.fallen(measured.found), real_table(measured.found), measured.html]
+        fallen = fig.fallen(measured.found)
+        (out / "real.svg").write_text('<?xml version="1.0"?>\n' + fallen)
+        parts += ['<h2 id="real">Real recordings</h2>', fallen, real_table(measured.found), measured.html]
     (out / "index.html").write_text("\n".join(parts))
 
 

@@ -88,49 +88,18 @@ impl Decision {
             posterior = Posterior::new(&evidence, &table);
             next = unpredicted(&posterior, &fits, &evidence);
         }
-        let base = fits[0].clone();
-        let mut decision = Decision {
-            detected: false,
-            unexplained: false,
-            ties: Vec::new(),
-            overdispersion: (base.overdispersion(), base.overdispersion()),
-            before: predicted[0].clone().unwrap_or_default(),
-            after: None,
-            folds: None,
-            windows: Vec::new(),
-            learned: None,
-            forces: Vec::new(),
-            taken: None,
-            by_class: Vec::new(),
-            chosen: base.clone(),
-            base,
-            singles,
-            excess_scatter: None,
-            gain,
-            evidence,
-            table,
-            posterior,
-            choices: Vec::new(),
-            fits,
-            predicted,
-        };
-        decision.choose();
-        decision
-    }
-
-    /// Chooses by the posterior: the names that are likely, what stands in for an unknown cause, or nothing.
-    fn choose(&mut self) {
-        let at = likeliest(&self.posterior, &self.fits, &self.evidence);
-        self.predicted_by(at);
-        let (fits, predicted, posterior) = (&self.fits, &self.predicted, &self.posterior);
+        let at = likeliest(&posterior, &fits, &evidence);
+        predicted[at].get_or_insert_with(|| held_out(&fits[at]));
         let lacks_limit = posterior.is_limited() && !limits_reading(&fits[at].names());
         let limited = if lacks_limit { with_limit(&fits[at]) } else { None };
         let chosen = limited.clone().unwrap_or_else(|| fits[at].clone());
+        let base = fits[0].clone();
         let adds = !chosen.structure.terms().is_empty();
         // what differs between recordings of one level is seen by no force within one
-        self.excess_scatter = chosen.excess_scatter_left(self.base.excess_scatter());
-        let scatters = self.excess_scatter.is_some();
+        let excess_scatter = chosen.excess_scatter_left(base.excess_scatter());
+        let scatters = excess_scatter.is_some();
         let is_unknown = posterior.likely_names().is_empty() && !posterior.is_nothing();
+        let left = chosen.overdispersion();
         let is_large = |c: &Cause| c.structure == Some(at) && c.large > 0.5;
         let much = posterior.causes.iter().any(is_large) || posterior.unknown() > 0.5;
         let leaves_much = adds && much && remainder(&chosen, false).is_material();
@@ -141,22 +110,31 @@ impl Decision {
             let of = near.filter_map(|i| Some((fits[i].clone(), predicted[i].clone()?)));
             choices = of.take(1 + CHOICES).collect();
         }
-        self.detected = adds || is_unknown || scatters;
-        self.unexplained = is_unknown || scatters || leaves_much;
-        self.ties = rivals(posterior, &chosen);
-        self.overdispersion.1 = chosen.overdispersion();
-        self.after = match &limited {
-            Some(f) => Some(held_out(f)),
-            None => predicted[at].clone().filter(|_| at > 0),
-        };
-        self.choices = choices;
-        self.chosen = chosen;
-    }
-
-    /// What the structure of this index predicts of levels not seen.
-    fn predicted_by(&mut self, i: usize) -> &HeldOut {
-        let fit = &self.fits[i];
-        self.predicted[i].get_or_insert_with(|| held_out(fit))
+        Decision {
+            detected: adds || is_unknown || scatters,
+            unexplained: is_unknown || scatters || leaves_much,
+            ties: rivals(&posterior, &chosen),
+            overdispersion: (base.overdispersion(), left),
+            before: predicted[0].clone().unwrap_or_default(),
+            after: limited.map(|f| held_out(&f)).or_else(|| predicted[at].clone().filter(|_| at > 0)),
+            folds: None,
+            windows: Vec::new(),
+            learned: None,
+            forces: Vec::new(),
+            taken: None,
+            by_class: Vec::new(),
+            base,
+            chosen,
+            singles,
+            excess_scatter,
+            gain,
+            evidence,
+            table,
+            posterior,
+            choices,
+            fits,
+            predicted,
+        }
     }
 
     /// Whether a mechanism of the vocabulary is named.

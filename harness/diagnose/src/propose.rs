@@ -31,7 +31,8 @@ const FURTHER: f64 = 3.0;
 const OTHERS: usize = 5;
 const MOST: usize = 3;
 
-/// Starts of a term beside a structure that ended better than the two together.
+/// Starts from which a term is fitted beside a structure that ended better than the two together, as well as from where it was; the
+/// best fit counts, so that more cost time alone.
 const STARTS_WITHIN: usize = 3;
 
 /// Nats that a fit whose structure is possible may still gain; more, and it is carried on.
@@ -179,16 +180,12 @@ impl Pool {
                 let is_worse = |(a, _): &(usize, Term)| self.fits[*a].chi2() < whole.chi2() - SAME;
                 worse.extend(least.filter(is_worse).map(|(a, term)| (a, b, term)));
             }
-            worse.retain(|(a, b, _)| {
-                let pair = (sorted_forms(&self.fits[*a]), sorted_forms(&self.fits[*b]));
-                !tried.contains(&pair) && {
-                    tried.push(pair);
-                    true
-                }
-            });
+            let pair = |(a, b, _): &(usize, usize, Term)| (sorted_forms(&self.fits[*a]), sorted_forms(&self.fits[*b]));
+            worse.retain(|w| !tried.contains(&pair(w)));
             if worse.is_empty() {
                 return;
             }
+            tried.extend(worse.iter().map(pair));
             let again = |(a, b, term): &(usize, usize, Term)| from_within(&self.fits[*a], &self.fits[*b], term);
             self.take(worse.par_iter().filter_map(again).collect());
         }
@@ -390,9 +387,9 @@ mod tests {
         write_campaign(dir.path(), &Recipe { samples: 350, interval: 2e-5, ..Recipe::default() }).unwrap();
         let mut campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
         campaign.simulation.terms.retain(|t| t != "hysteresis_damping");
-        let search = Search::new(&estimate::prepare::Prepared::new(&campaign).unwrap());
-        let guess = estimate::prepare::Prepared::new(&campaign).unwrap().guess;
-        let base = Fitted::base(&search.data, &search.structure, &guess);
+        let prepared = estimate::prepare::Prepared::new(&campaign).unwrap();
+        let search = Search::new(&prepared);
+        let base = Fitted::base(&search.data, &search.structure, &prepared.guess);
         let term = |name: &str| search.candidates().into_iter().find(|t| t.name() == name).unwrap();
         let (damping, drag) = (term("hysteresis_damping"), term("fluid_drag"));
         let single = base.add(&damping, 2, &SLOW).unwrap();
