@@ -55,6 +55,19 @@ def test_an_error_of_the_chain_shows_as_much_as_was_asked(effect):
     assert planted.chain([t], [y], effect, 10.0) is None
 
 
+def test_a_force_is_one_law_of_depth_and_rate_for_all_recordings():
+    t = np.linspace(0.0, 1.0, 401)
+    way = np.minimum(t, 1.0 - t) * 2e-3
+    way[:40] = way[-40:] = 0.0
+    recordings = [dict(time=t, penetration=k * way, force=1e6 * (k * way) ** 1.5 + 1e-3 * t) for k in (0.5, 1.0)]
+    shallow, deep = planted.forces(recordings, "secondary_stiffening", 6.0)
+    assert not shallow.any() and deep.max() > 0
+    shallow, deep = planted.forces(recordings, "viscous_damping", 6.0)
+    assert shallow.max() == pytest.approx(0.5 * deep.max(), rel=0.05)
+    shallow, deep = planted.forces(recordings, "guide_friction", 6.0)
+    assert shallow.max() == pytest.approx(deep.max(), rel=0.01)
+
+
 def test_the_same_seed_plants_the_same_and_the_labels_are_kept_apart(campaign, tmp_path):
     drawn = [planted.draw([campaign], tmp_path / "real", tmp_path / out, 4, [2.0], 1.0) for out in ("a", "b")]
     (cases, sealed), (_, again) = drawn

@@ -111,6 +111,35 @@ pub fn series(coefficients: &[f64], u: f64) -> f64 {
     sum(&coefficients[..n], &waves(u, n))
 }
 
+/// Places at which a series is summed side by side.
+const PLACES: usize = 8;
+
+/// A series at each of `places`, which it replaces: as [`series`], within rounding (Clenshaw 1955), in a fraction of the time.
+pub fn series_at(coefficients: &[f64], places: &mut [f64]) {
+    let n = terms(coefficients);
+    if n == 0 {
+        places.iter_mut().for_each(|u| *u = 0.0);
+        return;
+    }
+    for places in places.chunks_mut(PLACES) {
+        let mut twice = [0.0; PLACES];
+        for (t, u) in twice.iter_mut().zip(places.iter()) {
+            *t = 2.0 * cos_of_half_turns(inside(*u));
+        }
+        let (mut now, mut before) = ([0.0; PLACES], [0.0; PLACES]);
+        for c in coefficients[1..n].iter().rev() {
+            for i in 0..PLACES {
+                let next = SQRT_2 * c + twice[i] * now[i] - before[i];
+                before[i] = now[i];
+                now[i] = next;
+            }
+        }
+        for (i, u) in places.iter_mut().enumerate() {
+            *u = coefficients[0] + 0.5 * twice[i] * now[i] - before[i];
+        }
+    }
+}
+
 #[inline]
 fn inside(u: f64) -> f64 {
     u.clamp(0.0, 1.0)
@@ -356,6 +385,12 @@ mod tests {
             near(series(&l.coefficients[..TERMS], u), want, 1e-13);
         }
         assert_eq!(series(&l.coefficients[..TERMS], 1.5), series(&l.coefficients[..TERMS], 1.0));
+        for n in [0, 1, 2, 9, TERMS] {
+            let places: Vec<f64> = (-3..30).map(|i| i as f64 * 0.04).collect();
+            let mut all = places.clone();
+            series_at(&l.coefficients[..n], &mut all);
+            places.iter().zip(&all).for_each(|(u, sum)| near(*sum, series(&l.coefficients[..n], *u), 1e-13));
+        }
         assert_eq!(series(&l.coefficients[..TERMS], -0.5), series(&l.coefficients[..TERMS], 0.0));
     }
 

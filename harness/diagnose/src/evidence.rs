@@ -194,6 +194,14 @@ pub fn weighed(f: &Fitted) -> Option<Weighed> {
     Some(Weighed { left: finite(left), pending, ln, ..Weighed::without_evidence(f) })
 }
 
+/// ln of the evidence of a fit where what it leaves is noise, and the nats that the fit would still gain, which count as gained; None
+/// where it cannot be simulated, or its normal matrix is singular.
+pub fn of_noise(f: &Fitted) -> Option<(f64, f64)> {
+    let evidence = Evidence::of_noise(f)?;
+    let reduced = evidence.beside(None, &[])?;
+    Some((reduced.ln(0.0)?, reduced.pending()?))
+}
+
 /// The evidence of a cause in no vocabulary beside `f`, by the place at which it enters.
 pub fn unknown(f: &Fitted) -> Vec<Unknown> {
     let places = Place::all(&f.data);
@@ -271,6 +279,8 @@ mod tests {
         away.fit.point.theta[0] += 1e-3;
         away.fit.point = away.problem().evaluate(away.point().theta.clone(), away.point().locals.clone());
         let (at_end, mut before, ended) = [&fit, &away, &away.to_its_end()].map(|f| weighed(f).unwrap()).into();
+        let alone = of_noise(&away).unwrap();
+        assert!((alone.0 - before.ln[0][0]).abs() < 1e-6 && (alone.1 - before.pending).abs() < 1e-6, "{alone:?}");
         assert!(at_end.pending < 1.0 && before.pending > 1.0 && ended.pending < 1.0, "{before:?}");
         // what is foretold is what is there, where the equations are right
         assert!((ended.ln[0][0] - before.ln[0][0]).abs() < 1.0, "{before:?} {ended:?}");

@@ -2,7 +2,7 @@
 //! they may depend on, through the integrated simulation. What they depend on is said, and what they predict; damping alone has a
 //! name, as the class that it is.
 
-use crate::evidence::{ln_sum, weighed, Weighed};
+use crate::evidence::{ln_sum, of_noise};
 use crate::experiment::phi;
 use crate::heldout::{held_out, HeldOut};
 use crate::phases::shares;
@@ -162,7 +162,10 @@ struct Tried {
     depends: Vec<Dependence>,
     beside: Option<&'static str>,
     fitted: Fitted,
-    weighed: Weighed,
+    /// Its ln evidence, of noise alone: what a shape leaves is noise by now.
+    ln: f64,
+    /// Nats that its fit would still gain, which `ln` counts as gained.
+    pending: f64,
     ln_prior: f64,
     heldout: Option<HeldOut>,
 }
@@ -170,19 +173,16 @@ struct Tried {
 impl Tried {
     /// None where it cannot be weighed.
     fn new(depends: Vec<Dependence>, beside: Option<&'static str>, fitted: Fitted, ln_prior: f64) -> Option<Tried> {
-        let weighed = weighed(&fitted)?;
-        Some(Tried { depends, beside, fitted, weighed, ln_prior, heldout: None }).filter(|t| t.ln().is_finite())
-    }
-
-    /// Its ln evidence, of noise alone: what a shape leaves is noise by now.
-    fn ln(&self) -> f64 {
-        self.weighed.ln[0][0]
+        let (ln, pending) = of_noise(&fitted)?;
+        Some(Tried { depends, beside, fitted, ln, pending, ln_prior, heldout: None })
     }
 
     /// The same fitted to its end; what it has not gained by then counts for nothing.
     fn to_its_end(&self) -> Option<Tried> {
         let mut of = Tried::new(self.depends.clone(), self.beside, self.fitted.to_its_end(), self.ln_prior)?;
-        of.weighed.forgo_pending(PENDING);
+        if of.pending > PENDING {
+            of.ln -= std::mem::take(&mut of.pending);
+        }
         Some(of)
     }
 
@@ -227,7 +227,7 @@ fn probabilities(all: &[Tried], given: f64, table: &Table) -> Vec<f64> {
         known.map(|h| table.of_heldout((given / h.nrmse).ln()))
     };
     let best = all.iter().filter_map(predicts).fold(0.0, f64::max);
-    let score = |t: &Tried| t.ln() / table.learned.temperature + t.ln_prior + predicts(t).unwrap_or(best);
+    let score = |t: &Tried| t.ln / table.learned.temperature + t.ln_prior + predicts(t).unwrap_or(best);
     let score: Vec<f64> = all.iter().map(score).collect();
     let whole = ln_sum(&score);
     score.iter().map(|s| if whole.is_finite() { (s - whole).exp() } else { 0.0 }).collect()
@@ -240,7 +240,7 @@ fn end_what_is_possible(tried: &mut [Tried], given: f64, table: &Table) {
         let mut unfinished: Vec<&mut Tried> = tried
             .iter_mut()
             .zip(shares)
-            .filter(|(t, share)| *share > POSSIBLE && t.weighed.pending > PENDING)
+            .filter(|(t, share)| *share > POSSIBLE && t.pending > PENDING)
             .map(|t| t.0)
             .collect();
         if unfinished.is_empty() {
@@ -248,7 +248,7 @@ fn end_what_is_possible(tried: &mut [Tried], given: f64, table: &Table) {
         }
         unfinished.par_iter_mut().for_each(|t| match t.to_its_end() {
             Some(ended) => **t = ended,
-            None => t.weighed.pending = 0.0,
+            None => t.pending = 0.0,
         });
     }
 }
@@ -263,13 +263,14 @@ pub fn learn(base: &Fitted, stands_in: Option<&Fitted>, table: &Table, given: f6
     let alone = tried.iter().zip(probabilities(&tried, given, table)).enumerate();
     let alone = alone.filter(|(_, (t, _))| !t.depends.is_empty() && !t.is_worse(given));
     if let Some((first, _)) = alone.max_by(|a, b| a.1 .1.total_cmp(&b.1 .1)) {
+        let many = tried.len();
         let pairs = pairs(base, &tried[first], table);
-        if let Some(better) =
-            pairs.iter().max_by(|a, b| a.ln().total_cmp(&b.ln())).and_then(|most| contained(most, &tried[first]))
-        {
+        tried.extend(pairs);
+        end_what_is_possible(&mut tried, given, table);
+        let most = tried[many..].iter().max_by(|a, b| a.ln.total_cmp(&b.ln));
+        if let Some(better) = most.and_then(|most| contained(most, &tried[first])) {
             tried[first] = better;
         }
-        tried.extend(pairs);
         tried = in_less_noise(base, tried, noise);
         predict(&mut tried, given, table);
     }
@@ -394,7 +395,7 @@ fn fitted_again(data: &Arc<Data>, f: Fitted) -> Fitted {
 pub fn nats_ahead(learned: &Fitted, other: &Fitted) -> Option<f64> {
     let noise = left(learned).min(left(other));
     let wider = Arc::new(widened(&other.data, noise));
-    let ln = |f: &Fitted| weighed(&fitted_again(&wider, f.clone())).map(|w| w.ln[0][0]);
+    let ln = |f: &Fitted| of_noise(&fitted_again(&wider, f.clone())).map(|(ln, _)| ln);
     Some(ln(learned)? - ln(other)?).filter(|nats| nats.is_finite())
 }
 
@@ -488,13 +489,18 @@ fn pairs(base: &Fitted, first: &Tried, table: &Table) -> Vec<Tried> {
     let forms = forms.filter(|t| t.mechanism.named && is_elsewhere(t));
     let second: Vec<_> = learned.map(|(of, term)| (Some(of), term)).chain(forms.map(|term| (None, term))).collect();
     let ln_prior = ln_prior_of_second(second.len(), table);
+    let problem = first.fitted.problem();
+    let Some(linear) = problem.linearise(first.fitted.point()) else { return Vec::new() };
+    let further = first.fitted.further();
     let pair = |(of, term): (Option<Dependence>, Term)| {
         let (fitted, mechanism) = match of {
             Some(_) => (beside(&first.fitted, term), None),
             // its form stands in for what has no name
             None => {
-                let mechanism = stand_in(term.mechanism);
-                (first.fitted.add(&Term { mechanism, ..term }, STARTS, &OPTIONS)?, Some(mechanism.name))
+                let term = Term { mechanism: stand_in(term.mechanism), ..term };
+                let mut starts = first.fitted.scored(&problem, &linear, &term);
+                starts.truncate(STARTS);
+                (first.fitted.fit_from(&further, &term, &starts, &FEW)?, Some(term.name()))
             }
         };
         let depends = first.depends.iter().copied().chain(of).collect();
@@ -509,11 +515,13 @@ fn contained(pair: &Tried, first: &Tried) -> Option<Tried> {
     let mut at = pair.fitted.point().clone();
     at.theta.truncate(first.fitted.point().theta.len());
     let fitted = fitted_from(&first.fitted.data, structure, &at);
-    Tried::new(first.depends.clone(), first.beside, fitted, first.ln_prior).filter(|t| t.ln() > first.ln())
+    Tried::new(first.depends.clone(), first.beside, fitted, first.ln_prior).filter(|t| t.ln > first.ln)
 }
 
-/// Starts from which a form of the vocabulary is fitted beside a learned force; the best fit counts, so that more cost time alone.
+/// Starts from which a form of the vocabulary is fitted beside a learned force, and how far each is: what it is then still to gain counts
+/// as gained, and the best one is fitted to its end where that makes it possible.
 const STARTS: usize = 3;
+const FEW: Options = Options { iterations: 8, ..OPTIONS };
 
 #[cfg(test)]
 mod tests {

@@ -61,6 +61,13 @@ struct Solved {
 }
 
 impl<'a> Evidence<'a> {
+    /// Of a fit whose recordings hold noise alone: nothing that they share, nothing of their own, no disturbance. None where the
+    /// simulation fails.
+    pub fn of_noise(fitted: &'a Fitted) -> Option<Evidence<'a>> {
+        let globals = fitted.structure.model().parameters.len();
+        Evidence::of_parts(fitted, |_, equations| part(equations, globals, &[], Vec::new()))
+    }
+
     /// Of a fit, each recording with something of its own at each of `places`, and with channels that may be `disturbed`. None
     /// where the simulation fails.
     pub fn new(fitted: &'a Fitted, places: &[Place], disturbed: &[Disturbed]) -> Option<Evidence<'a>> {
@@ -68,28 +75,37 @@ impl<'a> Evidence<'a> {
         let shared = paths.shared();
         let disturbances: Vec<(Disturbed, Columns)> = disturbed.iter().map(|d| (*d, paths.disturbed(*d))).collect();
         let own: Vec<Columns> = places.iter().map(|p| paths.own(*p)).collect();
+        let globals = fitted.structure.model().parameters.len();
+        let wide = |r: usize, equations: Equations| {
+            let disturbances = disturbances.iter().map(|d| &d.1);
+            let alone = own.iter().chain(disturbances).flat_map(|columns| columns[r].iter().cloned());
+            part(equations, globals, &shared[r], alone.collect())
+        };
+        let count = |columns: &Columns| columns.first().map_or(0, Vec::len);
+        Some(Evidence {
+            shared: count(&shared),
+            own: own.iter().map(count).collect(),
+            disturbances: disturbances.iter().map(|(d, columns)| (*d, count(columns))).collect(),
+            ..Evidence::of_parts(fitted, wide)?
+        })
+    }
+
+    /// The equations of every recording at the end of a fit, each made a part by `part`.
+    fn of_parts(fitted: &'a Fitted, part: impl Fn(usize, Equations) -> Part + Sync) -> Option<Evidence<'a>> {
         let problem = fitted.problem();
         let point = fitted.point();
-        let globals = problem.model.parameters.len();
-        let parts: Option<Vec<Part>> = (0..fitted.data.records.len())
-            .into_par_iter()
-            .map(|r| {
-                let equations = problem.normal_equations(point, r)?;
-                let disturbances = disturbances.iter().map(|d| &d.1);
-                let alone = own.iter().chain(disturbances).flat_map(|columns| columns[r].iter().cloned());
-                Some(part(equations, globals, &shared[r], alone.collect()))
-            })
-            .collect();
-        let count = |columns: &Columns| columns.first().map_or(0, Vec::len);
+        let all = (0..fitted.data.records.len()).into_par_iter();
+        let parts: Option<Vec<Part>> =
+            all.map(|r| problem.normal_equations(point, r).map(|equations| part(r, equations))).collect();
         let at_bound = |(p, x): (&Parameter, &f64)| *x <= p.lower || *x >= p.upper;
         Some(Evidence {
             fitted,
             parts: parts?,
-            globals,
-            shared: count(&shared),
+            globals: problem.model.parameters.len(),
+            shared: 0,
             locals: problem.nuisances().len(),
-            own: own.iter().map(count).collect(),
-            disturbances: disturbances.iter().map(|(d, columns)| (*d, count(columns))).collect(),
+            own: Vec::new(),
+            disturbances: Vec::new(),
             held: problem.model.parameters.iter().zip(&point.theta).map(at_bound).collect(),
         })
     }

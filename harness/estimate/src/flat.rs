@@ -69,6 +69,13 @@ impl Read {
         self.y.iter().zip(&self.moves).filter(|(v, moves)| **moves && is_at(**v, top)).count() as f64
     }
 
+    /// Whether a reading is `top` while it moved, neither the first nor the last: where a recording begins and ends is set by what
+    /// controls it, or by whoever cut it.
+    fn ends_at(&self, top: f64) -> bool {
+        let inner = 1..self.y.len().saturating_sub(1);
+        inner.into_iter().any(|i| self.moves[i] && is_at(self.y[i], top))
+    }
+
     /// Whether a reading is `top`, moving or not.
     fn reaches(&self, top: f64) -> bool {
         self.y.iter().any(|v| is_at(*v, top))
@@ -136,7 +143,7 @@ fn nats(all: &[Read], top: f64, noise: f64, is_imposed: bool) -> Option<f64> {
     let is_on_the_way = |v: f64| v > ON_THE_WAY.0 * top && v < ON_THE_WAY.1 * top;
     for r in all {
         let run = r.at(top);
-        if run > 0.0 {
+        if r.ends_at(top) {
             ties += run - 1.0;
             ends += 1.0;
             // mean fall of a parabola as wide as the half of the peak, over as many samples
@@ -247,6 +254,18 @@ mod tests {
         let all = [cut(true), cut(false), cut(false)];
         assert!(nats(&all, 1.0, 1e-3, true).unwrap() > 100.0);
         assert!(nats(&all[1..], 1.0, 1e-3, true).is_none());
+    }
+
+    #[test]
+    fn a_reading_that_recordings_end_with_alone_is_no_end_of_a_range() {
+        let until = |limit: f64| {
+            let mut y = pulse(200, 1.0, 2.0, 1e-6);
+            y.iter_mut().for_each(|v| *v *= 0.9);
+            y.push(limit);
+            Read { moves: vec![true; y.len()], y }
+        };
+        let all = [until(1.0), until(1.0), until(1.0)];
+        assert!(nats(&all, 1.0, 1e-3, true).is_none());
     }
 
     #[test]

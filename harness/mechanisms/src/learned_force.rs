@@ -4,7 +4,7 @@ use crate::load_history::LoadHistory;
 use crate::mechanism::*;
 use crate::part::{Motion, Part, Sampling, Wear};
 use law::body;
-use law::learned::{of_speed, series, shapes_of_speed, Learned, WithSpeed};
+use law::learned::{of_speed, series, series_at, shapes_of_speed, Learned, WithSpeed};
 pub use law::learned::{COEFFICIENTS, SPEEDS, TERMS};
 use law::parts::LearnedLaw;
 use record::Channel;
@@ -449,15 +449,21 @@ impl Part for LearnedForce {
     }
 
     fn measure(&self, y: &mut [Vec<f64>; 3], _: &Sampling) {
-        let wrong = |v: f64| {
-            let u = v.abs() / self.learned.range;
-            v.signum() * u * self.factor(u)
+        let wrong = |of: &[f64]| {
+            let mut factor: Vec<f64> = of.iter().map(|v| v.abs() / self.learned.range).collect();
+            series_at(&self.learned.coefficients[..TERMS], &mut factor);
+            of.iter().zip(factor).map(|(v, f)| v / self.learned.range * f).collect::<Vec<f64>>()
         };
+        let put = |channel: &mut [f64], wrong: Vec<f64>| channel.iter_mut().zip(wrong).for_each(|(v, w)| *v += w);
         match self.of {
-            Dependence::Reading(channel) => y[channel.index()].iter_mut().for_each(|v| *v += wrong(*v)),
+            Dependence::Reading(channel) => {
+                let channel = &mut y[channel.index()];
+                let wrong = wrong(channel);
+                put(channel, wrong);
+            }
             Dependence::Force => {
                 let [force, _, penetration] = y;
-                penetration.iter_mut().zip(force).for_each(|(x, f)| *x += wrong(*f));
+                put(penetration, wrong(force));
             }
             _ => {}
         }
