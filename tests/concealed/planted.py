@@ -50,6 +50,13 @@ def motion(c):
     return t, y, x, np.gradient(smooth) / step
 
 
+def middle_rate(x, v):
+    """The rate at which half of the way was gone slower: neither a hold nor a snap into contact changes it much."""
+    way, speed = np.abs(np.gradient(x)), np.abs(v)
+    order = np.argsort(speed)
+    return speed[order][np.searchsorted(np.cumsum(way[order]), 0.5 * way.sum())]
+
+
 def relaxing(t, u, tau):
     q = np.zeros(len(t))
     for i in range(1, len(t)):
@@ -58,7 +65,7 @@ def relaxing(t, u, tau):
     return q
 
 
-# forces where the motion is imposed, of the depth and the rate over the campaign's largest, the time over its longest, and on the way back
+# forces where the motion is imposed, of the depth over the campaign's largest, the rate over its middle one, the time over its longest, and on the way back
 FORCES = {
     "guide_friction": lambda t, u, v, back: (u > 0) * np.tanh(v / 0.02),
     "viscous_damping": lambda t, u, v, back: (u > 0) * v,
@@ -100,7 +107,7 @@ def cut(readings, what):
 def forces(all_of, effect, strength):
     """What a force of `effect`, one law for all of them, adds to each recording of imposed motion."""
     moved = [motion(c) for c in all_of]
-    depth, rate = (max(np.abs(m[i]).max() for m in moved) for i in (2, 3))
+    depth, rate = max(m[2].max() for m in moved), max(middle_rate(m[2], m[3]) for m in moved)
     length = max(np.ptp(m[0]) for m in moved)
     visible, left, added = [], [], []
     for t, y, x, v in moved:

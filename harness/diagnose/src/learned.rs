@@ -3,7 +3,6 @@
 
 use crate::candidate::excess_scatter;
 use crate::decide::Decision;
-use crate::evidence::ln_sum;
 use crate::heldout::{groups, HeldOut};
 use crate::phases::over_their_sum;
 use crate::posterior::{limits_reading, Cause, Posterior, UNKNOWN};
@@ -91,7 +90,8 @@ pub struct Learned {
     /// Every recording predicted by a law learned without its level.
     pub heldout: HeldOut,
     pub courses: Vec<Course>,
-    /// Whether it takes the place of every form: the cause was likelier outside of them than in them.
+    /// Whether it takes the place of every form: the cause was likelier outside of them than in them, or by the measure of what was
+    /// learned another form is likelier than the one chosen.
     pub leads: bool,
     /// Misfit of its law on what it has seen, rms over the range of force.
     pub misfit: f64,
@@ -189,7 +189,7 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let names_of_classes = |c: &[usize]| names(c, &given, of.rates_differ);
     let names_of = |s: &learn::Set| names_of_classes(&s.law.classes);
     let forms = Forms::new(d, &of);
-    let judged = d.posterior.with_unknown(forms.ln_behind(), d.table.level);
+    let judged = forms.weighed();
     let stands_for = |s: &learn::Set| {
         let slow = s.law.instead().map(|(classes, share)| (names_of_classes(&classes), share));
         let stiffens = || Some((vec![learn::GROWS], forms.grows(s, &given)?));
@@ -200,8 +200,10 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
             .chain(instead.map(|(names, share)| (names, s.probability * share)))
     };
     let posterior = judged.refined(of.sets.iter().flat_map(stands_for), d.table.level);
-    let leads = judged.unknown() > judged.of_set(&d.chosen.names());
-    let by_form: Vec<&'static str> = if leads { Vec::new() } else { d.chosen.names() };
+    let chosen = d.chosen.names();
+    let is_overtaken = chosen.iter().any(|n| judged.of(n) <= 0.5);
+    let leads = judged.unknown() > judged.of_set(&chosen) || is_overtaken;
+    let by_form: Vec<&'static str> = if leads { Vec::new() } else { chosen };
     let likely: Vec<&'static str> = posterior.likely_names().into_iter().filter(|n| !by_form.contains(n)).collect();
     // of the sets that stand for what is named the likeliest that stands for nothing else
     let of_force: Vec<&'static str> = likely.iter().copied().filter(|n| !limits_reading(&[n])).collect();
@@ -271,19 +273,18 @@ impl<'a> Forms<'a> {
         Some(self.of.ln_weight_of(causes, parameters, left, &self.d.table.learned)).filter(|ln| ln.is_finite())
     }
 
-    /// ln of how much better the laws learned account for the recordings than the forms do, the simulation as given among them, each
-    /// form as likely as the decision's posterior has it. It is the evidence of a cause outside the vocabulary, which until
-    /// something was learned had none of its own: an equation that leaves much of what a law of free shapes explains is not what
-    /// is missing. 0 where no form was weighed.
-    fn ln_behind(&self) -> f64 {
-        let of_form = |c: &Cause| Some((c.probability.ln(), self.ln_weight(c.structure?)?));
-        let (prior, weight): (Vec<f64>, Vec<f64>) = self.d.posterior.causes.iter().filter_map(of_form).unzip();
-        let both: Vec<f64> = prior.iter().zip(&weight).map(|(p, w)| p + w).collect();
-        let behind = self.of.ln_weight - (ln_sum(&both) - ln_sum(&prior));
-        if behind.is_finite() {
-            behind
-        } else {
-            0.0
+    /// The decision's posterior with every cause weighed by the measure of the laws learned: forms by what they leave, the unknown cause
+    /// by those laws, for until something was learned it had no evidence of its own. An equation that leaves much of what a law of
+    /// free shapes explains, or another equation, is not what is missing. As it is where no form can be weighed so.
+    fn weighed(&self) -> Posterior {
+        let of_form = |c: &Cause| c.structure.and_then(|i| self.ln_weight(i));
+        let ln = |c: &Cause| match c.is_unknown() {
+            true => self.of.ln_weight,
+            false => of_form(c).unwrap_or(f64::NEG_INFINITY),
+        };
+        match self.d.posterior.causes.iter().any(|c| of_form(c).is_some()) {
+            true => self.d.posterior.weighed(ln, self.d.table.level),
+            false => self.d.posterior.clone(),
         }
     }
 

@@ -167,14 +167,15 @@ impl Posterior {
         Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
     }
 
-    /// The same with the odds of the unknown cause multiplied by the exponential of `ln`.
-    pub fn with_unknown(&self, ln: f64, level: f64) -> Posterior {
-        let of = |c: &Cause| c.probability.ln() + if c.is_unknown() { ln } else { 0.0 };
-        let whole = ln_sum(&self.causes.iter().map(of).collect::<Vec<f64>>());
+    /// The same with every cause weighed once more, by the ln weight that `ln` has of it; the same where none has any.
+    pub fn weighed(&self, ln: impl Fn(&Cause) -> f64, level: f64) -> Posterior {
+        let of: Vec<f64> = self.causes.iter().map(|c| c.probability.ln() + ln(c)).collect();
+        let whole = ln_sum(&of);
         if !whole.is_finite() {
             return self.clone();
         }
-        let causes = self.causes.iter().map(|c| Cause { probability: (of(c) - whole).exp(), ..c.clone() }).collect();
+        let again = |(c, of): (&Cause, f64)| Cause { probability: (of - whole).exp(), ..c.clone() };
+        let causes = self.causes.iter().zip(of).map(again).collect();
         Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
     }
 
@@ -582,22 +583,21 @@ mod tests {
     }
 
     #[test]
-    fn evidence_of_the_unknown_cause_leaves_the_odds_of_all_others() {
-        let cause = |names: &[&'static str], probability: f64| Cause {
+    fn causes_that_are_weighed_once_more_have_the_odds_of_both() {
+        let cause = |names: &[&'static str], probability: f64, structure: usize| Cause {
             names: names.to_vec(),
             probability,
-            structure: Some(0),
+            structure: Some(structure),
             large: 0.0,
         };
-        let causes = vec![cause(&["gravity"], 0.6), cause(&["adhesion"], 0.3), cause(&[UNKNOWN], 0.1)];
+        let causes = vec![cause(&["gravity"], 0.6, 1), cause(&["adhesion"], 0.3, 2), cause(&[UNKNOWN], 0.1, 3)];
         let p = Posterior { causes, credible: 3, ..Posterior::default() };
-        let more = p.with_unknown(9f64.ln(), 0.95);
+        let more = p.weighed(|c| if c.is_unknown() { 9f64.ln() } else { 0.0 }, 0.95);
         assert!((more.unknown() - 0.5).abs() < 1e-12 && (more.of("gravity") - 1.0 / 3.0).abs() < 1e-12, "{more:?}");
         assert!(more.causes[0].is_unknown() && (more.of_set(&["adhesion"]) - 1.0 / 6.0).abs() < 1e-12);
-        let less = p.with_unknown(f64::NEG_INFINITY, 0.95);
-        assert!(less.unknown() == 0.0 && (less.of("gravity") - 2.0 / 3.0).abs() < 1e-12, "{less:?}");
-        let none = Posterior { causes: Vec::new(), ..p }.with_unknown(1.0, 0.95);
-        assert!(none.causes.is_empty());
+        let other = p.weighed(|c| if c.structure == Some(2) { 5f64.ln() } else { f64::NEG_INFINITY }, 0.95);
+        assert!((other.of("adhesion") - 1.0).abs() < 1e-12 && other.unknown() == 0.0, "{other:?}");
+        assert_eq!(p.weighed(|_| f64::NEG_INFINITY, 0.95), p);
     }
 
     #[test]

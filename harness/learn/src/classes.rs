@@ -16,6 +16,8 @@ pub struct Class {
     pub depends: &'static str,
     /// Whether it takes more than one rate, or a hold, to part it from a loss that does not depend on the rate.
     pub needs_rates: bool,
+    /// Whether it acts on the body beside the contact, so that it may pull where the contact has let go.
+    pub on_body: bool,
     /// Its shapes along a recording; none where this campaign cannot show it.
     pub shapes: fn(&Path, &Press) -> Vec<Vec<f64>>,
     /// Which of its shapes may be there together; None: all.
@@ -59,6 +61,7 @@ pub const ALL: [Class; 12] = [
         also: &[],
         depends: "the contact alone: it is there at once from the touch on",
         needs_rates: false,
+        on_body: false,
         shapes: |p, _| {
             let mut all = [0.003, 0.01, 0.03].map(|d| p.each(|i| 1.0 - (-p.below(i) / d).exp())).to_vec();
             all.push(p.each(|i| p.below(i).min(AT_ONCE) / AT_ONCE));
@@ -72,6 +75,7 @@ pub const ALL: [Class; 12] = [
         also: &[],
         depends: "the depth alone, beyond some depth",
         needs_rates: false,
+        on_body: false,
         shapes: stiffening,
         together: None,
     },
@@ -81,6 +85,7 @@ pub const ALL: [Class; 12] = [
         also: &[],
         depends: "the depth alone, and grows less than the depth does, or falls",
         needs_rates: false,
+        on_body: false,
         shapes: softening,
         together: None,
     },
@@ -90,6 +95,7 @@ pub const ALL: [Class; 12] = [
         also: &[],
         depends: "the direction of the motion, and on the place along the way",
         needs_rates: false,
+        on_body: true,
         shapes: friction,
         together: None,
     },
@@ -99,6 +105,7 @@ pub const ALL: [Class; 12] = [
         also: &["hysteresis_damping"],
         depends: "the rate, and on the depth",
         needs_rates: true,
+        on_body: true,
         shapes: |p, _| {
             let grows = |i: usize| (p.below(i) / 0.05).min(1.0);
             vec![
@@ -115,6 +122,7 @@ pub const ALL: [Class; 12] = [
         also: &[],
         depends: "the depth, and fades with time at constant depth",
         needs_rates: true,
+        on_body: false,
         shapes: relaxation,
         together: None,
     },
@@ -124,6 +132,7 @@ pub const ALL: [Class; 12] = [
         also: &[],
         depends: "the depth, and pulls while the contact is left",
         needs_rates: false,
+        on_body: false,
         shapes: adhesion,
         together: None,
     },
@@ -133,6 +142,7 @@ pub const ALL: [Class; 12] = [
         also: &[],
         depends: "the depth and the deepest so far: it is gone before the depth is zero again",
         needs_rates: false,
+        on_body: false,
         shapes: plasticity,
         // between two of the sets that are tried lies the one that there is
         together: Some(Together { shapes: BACK.len() * WAY_IN.len(), groups: 2 }),
@@ -143,6 +153,7 @@ pub const ALL: [Class; 12] = [
         also: &[],
         depends: "the depth, and grows with the order in which the recordings were taken",
         needs_rates: false,
+        on_body: false,
         shapes: |p, press| by_order(p, press, 1.0),
         together: None,
     },
@@ -152,6 +163,7 @@ pub const ALL: [Class; 12] = [
         also: &[],
         depends: "the depth, and falls with the order in which the recordings were taken",
         needs_rates: false,
+        on_body: false,
         shapes: |p, press| by_order(p, press, -1.0),
         together: None,
     },
@@ -161,6 +173,7 @@ pub const ALL: [Class; 12] = [
         also: &[],
         depends: "the depth, otherwise at each level",
         needs_rates: false,
+        on_body: false,
         shapes: |p, press| {
             if press.levels.len() < 2 {
                 return Vec::new();
@@ -177,6 +190,7 @@ pub const ALL: [Class; 12] = [
         also: &[],
         depends: "the depth, and changes in proportion to the value of the level",
         needs_rates: false,
+        on_body: false,
         shapes: |p, press| {
             if press.values.is_none() {
                 return Vec::new();
@@ -218,13 +232,24 @@ fn stiffening(p: &Path, _: &Press) -> Vec<Vec<f64>> {
     STOPS.iter().flat_map(|d| [beyond(*d, 1.0), beyond(*d, 2.0)]).collect()
 }
 
-/// Constant along the way, and hats of a quarter of it and of an eighth.
+/// Ways, share of the depth, within which friction turns with the direction, where parts give before they slide.
+const GIVES: [f64; 4] = [0.01, 0.03, 0.1, 0.2];
+
+/// Constant along the way, hats of a quarter of it and of an eighth, and friction that gives before it slides (Prandtl 1928).
 fn friction(p: &Path, _: &Press) -> Vec<Vec<f64>> {
     let touches = |i: usize| if p.x[i] > 0.0 { p.sign[i] } else { 0.0 };
     let hat = |c: f64, width: f64| p.each(|i| touches(i) * (1.0 - (p.below(i) - c).abs() / width).max(0.0));
     let hats = |n: usize| (0..=n).map(move |k| (k as f64 / n as f64, 1.0 / n as f64));
     let of_place = hats(4).chain(hats(8)).map(|(c, width)| hat(c, width));
-    std::iter::once(p.each(touches)).chain(of_place).collect()
+    let that_gives = GIVES.map(|way| {
+        let mut strain = 0.0f64;
+        p.each_in_turn(|i| {
+            let step = if i > 0 { p.below(i) - p.below(i - 1) } else { 0.0 };
+            strain = if p.x[i] > 0.0 { (strain + step / way).clamp(-1.0, 1.0) } else { 0.0 };
+            strain
+        })
+    });
+    std::iter::once(p.each(touches)).chain(of_place).chain(that_gives).collect()
 }
 
 /// Time constants of a spectrum, over the length of a recording from a 300th to a half; and those of them, the slowest, that hardly

@@ -52,8 +52,13 @@ impl Law {
         (slow > 0.0).then_some((classes, 0.5 * slow / whole))
     }
 
+    /// Whether the contact of such classes sticks, so that it may pull.
+    pub(crate) fn sticks(classes: &[usize]) -> bool {
+        classes.iter().any(|c| ALL[*c].mechanism == Some("adhesion"))
+    }
+
     /// The force along a recording, of its motion alone but for where its surface is, m. A contact that does not stick does not
-    /// pull.
+    /// pull; what acts on the body beside it may.
     pub fn force(&self, r: &Recording, surface: f64) -> Force {
         let path = Path::of(r, surface, &self.press);
         let sum = |shapes: Vec<Vec<f64>>, by: &[f64]| {
@@ -69,12 +74,16 @@ impl Law {
             .zip(&self.coefficients[1..])
             .map(|(c, by)| sum((c.shapes)(&path, &self.press), by))
             .collect();
-        for part in &parts {
-            all.iter_mut().zip(part).for_each(|(f, p)| *f += p);
-        }
-        if !self.classes().any(|c| c.mechanism == Some("adhesion")) {
+        let add = |on_body: bool, all: &mut [f64]| {
+            for (_, part) in self.classes().zip(&parts).filter(|(c, _)| c.on_body == on_body) {
+                all.iter_mut().zip(part).for_each(|(f, p)| *f += p);
+            }
+        };
+        add(false, &mut all);
+        if !Law::sticks(&self.classes) {
             all.iter_mut().for_each(|f| *f = f.max(0.0));
         }
+        add(true, &mut all);
         Force { all, parts }
     }
 

@@ -217,6 +217,11 @@ impl Path {
         self.x[i].max(0.0)
     }
 
+    /// A shape that remembers, sample after sample.
+    pub fn each_in_turn(&self, of: impl FnMut(usize) -> f64) -> Vec<f64> {
+        (0..self.x.len()).map(of).collect()
+    }
+
     /// A shape, sample by sample.
     pub fn each(&self, of: impl Fn(usize) -> f64) -> Vec<f64> {
         (0..self.x.len()).map(of).collect()

@@ -80,6 +80,9 @@ const LEAST: usize = 60;
 const CLASSES: usize = 4;
 const BUILT_ON: usize = 6;
 
+/// Rounds in which the samples are found where a contact would have to pull.
+const ROUNDS: usize = 3;
+
 /// One place of the surface: shapes of all classes, and their normal equations with and without what a contact that does not
 /// stick cannot explain.
 struct Placed {
@@ -90,6 +93,12 @@ struct Placed {
     shapes: Vec<Vec<usize>>,
     sticks: Normal,
     slips: Normal,
+    /// The shapes' columns with nothing where a sample does not count, whether each acts between the faces, and the readings.
+    columns: DMatrix<f64>,
+    between: Vec<bool>,
+    y: DVector<f64>,
+    /// Samples in which less than nothing was read.
+    pulls: Vec<usize>,
     scale: Scale,
     /// [`Numbers::temperature`].
     temperature: f64,
@@ -103,36 +112,39 @@ impl Placed {
         let press = Press::of(recordings, &surfaces, small)?;
         let mut columns: Vec<Vec<f64>> = Vec::new();
         let mut shapes: Vec<Vec<usize>> = vec![Vec::new(); 1 + ALL.len()];
-        let (mut y, mut pulls, mut known) = (Vec::new(), Vec::new(), Vec::new());
+        let mut between = Vec::new();
+        let (mut y, mut known) = (Vec::new(), Vec::new());
         let paths: Vec<Path> = recordings.iter().zip(&surfaces).map(|(r, s)| Path::of(r, *s, &press)).collect();
         for r in recordings {
             let rest = r.rest(small * press.force);
             y.extend(r.force.iter().map(|f| (f - rest) / press.force));
             known.extend((0..r.force.len()).map(|i| r.counts(i)));
-            pulls.extend(r.force.iter().map(|f| f - rest < -small * press.force));
         }
         for (at, of) in shapes.iter_mut().enumerate() {
             let each = |p: &Path| if at == 0 { elastic(p, &press) } else { (ALL[at - 1].shapes)(p, &press) };
             let per: Vec<Vec<Vec<f64>>> = paths.iter().map(each).collect();
             for k in 0..per[0].len() {
                 of.push(columns.len());
+                between.push(at == 0 || !ALL[at - 1].on_body);
                 columns.push(per.iter().flat_map(|p| p[k].iter().copied()).collect());
             }
         }
-        let n = y.len();
-        let normal = |y: &[f64], counts: &dyn Fn(usize) -> bool| {
-            let a = DMatrix::from_fn(n, columns.len(), |i, j| if counts(i) { columns[j][i] } else { 0.0 });
-            let y = DVector::from_column_slice(y);
-            Normal { b: a.tr_mul(&y), yy: y.dot(&y), a: a.tr_mul(&a) }
-        };
         // what does not count leaves nothing
-        y.iter_mut().zip(&known).filter(|(_, known)| !**known).for_each(|(y, _)| *y = 0.0);
-        let sticks = normal(&y, &|i| known[i]);
-        let slips = if pulls.contains(&true) { normal(&y, &|i| known[i] && !pulls[i]) } else { sticks.clone() };
+        let counts = |i: usize| if known[i] { 1.0 } else { 0.0 };
+        let columns = DMatrix::from_fn(y.len(), columns.len(), |i, j| counts(i) * columns[j][i]);
+        let y = DVector::from_fn(y.len(), |i, _| counts(i) * y[i]);
+        let sticks = Normal { b: columns.tr_mul(&y), yy: y.dot(&y), a: columns.tr_mul(&columns) };
         let n = known.iter().filter(|k| **k).count().max(1);
         let independent = numbers.independent * press.levels.len() as f64;
         let scale = Scale { samples: n as f64, independent, discrepancy: small };
-        Some(Placed { rule, surfaces, press, shapes, sticks, slips, scale, temperature: numbers.temperature })
+        let temperature = numbers.temperature;
+        let pulls = (0..y.len()).filter(|i| y[*i] < -small).collect();
+        let slips = sticks.clone();
+        let mut placed =
+            Placed { rule, surfaces, press, shapes, sticks, slips, columns, between, y, pulls, scale, temperature };
+        let all: Vec<usize> = (0..placed.between.len()).collect();
+        placed.slips = placed.without_contact(&placed.sticks, &all, &placed.pulls);
+        Some(placed)
     }
 
     /// Indices of the shapes of the elastic law, then of each class, all of them.
@@ -161,13 +173,62 @@ impl Placed {
         (fit.left / self.scale.samples).sqrt()
     }
 
+    /// The fit of these shapes where the contact does not pull: what acts between the faces explains nothing where less is left for it
+    /// than nothing. Where that is depends on what acts on the body, and is found in rounds; of these the one with the most evidence.
+    fn fit_that_lets_go(&self, shapes: &[usize]) -> Fit {
+        let mut best = self.slips.of(shapes).fit(&self.scale);
+        if self.pulls.is_empty() || shapes.iter().all(|j| self.between[*j]) {
+            return best;
+        }
+        let normal = self.sticks.of(shapes);
+        let (mut last, mut pulls) = (best.clone(), self.pulls.clone());
+        for _ in 0..ROUNDS {
+            let now = self.pulls_beside(shapes, &last.coefficients);
+            if now == pulls {
+                break;
+            }
+            pulls = now;
+            last = self.without_contact(&normal, shapes, &pulls).fit(&self.scale);
+            if last.ln_evidence > best.ln_evidence {
+                best = last.clone();
+            }
+        }
+        best
+    }
+
+    /// The samples in which what acts on the body leaves less than nothing for the contact.
+    fn pulls_beside(&self, shapes: &[usize], coefficients: &[f64]) -> Vec<usize> {
+        let mut rest = self.y.clone();
+        for (j, c) in shapes.iter().zip(coefficients).filter(|(j, c)| **c != 0.0 && !self.between[**j]) {
+            rest.axpy(-c, &self.columns.column(*j), 1.0);
+        }
+        (0..rest.len()).filter(|i| rest[*i] < -self.scale.discrepancy).collect()
+    }
+
+    /// The normal equations of these shapes, `normal`, with nothing between the faces in the samples `go`.
+    fn without_contact(&self, normal: &Normal, shapes: &[usize], go: &[usize]) -> Normal {
+        let rows = DMatrix::from_fn(go.len(), shapes.len(), |i, j| self.columns[(go[i], shapes[j])]);
+        let y = DVector::from_fn(go.len(), |i, _| self.y[go[i]]);
+        let (a, b) = (rows.tr_mul(&rows), rows.tr_mul(&y));
+        let is_between = |i: usize| self.between[shapes[i]];
+        let n = shapes.len();
+        Normal {
+            a: DMatrix::from_fn(n, n, |i, j| {
+                normal.a[(i, j)] - if is_between(i) || is_between(j) { a[(i, j)] } else { 0.0 }
+            }),
+            b: DVector::from_fn(n, |i, _| normal.b[i] - if is_between(i) { b[i] } else { 0.0 }),
+            yy: normal.yy,
+        }
+    }
+
     /// The fit of a set; None where one of its classes takes no part in it.
     fn fit(&self, classes: &[usize], given: &[usize]) -> Option<Fit> {
-        let sticks = classes.iter().any(|c| ALL[*c].mechanism == Some("adhesion"));
-        let normal = if sticks { &self.sticks } else { &self.slips };
         let every = self.indices(classes);
         let of_choice = |choice: Vec<usize>| {
-            let fit = normal.of(&choice).fit(&self.scale);
+            let fit = match Law::sticks(classes) {
+                true => self.sticks.of(&choice).fit(&self.scale),
+                false => self.fit_that_lets_go(&choice),
+            };
             let by: BTreeMap<usize, f64> = choice.into_iter().zip(fit.coefficients).collect();
             Fit { coefficients: every.iter().map(|i| by.get(i).copied().unwrap_or(0.0)).collect(), ..fit }
         };
@@ -534,6 +595,34 @@ mod tests {
         });
         let l = learn(&[r], &[], &NUMBERS).unwrap();
         assert_eq!(named(&l), ["adhesion"], "{:?}", &l.sets[..3]);
+    }
+
+    #[test]
+    fn friction_that_is_larger_than_what_the_contact_still_has_is_no_adhesion() {
+        let r = press(0, |x, v, _| hertz(x) + if x > 0.0 { 2.0 * v.signum() } else { 0.0 });
+        assert!(r.force.iter().any(|f| *f < -1.0));
+        let l = learn(&[r.clone()], &[], &NUMBERS).unwrap();
+        assert_eq!(named(&l), ["friction"], "{:?}", &l.sets[..3]);
+        // and the law pulls by it where the contact has let go
+        let law = &l.sets[0].law;
+        let f = law.force(&r, law.surfaces[0]).all;
+        let off = f.iter().zip(&r.force).map(|(f, y)| (f - y).abs()).fold(0.0, f64::max);
+        assert!(off < 0.5, "{off}");
+    }
+
+    #[test]
+    fn friction_that_gives_before_it_slides_is_friction_alone() {
+        let mut strain = 0.0f64;
+        let mut before = 0.0;
+        let mut r = press(0, |_, _, _| 0.0);
+        for i in 0..r.force.len() {
+            let x = r.depth[i].max(0.0);
+            strain = (strain + (x - before) / 1e-4).clamp(-1.0, 1.0);
+            before = x;
+            r.force[i] = if r.depth[i] > 0.0 { 5.0 * strain + 1e3 * x } else { 0.0 };
+        }
+        let l = learn(&[r], &[], &NUMBERS).unwrap();
+        assert_eq!(named(&l), ["friction"], "{:?}", &l.sets[..3]);
     }
 
     #[test]
