@@ -6,6 +6,7 @@ import os
 import pathlib
 import shutil
 import subprocess
+import time
 import zipfile
 
 import pytest
@@ -14,7 +15,7 @@ from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PAGES = ["index.html", "drop_test/report.html", "contactor/report.html", "fit/report.html", "diagnosis/index.html", "diagnosis/bench_drop/report.html", "same_drops/report.html", "fmus/index.html", "fmus/bench_contactor/report.html"]
+PAGES = ["index.html", "drop_test/report.html", "contactor/report.html", "fit/report.html", "diagnosis/bench_drop/report.html", "same_drops/report.html", "fmus/bench_contactor/report.html", "several/index.html"]
 # the pages inside the FMU handed back
 INSIDE = ["documentation/index.html", "documentation/cosimulation.html"]
 FINDING = "diagnosis/bench_drop/report.html"
@@ -22,12 +23,19 @@ FINDING = "diagnosis/bench_drop/report.html"
 
 @pytest.fixture(scope="session")
 def demo(tmp_path_factory):
-    """Folder of the demo, made here or beforehand."""
-    if "REPORT_DEMO" in os.environ:
-        return pathlib.Path(os.environ["REPORT_DEMO"]).resolve()
-    out = tmp_path_factory.mktemp("pages") / "demo"
+    """Folder of the demo, made here or beforehand, and beside it the answers to several campaigns, which have a page above them."""
     program = os.environ.get("TOUCHDOWN", str(ROOT / "target/release/touchdown"))
-    subprocess.run([program, "demo", "--out", str(out)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    quiet = {"check": True, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    if "REPORT_DEMO" in os.environ:
+        out = pathlib.Path(os.environ["REPORT_DEMO"]).resolve()
+    else:
+        out = tmp_path_factory.mktemp("pages") / "demo"
+        subprocess.run([program, "demo", "--out", str(out)], **quiet)
+    if not (out / "several").exists():
+        campaigns = [tmp_path_factory.mktemp("campaigns") / name for name in ("once", "again")]
+        for c in campaigns:
+            shutil.copytree(out / "input/bench_drop", c)
+        subprocess.run([program, "diagnose", *map(str, campaigns), "--out", str(out / "several")], **quiet)
     return out
 
 
@@ -59,6 +67,20 @@ class Browser:
 
     def js(self, text, *args):
         return self.driver.execute_script(text, *args)
+
+    def download(self, folder, act, wait=10.0):
+        """The file that `act` makes the page hand out, read from `folder`."""
+        folder.mkdir(parents=True, exist_ok=True)
+        self.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(folder)})
+        before = set(folder.iterdir())
+        act()
+        end = time.monotonic() + wait
+        while time.monotonic() < end:
+            new = [p for p in set(folder.iterdir()) - before if p.suffix != ".crdownload"]
+            if new and new[0].stat().st_size:
+                return new[0]
+            time.sleep(0.05)
+        raise AssertionError("nothing was handed out")
 
     def errors(self):
         return [e for e in self.driver.get_log("browser") if e["level"] in ("SEVERE", "WARNING")]

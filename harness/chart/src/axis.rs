@@ -64,13 +64,14 @@ pub(crate) fn suited(unit: &str, most: f64) -> (f64, String) {
 }
 
 impl Axis {
-    /// The axis of `text` (`name [unit]`) from `low` to `high`.
-    pub fn new(text: &str, low: f64, high: f64, scale: Scale) -> Axis {
+    /// The axis of `text` (`name [unit]`) from `low` to `high`, in the unit that suits `most`; None: that suits its ends.
+    pub fn new(text: &str, low: f64, high: f64, scale: Scale, most: Option<f64>) -> Axis {
+        let suits = most;
         let (name, unit) = parted(text);
         let most = if scale == Scale::Linear { LARGEST } else { LARGEST_POWER };
         let (low, high) = (low.clamp(-most, most), high.clamp(-most, most));
         let (factor, unit) = match scale {
-            Scale::Linear => suited(&unit, low.abs().max(high.abs())),
+            Scale::Linear => suited(&unit, suits.unwrap_or(low.abs().max(high.abs()))),
             Scale::Logarithmic => (1.0, unit),
         };
         Axis { name, unit, factor, scale, low, high }
@@ -129,6 +130,23 @@ impl Axis {
     }
 }
 
+/// Largest number in a unit that several share for the sake of the smallest.
+const SHARED: f64 = 1e4;
+
+/// Of several largest values in one SI unit the one whose unit suits them all: the smallest, where that makes no number of the
+/// largest that is too long; else the largest. None where there is none.
+pub(crate) fn shared(unit: &str, largest: &[f64]) -> Option<f64> {
+    let of = || largest.iter().copied().filter(|v| v.is_finite() && *v > 0.0);
+    let (least, most) = (of().reduce(f64::min)?, of().reduce(f64::max)?);
+    let (factor, _) = suited(unit, least);
+    Some(if most * factor < SHARED { least } else { most })
+}
+
+/// The unit of an axis given as `name [unit]`; empty where it has none.
+pub(crate) fn unit_of(text: &str) -> String {
+    parted(text).1
+}
+
 /// A quantity given in SI in the unit that suits it, in four digits.
 pub fn quantity(v: f64, unit: &str) -> String {
     let (factor, unit) = suited(unit, v.abs());
@@ -152,7 +170,7 @@ fn round_step(raw: f64) -> f64 {
 }
 
 /// `v` in four digits.
-fn digits(v: f64) -> String {
+pub(crate) fn digits(v: f64) -> String {
     let a = v.abs();
     if !a.is_finite() {
         NONE.into()
@@ -167,7 +185,7 @@ fn digits(v: f64) -> String {
 }
 
 /// A minus sign in the place of a hyphen.
-fn minus(text: String) -> String {
+pub(crate) fn minus(text: String) -> String {
     text.replace('-', "\u{2212}")
 }
 
@@ -193,7 +211,7 @@ mod tests {
         ] {
             assert_eq!(suited(unit, most).1, shown, "{most} {unit}");
         }
-        let a = Axis::new("force [N]", -20.0, 1250.0, Scale::Linear);
+        let a = Axis::new("force [N]", -20.0, 1250.0, Scale::Linear, None);
         assert_eq!(quantity(1.529e-4, "m"), "152.9 \u{b5}m");
         assert_eq!(quantity(4.041e8, "N/m^p"), "4.041e8 N/m^p");
         assert_eq!(interval(-1e-5, 2.5e-3, "s"), "\u{2212}0.01000 to 2.500 ms");
@@ -201,15 +219,24 @@ mod tests {
     }
 
     #[test]
+    fn charts_beside_each_other_share_a_unit_that_none_of_them_is_too_long_in() {
+        // a residual of 250 N below a force of 2500 N, and one of 5 N below 50 kN
+        assert_eq!((shared("N", &[2500.0, 250.0]), shared("N", &[5e4, 5.0])), (Some(250.0), Some(5e4)));
+        assert_eq!((shared("m", &[3e-4, f64::NAN, 0.0]), shared("m", &[])), (Some(3e-4), None));
+        let a = Axis::new("force [N]", 0.0, 2500.0, Scale::Linear, shared("N", &[2500.0, 250.0]));
+        assert_eq!((a.title().as_str(), a.value(2500.0).as_str()), ("force, N", "2500"));
+    }
+
+    #[test]
     fn ticks_are_round_inside_the_axis_and_not_too_many() {
         for (low, high) in [(0.0, 1.0), (-3.7e-4, 2.2e-3), (1e-9, 1.1e-9), (5.0, 1e6), (-1e5, -3.0)] {
-            let a = Axis::new("time [s]", low, high, Scale::Linear);
+            let a = Axis::new("time [s]", low, high, Scale::Linear, None);
             let ticks = a.ticks(5);
             assert!((2..=6).contains(&ticks.len()), "{low} to {high}: {ticks:?}");
             assert!(ticks.iter().all(|t| (-1e-9..=1.0 + 1e-9).contains(&t.0)), "{ticks:?}");
         }
-        assert!(Axis::new("", 1.0, 1.0, Scale::Linear).ticks(5).is_empty());
-        let log = Axis::new("", -3.0, 0.0, Scale::Logarithmic).ticks(5);
+        assert!(Axis::new("", 1.0, 1.0, Scale::Linear, None).ticks(5).is_empty());
+        let log = Axis::new("", -3.0, 0.0, Scale::Logarithmic, None).ticks(5);
         assert_eq!(
             log.iter().map(|t| t.1.as_str()).collect::<Vec<_>>(),
             ["1e\u{2212}3", "1e\u{2212}2", "1e\u{2212}1", "1"]

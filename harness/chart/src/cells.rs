@@ -1,11 +1,10 @@
 //! Many things by kind: a small square for each, and tables of shares.
 
+use super::heat::DEEP;
 use super::page::{escape, safe_text};
 
 /// Colours of the kinds, over again beyond.
 const COLOURS: usize = 8;
-/// Share from which ink is light.
-const DEEP: f64 = 0.55;
 
 /// A thing of a kind: what is shown where one points at it, a link, and how strongly it is coloured, 0 to 1.
 pub struct Cell {
@@ -114,8 +113,8 @@ mod tests {
 
     #[test]
     fn counts_are_shaded_by_their_share_of_the_column() {
-        let html = Shares::new("t", &["a".into(), "b".into()]).row("x", &[3, 0]).row("y", &[1, 0]).html();
-        assert!(html.contains("class=\"deep\" style=\"--u:75%\">3<") && html.contains("style=\"--u:25%\">1<"));
+        let html = Shares::new("t", &["a".into(), "b".into()]).row("x", &[4, 0]).row("y", &[1, 0]).html();
+        assert!(html.contains("class=\"deep\" style=\"--u:80%\">4<") && html.contains("style=\"--u:20%\">1<"));
         assert_eq!(html.matches("class=\"none\"").count(), 2);
     }
 }

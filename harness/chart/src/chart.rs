@@ -3,9 +3,10 @@
 //! Written here and not by a drawing crate: plotters rounds to whole pixels and writes colours into its shapes, where a page
 //! wants sub-pixel places, classes for light, dark and paper, and text for a screen reader.
 
-use super::axis::{Axis, Scale, LARGEST};
+use super::axis::{shared, unit_of, Axis, Scale, LARGEST};
 use super::line::{drawn, Stretch};
 use super::page::{escape, safe_text};
+use super::points::{encoded, Column};
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +30,8 @@ pub(crate) const STYLE: &str = include_str!("chart.css");
 /// Height of a row of names below a chart that stands alone, px, and how many stand beside each other.
 const NAME: f64 = 20.0;
 const BESIDE: usize = 2;
+/// Begins the attribute with a chart's points.
+pub(crate) const POINTS: &str = "data-points=\"";
 /// Colours of [`Style::Line`].
 const LINES: usize = 8;
 
@@ -80,6 +83,8 @@ pub struct Chart {
     scale: Scale,
     /// Whether the chart below it has the name of x.
     shared: bool,
+    /// Values that the units of x and y suit, where charts beside it share them.
+    suits: [Option<f64>; 2],
 }
 
 /// Space around the plot, px: left for numbers, above for the name of y, below for numbers and the name of x.
@@ -95,6 +100,8 @@ const ROOM: (f64, f64) = (66.0, 36.0);
 const PAD: f64 = 0.05;
 /// Rows of the table behind a chart.
 const ROWS: usize = 13;
+/// Points of a series up to which its file of values holds all of them; of more, those that are drawn.
+const WHOLE: usize = 4000;
 
 /// A plot's axes and its size in px.
 struct Frame {
@@ -125,6 +132,7 @@ impl Chart {
             link: String::new(),
             scale: Scale::Linear,
             shared: false,
+            suits: [None, None],
         }
     }
 
@@ -220,7 +228,7 @@ impl Chart {
         let whole = span(&mut all().map(|p| p.1))?;
         if let Some((a, b)) = self.focus.filter(|_| self.scale == Scale::Linear) {
             (x0, x1) = (a, b);
-        } else if self.series.iter().all(|s| s.marks) {
+        } else if self.series.iter().all(|s| s.marks) || self.series.iter().any(|s| self.is_loop(s)) {
             let pad = PAD * (x1 - x0);
             (x0, x1) = (x0 - pad, x1 + pad);
         }
@@ -229,8 +237,8 @@ impl Chart {
         let (dx, dy) = (apart(x0, x1), apart(y0, y1));
         let pad = PAD * (y1 - y0);
         Some(Frame {
-            x: Axis::new(&self.x, x0 - dx, x1 + dx, self.scale),
-            y: Axis::new(&self.y, y0 - pad - dy, y1 + pad + dy, self.scale),
+            x: Axis::new(&self.x, x0 - dx, x1 + dx, self.scale, self.suits[0]),
+            y: Axis::new(&self.y, y0 - pad - dy, y1 + pad + dy, self.scale, self.suits[1]),
             width: self.size.0 - LEFT - RIGHT,
             height: self.size.1 - TOP - if self.shared { NUMBERS } else { BELOW },
         })
@@ -365,7 +373,7 @@ impl Chart {
             return String::new();
         }
         let mut along = String::new();
-        if s.along.len() == s.points.len() {
+        if self.is_loop(s) {
             let of: Vec<String> = stretches.iter().flatten().map(|p| format!("{:.4e}", s.along[p.2])).collect();
             along = format!(" data-along=\"{}\"", of.join(" "));
         }
@@ -391,6 +399,65 @@ impl Chart {
             s += &format!(" data-link=\"{}\"", escape(&self.link));
         }
         s
+    }
+
+    /// What the script makes a file of values from, as an attribute; empty where nothing is drawn.
+    fn points(&self, f: &Frame) -> String {
+        let text = encoded(&self.columns(f));
+        if text.is_empty() {
+            text
+        } else {
+            format!(" {POINTS}{text}\"")
+        }
+    }
+
+    /// The points in columns: series over the same x stand beside it. SI, as given.
+    fn columns(&self, f: &Frame) -> Vec<Column> {
+        let x = |s: &Series| s.points.iter().map(|p| p.0.to_bits()).collect::<Vec<u64>>();
+        let mut groups: Vec<(Vec<u64>, Vec<&Series>)> = Vec::new();
+        for s in self.series.iter().filter(|s| !s.points.is_empty()) {
+            let of = x(s);
+            match groups.iter_mut().find(|g| g.0 == of && !self.is_loop(s)) {
+                Some(g) => g.1.push(s),
+                None => groups.push((of, vec![s])),
+            }
+        }
+        let called = |s: &Series, axis: &str| match s.name.is_empty() {
+            true => axis.to_string(),
+            false => format!("{}: {axis}", s.name),
+        };
+        let mut columns = Vec::new();
+        for (_, all) in &groups {
+            let Some(first) = all.first() else { continue };
+            let mut rows: Vec<usize> = (0..first.points.len()).collect();
+            if rows.len() > WHOLE {
+                rows = all.iter().flat_map(|s| self.stretches(f, &s.points)).flatten().map(|p| p.2).collect();
+                rows.sort_unstable();
+                rows.dedup();
+            }
+            let own = groups.len() > 1 && all.len() == 1;
+            let name = if own { called(first, &self.x) } else { self.x.clone() };
+            columns.push(Column { name, values: rows.iter().map(|i| first.points[*i].0).collect() });
+            columns.extend(
+                all.iter().map(|s| Column {
+                    name: called(s, &self.y),
+                    values: rows.iter().map(|i| s.points[*i].1).collect(),
+                }),
+            );
+        }
+        for band in &self.bands {
+            let (low, high) = band.split_at(band.len() / 2);
+            let of = |name: &str, values: Vec<f64>| Column { name: name.into(), values };
+            columns.push(of(&format!("band: {}", self.x), low.iter().map(|p| p.0).collect()));
+            columns.push(of(&format!("band, low: {}", self.y), low.iter().map(|p| p.1).collect()));
+            columns.push(of(&format!("band, high: {}", self.y), high.iter().rev().map(|p| p.1).collect()));
+        }
+        columns
+    }
+
+    /// Whether a series is a curve that something else than x runs along.
+    fn is_loop(&self, s: &Series) -> bool {
+        !s.points.is_empty() && s.along.len() == s.points.len()
     }
 
     fn label(&self, f: &Frame) -> String {
@@ -433,12 +500,33 @@ impl Chart {
         }
         let of = if self.title.is_empty() { format!(": {}", escape(&f.y.name)) } else { String::new() };
         format!(
-            "<div class=\"below\"><details class=\"data\"><summary>Values{of}</summary><p>{}</p><div class=\"scroll\" tabindex=\"0\" role=\"region\" \
+            "<div class=\"below\"{}><details class=\"data\"><summary>Values{of}</summary><p>{}</p><div class=\"scroll\" tabindex=\"0\" role=\"region\" \
              aria-label=\"Values of {}\"><table>{rows}</table></div></details></div>",
+            self.points(f),
             escape(&self.described(f)),
             escape(&self.label(f))
         )
     }
+}
+
+/// Charts that stand beside each other, each quantity in one unit in all of them; one that has its units from others keeps them.
+pub fn alike(mut charts: Vec<Chart>) -> Vec<Chart> {
+    // of every axis its unit as given and its largest value
+    let axes = |c: &Chart| {
+        let f = c.frame();
+        let of = |text: &str, a: Option<&Axis>| (unit_of(text), a.map_or(0.0, |a| a.low.abs().max(a.high.abs())));
+        [of(&c.x, f.as_ref().map(|f| &f.x)), of(&c.y, f.as_ref().map(|f| &f.y))]
+    };
+    let all: Vec<(String, f64)> = charts.iter().flat_map(axes).collect();
+    for c in &mut charts {
+        let texts = [c.x.clone(), c.y.clone()];
+        for (suits, text) in c.suits.iter_mut().zip(&texts).filter(|(suits, _)| suits.is_none()) {
+            let unit = unit_of(text);
+            let largest: Vec<f64> = all.iter().filter(|a| a.0 == unit).map(|a| a.1).collect();
+            *suits = shared(&unit, &largest);
+        }
+    }
+    charts
 }
 
 fn with_unit(a: &Axis, v: f64) -> String {
@@ -485,6 +573,49 @@ mod tests {
         // 5 % of the span is left free above it and below
         assert!((highest - plot * PAD / (1.0 + 2.0 * PAD)).abs() < 0.01, "{highest}");
         assert!(svg.contains("largest 1.250 kN at 0.1235 s") && svg.len() < 60_000, "{}", svg.len());
+    }
+
+    #[test]
+    fn charts_beside_each_other_have_one_unit_for_a_quantity() {
+        let of =
+            |most: f64| Chart::new("", "time [s]", "force [N]").series("a", &[0.0, 1e-3], &[0.0, most], Style::After);
+        let units = |c: &Chart| c.frame().map(|f| (f.x.unit, f.y.unit)).unwrap();
+        assert_eq!(units(&of(2500.0)).1, "kN");
+        let all = alike(vec![of(2500.0), of(250.0), Chart::new("", "time [s]", "force [N]")]);
+        assert!(all[..2].iter().all(|c| units(c) == ("ms".into(), "N".into())));
+        // what has its units keeps them
+        assert_eq!(units(&alike(vec![all[0].clone()])[0]).1, "N");
+    }
+
+    #[test]
+    fn a_loop_ends_before_the_frame_and_its_file_has_every_lines_own_places() {
+        let (x, t) = ([0.0, 1.0, 0.5], [0.0, 0.1, 0.2]);
+        let c = Chart::new("", "penetration [m]", "force [N]")
+            .curve("a", &x, &[0.0, 5.0, 1.0], &t, Style::After)
+            .curve("b", &x, &[0.0, 4.0, f64::NAN], &t, Style::Before);
+        let f = c.frame().unwrap();
+        assert!(f.x.low < 0.0 && f.x.high > 1.0);
+        let names: Vec<String> = c.columns(&f).into_iter().map(|c| c.name).collect();
+        assert_eq!(names, ["a: penetration [m]", "a: force [N]", "b: penetration [m]", "b: force [N]"]);
+    }
+
+    #[test]
+    fn a_file_of_values_has_every_sample_and_of_a_million_those_that_are_drawn() {
+        let of = |n: usize| {
+            let x: Vec<f64> = (0..n).map(|i| i as f64).collect();
+            let y: Vec<f64> = (0..n).map(|i| if i == n / 3 { 9.0 } else { 0.0 }).collect();
+            let c = Chart::new("", "time [s]", "force [N]").series("a", &x, &y, Style::After).series(
+                "",
+                &x,
+                &y,
+                Style::Given,
+            );
+            c.columns(&c.frame().unwrap())
+        };
+        let small = of(WHOLE);
+        assert_eq!((small.len(), small[0].values.len(), small[2].name.as_str()), (3, WHOLE, "force [N]"));
+        let large = of(1_000_000);
+        assert!(large[0].values.len() < WHOLE && large[1].values.contains(&9.0));
     }
 
     #[test]

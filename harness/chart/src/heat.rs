@@ -12,8 +12,8 @@ pub struct Heat {
 
 /// Value at which the colour is full.
 const FULL: f64 = 20.0;
-/// Shade from which ink is light.
-const DEEP: f64 = 0.55;
+/// Shade from which ink is light: on either side of it ink and shade have a contrast of 4.5 at least.
+pub(super) const DEEP: f64 = 0.795;
 
 impl Heat {
     /// An empty table; a column's name may be two lines, parted by `\n`.
@@ -38,7 +38,7 @@ impl Heat {
             Some(v) if v.is_finite() => {
                 let u = shade(*v);
                 let deep = if u > DEEP { " class=\"deep\"" } else { "" };
-                format!("<td{deep} style=\"--u:{:.0}%\">{v:.1}</td>", 100.0 * u)
+                format!("<td{deep} data-v=\"{v:e}\" style=\"--u:{:.0}%\">{v:.1}</td>", 100.0 * u)
             }
             _ => format!("<td class=\"none\">{NONE}</td>"),
         };

@@ -8,11 +8,14 @@ mod heat;
 mod line;
 mod number;
 mod page;
+mod points;
+mod table;
 
 pub use axis::{interval, quantity};
 pub use card::{Card, Chance, Effects};
 pub use cells::{Cell, Cells, Shares};
-pub use chart::{Chart, Style};
+pub use chart::{alike, Chart, Style};
 pub use heat::Heat;
 pub use number::dashed;
 pub use page::{card, lead, linked, picture, Page};
+pub use table::Datum;

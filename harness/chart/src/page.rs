@@ -2,9 +2,10 @@
 
 use super::card::{self, Card};
 use super::cells::{Cells, Shares};
-use super::chart::{Chart, STYLE};
+use super::chart::{alike, Chart, POINTS, STYLE};
 use super::heat::Heat;
 use super::number::dashed;
+use super::table::{table, Datum};
 
 /// Opens a sentence.
 pub(super) const LEAD: &str = "<p class=\"lead\">";
@@ -12,6 +13,8 @@ pub(super) const LEAD: &str = "<p class=\"lead\">";
 const PAGES: &str = "<nav class=\"pages\" aria-label=\"Pages\">";
 /// Opens a row of pictures.
 const FIGURES: &str = "<div class=\"figures\">\n";
+/// Opens what says where a page comes from.
+const FOOT: &str = "<footer class=\"trace\" aria-labelledby=\"trace\">";
 /// Sections from which a page has a list of them.
 const LISTED: usize = 4;
 
@@ -29,6 +32,8 @@ pub struct Page {
     up: Option<(String, String)>,
     /// Whether it comes without a script.
     still: bool,
+    /// Where it comes from, HTML; empty where nothing is said of that.
+    foot: String,
 }
 
 /// Text safe inside HTML and SVG.
@@ -56,7 +61,7 @@ impl Page {
     /// An empty page.
     pub fn new(title: &str) -> Page {
         let (title, body) = (title.into(), String::new());
-        Page { title, body, sections: Vec::new(), row: false, list_at: 0, up: None, still: false }
+        Page { title, body, sections: Vec::new(), row: false, list_at: 0, up: None, still: false, foot: String::new() }
     }
 
     /// The page without a script, for places that run none: its charts are shown, and nothing on it moves.
@@ -157,6 +162,24 @@ impl Page {
         self.add(&(s + "</tbody></table></div>\n"))
     }
 
+    /// A table with numbers in it: a column of one quantity has one unit, which its head names.
+    pub fn values(self, head: &[&str], rows: &[Vec<Datum>]) -> Page {
+        self.add(&table(head, rows))
+    }
+
+    /// Where what the page says comes from, at its foot: names and what they are, in their order.
+    pub fn trace(mut self, rows: &[(String, String)]) -> Page {
+        let row = |(name, of): &(String, String)| {
+            let of: String = of.lines().map(|l| format!("<span>{}</span>", escape(l))).collect();
+            format!("<div><dt>{}</dt><dd>{of}</dd></div>\n", escape(name))
+        };
+        self.foot = format!(
+            "{FOOT}<h2 id=\"trace\">Traceability</h2>\n<dl>{}</dl></footer>\n",
+            rows.iter().map(row).collect::<String>()
+        );
+        self
+    }
+
     /// A table whose rows begin with a link each: where to (none: no link), and the cells.
     pub fn ledger(self, head: &[&str], rows: &[(Option<String>, Vec<String>)]) -> Page {
         let name = head.first().copied().unwrap_or("table");
@@ -195,11 +218,13 @@ impl Page {
         self.add_picture(&chart.figure(caption))
     }
 
-    /// Charts that belong together, one below the other in one place of the row.
+    /// Charts that belong together, one below the other in one place of the row, each quantity in one unit.
     pub fn stack(self, charts: Vec<(Chart, &str)>) -> Page {
         let last = charts.len().saturating_sub(1);
+        let (charts, captions): (Vec<Chart>, Vec<&str>) = charts.into_iter().unzip();
+        let charts = alike(charts).into_iter().zip(captions);
         let one = |(i, (c, caption)): (usize, (Chart, &str))| if i < last { c.above() } else { c }.figure(caption);
-        let all: String = charts.into_iter().enumerate().map(one).collect();
+        let all: String = charts.enumerate().map(one).collect();
         let html = if all.is_empty() { all } else { format!("<div class=\"stack\">{all}</div>\n") };
         self.add_picture(&html)
     }
@@ -261,6 +286,8 @@ impl Page {
     pub fn html(&self) -> String {
         let end = if self.row { "</div>\n" } else { "" };
         let (top, rest) = self.body.split_at(self.list_at);
+        // what only the script reads
+        let [top, rest] = [top, rest].map(|part| if self.still { without_points(part) } else { part.into() });
         let up = self.up.as_ref().map_or(String::new(), |(to, text)| anchor(to, text));
         format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{t}</title>\n\
@@ -268,13 +295,23 @@ impl Page {
              <meta name=\"color-scheme\" content=\"light dark\">\n<link rel=\"icon\" href=\"data:,\">\n\
              <style>\n{css}</style></head>\n<body><a class=\"skip\" href=\"#main\">To the content</a>\n\
              <header>{PAGES}{up}</nav><h1>{t}</h1></header>\n\
-             <main id=\"main\">\n{top}{contents}{rest}{end}</main>\n{js}</body></html>\n",
+             <main id=\"main\">\n{top}{contents}{rest}{end}</main>\n{foot}{js}</body></html>\n",
+            foot = self.foot,
             t = escape(&self.title),
             css = STYLE.to_owned() + include_str!("style.css"),
             js = if self.still { String::new() } else { format!("<script>\n{}</script>", include_str!("script.js")) },
             contents = self.contents(),
         )
     }
+}
+
+/// `html` without the points of its charts.
+fn without_points(html: &str) -> String {
+    let attribute = format!(" {POINTS}");
+    let mut parts = html.split(&attribute);
+    let first = parts.next().unwrap_or_default();
+    let rest = parts.map(|p| p.split_once('"').map_or(p, |(_, after)| after));
+    std::iter::once(first).chain(rest).collect()
 }
 
 fn anchor(to: &str, text: &str) -> String {
@@ -356,9 +393,19 @@ mod tests {
         let page = Page::new("t").chart(&chart("a"), "").passage("<em>own</em>");
         let (moving, still) = (page.clone().html(), page.still().html());
         assert!(moving.contains("<script>") && !still.contains("<script"));
+        assert!(moving.contains(POINTS) && !still.contains(POINTS) && still.contains("<summary>Values"));
         assert!(
             still.contains("<svg class=\"chart\"") && still.contains("<em>own</em>") && still.contains("@media print")
         );
+    }
+
+    #[test]
+    fn where_a_page_comes_from_stands_at_its_foot() {
+        let rows = [("command".to_string(), "touchdown <x>".to_string()), ("input".into(), "a 1\nb 2".into())];
+        let h = Page::new("t").sentence("s").trace(&rows).html();
+        let foot = h.split("</main>").nth(1).unwrap();
+        assert!(foot.contains("touchdown &lt;x&gt;") && foot.contains("<span>a 1</span><span>b 2</span>"), "{foot}");
+        assert!(!Page::new("t").html().contains("<footer"));
     }
 
     #[test]

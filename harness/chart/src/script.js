@@ -1,6 +1,7 @@
 "use strict";
 // What a page does beyond lying there: names that switch their lines, a cursor that reads values and is shared by linked
-// charts, zoom. The page is whole without it. Places are read from the paths, so that nothing is stored twice.
+// charts, zoom, charts and tables as files. The page is whole without it. Places are read from the paths; the numbers of a
+// file of values have all their digits, and lie beside the chart as points.rs writes them.
 (() => {
   const NS = "http://www.w3.org/2000/svg";
   const make = (name, attributes, parent) => {
@@ -32,6 +33,58 @@
     }));
   };
 
+  const tool = (box, text, name, act) => {
+    const b = box.appendChild(document.createElement("button"));
+    b.type = "button";
+    b.textContent = text;
+    b.setAttribute("aria-label", name);
+    b.title = name;
+    b.addEventListener("click", act);
+  };
+
+  // hands a file to whoever reads the page, and says so
+  const save = (blob, name) => {
+    const a = document.body.appendChild(document.createElement("a"));
+    a.href = URL.createObjectURL(blob);
+    a.download = name;
+    a.click();
+    a.remove();
+    setTimeout(() => URL.revokeObjectURL(a.href), 1e4);
+    heard.textContent = `${name} is saved`;
+  };
+  const named = (what, end) => `${document.title} ${what}`.replace(/[^\p{L}\p{N}.]+/gu, "_").replace(/^_+|_+$/g, "") + end;
+  // a cell of a file of values: a text that a spreadsheet would take for a formula is none
+  const cell = (v) => {
+    const text = typeof v === "number" ? (Number.isFinite(v) ? String(v) : "") : /^[=+@]/.test(v) ? `'${v}` : v;
+    return /[",\n]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text;
+  };
+  const csv = (rows) => new Blob([rows.map((r) => r.map(cell).join(",") + "\n").join("")], { type: "text/csv" });
+
+  // the columns of a chart: name and numbers, NaN in a gap
+  const columns = async (packed) => {
+    const bytes = Uint8Array.from(atob(packed), (c) => c.charCodeAt(0));
+    const text = await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"))).text();
+    return text.trimEnd().split("\n").map((line) => {
+      const [name, power, order, list] = line.split("\t");
+      const numbers = list.split(" ").map((w) => (w === "-" ? NaN : +w));
+      for (let k = 0; k < +order; k += 1) {
+        let sum = 0;
+        numbers.forEach((v, i) => { if (!Number.isNaN(v)) numbers[i] = sum += v; });
+      }
+      return { name, values: numbers.map((v) => (Number.isNaN(v) ? NaN : +`${v}e${power}`)) };
+    });
+  };
+
+  // what a picture of its own needs of the page's style
+  const KEPT = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-dasharray", "stroke-linejoin", "stroke-linecap", "opacity", "font-family", "font-size", "font-weight", "text-anchor", "display"];
+  const styled = (from, to) => {
+    const style = getComputedStyle(from);
+    for (const k of KEPT) to.style.setProperty(k, style.getPropertyValue(k));
+    [...from.children].forEach((child, i) => styled(child, to.children[i]));
+  };
+  // dots of a picture for a px of the chart
+  const FINE = 2;
+
   class Chart {
     constructor(svg) {
       this.svg = svg;
@@ -51,7 +104,7 @@
       this.plane = this.curve || this.paths.some((p) => p.classList.contains("marks"));
       this.at = null;
       this.names();
-      if (!this.log) this.tools();
+      this.tools();
       this.listen();
     }
 
@@ -90,25 +143,82 @@
     }
 
     tools() {
+      const below = this.figure.querySelector(".below");
       const box = document.createElement("div");
       box.className = "tools";
-      const button = (text, name, act) => {
-        const b = document.createElement("button");
-        b.type = "button";
-        b.textContent = text;
-        b.setAttribute("aria-label", name);
-        b.title = name;
-        b.addEventListener("click", act);
-        box.append(b);
+      if (!this.log) {
+        const [least, most] = this.svg.dataset.whole.split(" ").map(Number);
+        const span = this.x.high - this.x.low;
+        this.whole = [this.x.low + least * span, this.x.low + most * span];
+        // where charts share their names they share their zoom
+        if (this.figure.querySelector(".keys")) {
+          tool(box, "+", "Zoom in", () => this.zoom(0.5));
+          tool(box, "\u2212", "Zoom out", () => this.zoom(2));
+          if (most - least > 1.02) tool(box, "all", "The whole recording", () => this.show(this.whole));
+          tool(box, "reset", "As at first", () => this.show(null));
+        }
+      }
+      const label = this.svg.getAttribute("aria-label");
+      tool(box, "PNG", `Picture: ${label}`, () => this.picture(label));
+      const packed = below.dataset.points;
+      if (packed && window.DecompressionStream) tool(box, "CSV", `Values: ${label}`, () => this.table(packed, label));
+      below.append(box);
+    }
+
+    // the points as a file: columns side by side, rows that hold nothing left out
+    async table(packed, label) {
+      const all = await columns(packed);
+      const rows = [all.map((c) => c.name)];
+      for (let i = 0; i < Math.max(...all.map((c) => c.values.length)); i += 1) {
+        const row = all.map((c) => (i < c.values.length ? c.values[i] : NaN));
+        if (row.some((v) => !Number.isNaN(v))) rows.push(row);
+      }
+      save(csv(rows), named(label, ".csv"));
+    }
+
+    // the chart as it is shown, with title and names, on the page's paper
+    picture(label) {
+      this.clear();
+      const { width, height } = this.svg.viewBox.baseVal;
+      const style = getComputedStyle(document.body);
+      const size = parseFloat(getComputedStyle(this.svg.querySelector("text")).fontSize);
+      const pen = document.createElement("canvas").getContext("2d");
+      pen.font = `${size}px ${style.fontFamily}`;
+      const whole = document.createElementNS(NS, "svg");
+      const write = (text, x, y, weight) => {
+        const t = make("text", { x, y, fill: style.color, "font-family": style.fontFamily, "font-size": size, "font-weight": weight }, whole);
+        t.textContent = text;
       };
-      button("+", "Zoom in", () => this.zoom(0.5));
-      button("\u2212", "Zoom out", () => this.zoom(2));
-      const [least, most] = this.svg.dataset.whole.split(" ").map(Number);
-      const span = this.x.high - this.x.low;
-      this.whole = [this.x.low + least * span, this.x.low + most * span];
-      if (most - least > 1.02) button("all", "The whole recording", () => this.show(this.whole));
-      button("reset", "As at first", () => this.show(null));
-      if (this.figure.querySelector(".keys")) this.figure.querySelector(".below").append(box);
+      const margin = size, line = 1.7 * size;
+      let [x, y] = [margin, margin + size];
+      make("rect", { width: "100%", height: "100%", fill: style.backgroundColor }, whole);
+      write(label, x, y, 600);
+      y += line;
+      const names = this.paths.filter((p) => !p.hasAttribute("hidden") && p.dataset.n);
+      for (const path of names) {
+        const long = 30 + pen.measureText(path.dataset.n).width + margin;
+        if (x > margin && x + long > width + margin) [x, y] = [margin, y + line];
+        const mark = path.classList.contains("marks") ? `M${x + 11},${y - 0.35 * size}${points(path)[0]?.mark ?? ""}` : `M${x + 1},${y - 0.35 * size}h20`;
+        const piece = make("path", { d: mark }, whole);
+        styled(path, piece);
+        write(path.dataset.n, x + 30, y, 400);
+        x += long;
+      }
+      const copy = this.svg.cloneNode(true);
+      styled(this.svg, copy);
+      y += 0.7 * size;
+      for (const [k, v] of Object.entries({ x: margin, y, width, height })) copy.setAttribute(k, v);
+      whole.append(copy);
+      const [w, h] = [width + 2 * margin, y + height + margin];
+      for (const [k, v] of Object.entries({ width: FINE * w, height: FINE * h, viewBox: `0 0 ${w} ${h}` })) whole.setAttribute(k, v);
+      const image = new Image();
+      image.addEventListener("load", () => {
+        const canvas = document.createElement("canvas");
+        [canvas.width, canvas.height] = [FINE * w, FINE * h];
+        canvas.getContext("2d").drawImage(image, 0, 0);
+        canvas.toBlob((blob) => save(blob, named(label, ".png")), "image/png");
+      });
+      image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(new XMLSerializer().serializeToString(whole))}`;
     }
 
     group() {
@@ -399,6 +509,49 @@
       if (width) target.style.setProperty("--f", `${((scale < 0.7 ? 10.5 : 11.5) / scale).toFixed(2)}px`);
     }
   });
+
+  // a table as a file: numbers in SI with all their digits, their units in the head or, where they differ, in a column of their own
+  const tabled = (table) => {
+    const heads = [...table.tHead.rows[0].cells];
+    const body = [...table.tBodies[0].rows].map((r) => [...r.cells]);
+    const out = [[], ...body.map(() => [])];
+    heads.forEach((th, k) => {
+      const cells = body.map((r) => r[k]);
+      const name = th.dataset.n ?? th.innerText.replace(/\s+/g, " ").trim();
+      const unit = th.dataset.u ? ` [${th.dataset.u}]` : "";
+      const ends = cells.some((c) => c?.dataset.v?.includes(" "));
+      const own = cells.some((c) => c?.dataset.u);
+      const of = (text) => (text === "" ? "" : Number.isNaN(+text) ? text : +text);
+      const text = (c) => (c?.dataset.v === undefined ? c?.innerText.trim() ?? "" : of(c.dataset.v));
+      if (ends) {
+        out[0].push(`${name}, low${unit}`, `${name}, high${unit}`);
+        cells.forEach((c, i) => {
+          const pair = c?.dataset.v?.split(" ");
+          out[i + 1].push(...(pair ? [of(pair[0]), of(pair[1] ?? "")] : [text(c), ""]));
+        });
+      } else {
+        out[0].push(name + unit);
+        cells.forEach((c, i) => out[i + 1].push(text(c)));
+      }
+      if (own) {
+        out[0].push(`${name}, unit`);
+        cells.forEach((c, i) => out[i + 1].push(c?.dataset.u ?? ""));
+      }
+    });
+    return out;
+  };
+  for (const table of document.querySelectorAll("main table")) {
+    const scroll = table.closest(".scroll");
+    if (!scroll || table.closest(".data") || !table.tHead) continue;
+    const label = table.caption?.innerText ?? scroll.getAttribute("aria-label");
+    let h = scroll;
+    while (h && h.tagName !== "H2") h = h.previousElementSibling ?? h.parentElement;
+    const full = h && h.innerText !== label ? `${h.innerText}, ${label}` : label;
+    const box = document.createElement("div");
+    box.className = "tools of-table";
+    tool(box, "CSV", `Values: ${full}`, () => save(csv(tabled(table)), named(full, ".csv")));
+    scroll.after(box);
+  }
 
   const charts = [];
   for (const svg of document.querySelectorAll("svg.chart")) {

@@ -2,6 +2,7 @@
 
 use crate::print::Shown;
 use anyhow::{bail, Context, Result};
+use diagnose::verdict::Input;
 use host::{Fmus, Isolation};
 use plant::machine::Machine;
 use record::Campaign;
@@ -61,13 +62,7 @@ pub fn of_folder(dir: &Path) -> Result<()> {
 
 /// A path as a shell takes it.
 fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
-    let plain = |c: char| c.is_alphanumeric() || "/\\._-+:,@%".contains(c);
-    if text.chars().all(plain) {
-        text
-    } else {
-        format!("'{}'", text.replace('\'', "'\\''"))
-    }
+    crate::typed::quoted(&path.display().to_string())
 }
 
 /// Ends of the names of files that instruments write.
@@ -110,28 +105,58 @@ pub fn of_campaign(dir: &Path, e: &dyn Display) -> String {
     lines.join("\n")
 }
 
-/// Hash of the files of the campaign in `dir` as they are: campaign.toml, the recordings that it lists, also those that are
+/// Hash of the files of a campaign as they are.
+pub fn content(inputs: &[Input]) -> String {
+    let mut hash = Sha256::new();
+    inputs.iter().for_each(|i| hash.update(&i.sha256));
+    output::hexadecimal(&hash.finalize())
+}
+
+/// The hash of a file of text; None where it cannot be read.
+pub fn hashed(file: &Path) -> Option<String> {
+    let text = input::text(file, input::TEXT).ok()?;
+    Some(output::hexadecimal(&Sha256::digest(text)))
+}
+
+/// The files of the campaign in `dir`, each with its hash: campaign.toml, the recordings that it lists, also those that are
 /// left out, and the system with its FMUs where it names one. None where one of them cannot be read.
-pub fn content(dir: &Path) -> Option<String> {
+pub fn inputs(dir: &Path) -> Option<Vec<Input>> {
     let text = input::text(&dir.join("campaign.toml"), input::TEXT).ok()?;
     let described: toml::Table = text.parse().ok()?;
-    let mut hash = Sha256::new();
-    hash.update(Sha256::digest(&text));
+    let of =
+        |file: &str, bytes: &[u8]| Input { file: file.into(), sha256: output::hexadecimal(&Sha256::digest(bytes)) };
+    let mut all = vec![of("campaign.toml", text.as_bytes())];
     for recording in described.get("recording")?.as_array()? {
-        let file = dir.join(recording.get("file")?.as_str()?);
-        hash.update(Sha256::digest(input::bytes(&file, input::RECORDING).ok()?));
+        let file = recording.get("file")?.as_str()?;
+        all.push(of(file, &input::bytes(&dir.join(file), input::RECORDING).ok()?));
     }
     if let Some(system) = described.get("simulation").and_then(|s| s.get("system")) {
         for file in host::master::files_of(&dir.join(system.as_str()?)).ok()? {
-            hash.update(Sha256::digest(input::bytes(&file, input::LIBRARY).ok()?));
+            let name = file.strip_prefix(dir).unwrap_or(&file).display().to_string();
+            all.push(of(&name, &input::bytes(&file, input::LIBRARY).ok()?));
         }
     }
-    Some(output::hexadecimal(&hash.finalize()))
+    Some(all)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_file_of_a_campaign_has_its_hash() {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("campaign.toml"), "[[recording]]\nfile = \"a.csv\"\n").unwrap();
+        assert!(inputs(dir.path()).is_none());
+        std::fs::write(dir.path().join("a.csv"), "abc").unwrap();
+        let all = inputs(dir.path()).unwrap();
+        assert_eq!(all.iter().map(|i| i.file.as_str()).collect::<Vec<_>>(), ["campaign.toml", "a.csv"]);
+        // FIPS 180-4
+        assert_eq!(all[1].sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+        let before = content(&all);
+        std::fs::write(dir.path().join("a.csv"), "abd").unwrap();
+        assert_ne!(content(&inputs(dir.path()).unwrap()), before);
+    }
 
     #[test]
     fn files_of_instruments_are_answered_with_the_line_to_type() {

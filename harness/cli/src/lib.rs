@@ -10,3 +10,4 @@ pub mod progress;
 pub mod study;
 pub mod tasks;
 pub mod threads;
+pub mod typed;

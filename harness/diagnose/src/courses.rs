@@ -7,7 +7,8 @@ use crate::predictions::Predictions;
 use assess::bounces::{by_position, noise_reach};
 use estimate::fitted::Fitted;
 use estimate::problem::{Data, Nuisance};
-use estimate::structure::Law;
+use estimate::structure::{Law, Term};
+use mechanisms::mechanism::Origin;
 use plant::simulate::Trace;
 use record::{Channel, Kind, GRAVITY};
 
@@ -69,8 +70,13 @@ pub struct Courses {
     pub recalibrated: Vec<Course>,
     /// With the physics found, each predicted without its level; None where nothing was found, or nothing better.
     pub found: Option<Vec<Course>>,
-    /// Whether penetration was recorded (or imposed); else it is the force integrated twice.
+    /// Whether penetration was recorded (or imposed); else it is the force integrated twice, with the zero and the gain fitted to it.
     pub penetration_recorded: bool,
+    /// Whether the measuring chain, as it was fitted, does more to the force than a zero and a gain: then nothing is integrated, and
+    /// without a penetration recorded there is no loop measured.
+    pub chain_bends: bool,
+    /// What each recording's channels read where there is nothing, as fitted, in the channel's unit; predictions are without it.
+    pub zeros: Vec<[f64; 3]>,
     /// The channel that forces are read from; acceleration times mass where there is no force.
     pub force_from: Option<Channel>,
 }
@@ -96,8 +102,15 @@ impl Courses {
         let found = after.map(|(t, p)| view.simulated(p, &t.0, gravity(&d.chosen)));
         let best = after.map_or(&before.0, |(t, _)| &t.0);
         let contacts: Vec<Contact> = best.iter().zip(&data.records).map(|(t, r)| contact(t, &r.setup.time)).collect();
+        let read = Reading::new(d.simulated());
+        // a gain alone can be undone, sample by sample
+        let is_gain = |t: &Term| t.mechanism.hints.is_calibration && t.form.parameters.len() == 1;
+        let terms = d.simulated().structure.terms();
+        let chain_bends = terms.iter().any(|t| t.mechanism.origin == Origin::Chain && !is_gain(t));
         Courses {
-            measured: contacts.iter().enumerate().map(|(r, c)| view.measured(r, c)).collect(),
+            measured: contacts.iter().enumerate().map(|(r, c)| view.measured(r, c, &read, chain_bends)).collect(),
+            chain_bends,
+            zeros: (0..contacts.len()).map(|r| read.zero(r)).collect(),
             given: d.base.structure.base().law().map(|law| view.given(&d.base, law)),
             recalibrated,
             found,
@@ -116,6 +129,42 @@ fn gravity(f: &Fitted) -> f64 {
 fn contact(t: &Trace, time: &[f64]) -> Contact {
     let at = time.partition_point(|u| *u < t.touch).min(time.len().saturating_sub(1));
     Contact { touch: t.touch, leave: t.leave, speed: t.velocity.get(at).copied().unwrap_or(f64::NAN) }
+}
+
+/// How instruments read, as fitted: a gain for each channel, and each recording's zeros.
+struct Reading {
+    gain: [f64; 3],
+    zeros: Vec<[f64; 3]>,
+}
+
+impl Reading {
+    fn new(fitted: &Fitted) -> Reading {
+        let problem = fitted.problem();
+        let of = |local: &Vec<f64>| {
+            let mut zero = [0.0; 3];
+            for (n, z) in problem.nuisances().iter().zip(local) {
+                match n {
+                    // a prediction has that of its penetration
+                    Nuisance::Zero(Channel::Penetration) => {}
+                    Nuisance::Zero(c) => zero[c.index()] = *z,
+                    _ => {}
+                }
+            }
+            zero
+        };
+        Reading { gain: fitted.physics().force_gain.channel, zeros: fitted.point().locals.iter().map(of).collect() }
+    }
+
+    /// Zeros of recording `r`; none where nothing was fitted to it.
+    fn zero(&self, r: usize) -> [f64; 3] {
+        self.zeros.get(r).copied().unwrap_or_default()
+    }
+
+    /// Readings of recording `r` without their zeros.
+    fn level(&self, r: usize, readings: &[Vec<f64>; 3]) -> [Vec<f64>; 3] {
+        let zero = self.zero(r);
+        [0, 1, 2].map(|i| readings[i].iter().map(|v| v - zero[i]).collect())
+    }
 }
 
 struct View<'a> {
@@ -137,19 +186,28 @@ impl<'a> View<'a> {
         }
     }
 
-    fn measured(&self, r: usize, c: &Contact) -> Course {
+    /// Recording `r` as read by instruments that read as `read`; `bends`: whether they do more than that.
+    fn measured(&self, r: usize, c: &Contact, read: &Reading, bends: bool) -> Course {
         let rec = &self.data.records[r];
         let readings = [0, 1, 2].map(|i| rec.y[i].clone().unwrap_or_default());
-        let force = self.force(&readings);
         let pull = if self.data.kind == Kind::DropTest { GRAVITY } else { 0.0 };
+        let level = read.level(r, &readings);
         let penetration = match &rec.y[Channel::Penetration.index()] {
             Some(x) => x.clone(),
-            None => self.integrated(r, c, &force, pull),
+            None if bends => vec![f64::NAN; rec.setup.time.len()],
+            None => {
+                let gain = read.gain[self.force_from.unwrap_or(Channel::Force).index()];
+                let force: Vec<f64> = self.force(&level).iter().map(|f| f / gain).collect();
+                self.integrated(r, c, &force, pull)
+            }
         };
-        self.course(r, readings, penetration, c, pull)
+        let mut course = self.course(r, level, penetration, c, pull);
+        // what is drawn over time is as it was read
+        course.readings = readings;
+        course
     }
 
-    /// Penetration by integrating the force read twice from the touch on, m; NaN before.
+    /// Penetration by integrating the `force` on the body twice from the touch on, m; NaN before.
     fn integrated(&self, r: usize, c: &Contact, force: &[f64], pull: f64) -> Vec<f64> {
         let setup = &self.data.records[r].setup;
         let (mut x, mut v, mut last) = (0.0, c.speed, c.touch);
@@ -297,6 +355,52 @@ mod tests {
         let cut = read_off(&time[..220], &force[..220], mass, GRAVITY, &c).unwrap();
         assert_eq!((cut.restitution, cut.contact_time), (None, None));
         assert!(read_off(&time, &vec![f64::NAN; 500], mass, GRAVITY, &c).is_none());
+    }
+
+    #[test]
+    fn a_force_is_integrated_without_the_zero_and_the_gain_of_its_instrument() {
+        use estimate::prepare::Prepared;
+        use plant::recipe::{write_campaign, Recipe};
+        let dir = tempfile::tempdir().unwrap();
+        let mut recipe = Recipe { speed_at_touch: true, ..Recipe::default() };
+        recipe.physics.force_gain.channel[0] = 1.02;
+        write_campaign(dir.path(), &recipe).unwrap();
+        let mut c = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        let deepest = |x: &[f64]| x.iter().copied().filter(|x| x.is_finite()).fold(0.0, f64::max);
+        let truth: Vec<f64> = c.recordings.iter().map(|r| deepest(r.channels[2].as_ref().unwrap())).collect();
+        for r in &mut c.recordings {
+            (r.channels[1], r.channels[2]) = (None, None);
+            let force = r.channels[0].as_mut().unwrap();
+            let zero = 0.02 * record::range(force);
+            force.iter_mut().for_each(|f| *f += zero);
+        }
+        let Prepared { data, guess, structure } = Prepared::new(&c).unwrap();
+        let base = Fitted::base(&data, &structure, &guess);
+        let view = View::new(&data);
+        let mut read = Reading::new(&base);
+        // as though the fit had found them
+        read.gain[0] = 1.02;
+        for (r, rec) in data.records.iter().enumerate() {
+            read.zeros[r] = [0.02 / 1.02 * record::range(rec.y[0].as_ref().unwrap()), 0.0, 0.0];
+        }
+        let mut errors = Vec::new();
+        for (r, truth) in truth.iter().enumerate() {
+            let (trace, _) = base.predict(r);
+            let touch =
+                Contact { speed: data.records[r].speed.unwrap().0, ..contact(&trace, &data.records[r].setup.time) };
+            let off = |read: &Reading| {
+                let x = view.measured(r, &touch, read, false).hysteresis.penetration;
+                (deepest(&x) / truth - 1.0).abs()
+            };
+            let raw = Reading { gain: [1.0; 3], zeros: vec![[0.0; 3]; data.records.len()] };
+            errors.push((off(&read), off(&raw)));
+            let none = view.measured(r, &touch, &read, true).hysteresis.penetration;
+            assert!(none.iter().all(|x| x.is_nan()), "what the chain bends is not integrated");
+        }
+        // the deepest reading itself is off by its own zero and noise, some 1 %
+        let mean = |of: fn(&(f64, f64)) -> f64| errors.iter().map(of).sum::<f64>() / errors.len() as f64;
+        let (with, without) = (mean(|e| e.0), mean(|e| e.1));
+        assert!(with < 0.015 && without > 1.5 * with, "{with} {without}: {errors:?}");
     }
 
     #[test]

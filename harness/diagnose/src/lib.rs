@@ -27,6 +27,7 @@ pub mod learned;
 mod least_squares;
 pub mod map;
 pub mod material;
+pub mod misfit;
 pub mod motion;
 pub mod next;
 mod order;

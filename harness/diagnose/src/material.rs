@@ -75,8 +75,15 @@ fn figures(p: &Physics, s: &Setup, local: &Local) -> Option<Figures> {
     })
 }
 
-/// Share of a figure below which the simulation without a mechanism has none of it: what it changes is no relative change then.
-const NOTHING_LEFT: f64 = 0.01;
+/// Share of a figure below which it is the mechanism that makes it: beside what the simulation without it has left, no relative
+/// change says anything.
+const NOTHING_LEFT: f64 = 0.5;
+
+/// Relative change from `b` to `a`, 1; None where there is little of `b`.
+fn relative(a: f64, b: f64) -> Option<f64> {
+    let q = a / b - 1.0;
+    (q.is_finite() && b.abs() >= NOTHING_LEFT * a.abs()).then_some(q)
+}
 
 /// What `chosen`'s term `term` does, beside the same simulation without it.
 pub fn effect(chosen: &Fitted, term: usize) -> Effect {
@@ -94,10 +101,7 @@ pub fn effect(chosen: &Fitted, term: usize) -> Effect {
         let pairs =
             [(a.peak, b.peak), (a.restitution, b.restitution), (a.contact_time, b.contact_time), (a.depth, b.depth)];
         for (change, (a, b)) in changes.iter_mut().zip(pairs) {
-            let q = a / b - 1.0;
-            if q.is_finite() && b.abs() >= NOTHING_LEFT * a.abs() {
-                change.push(q);
-            }
+            change.extend(relative(a, b));
         }
     }
     let mean = |v: &[f64]| (!v.is_empty()).then(|| v.iter().sum::<f64>() / v.len() as f64);
@@ -151,5 +155,16 @@ pub fn remainder(chosen: &Fitted, unknown: bool) -> Remainder {
         share_of_range,
         peak_force: if peaks > 0.0 { peak / peaks } else { 0.0 },
         text: format!("{:.2} % of range, {cause}", 100.0 * share_of_range),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_figure_that_the_mechanism_makes_is_changed_by_no_percentage() {
+        assert_eq!((relative(6.9, 1.0), relative(1.0, 0.0), relative(f64::NAN, 1.0)), (None, None, None));
+        assert_eq!((relative(1.5, 1.0), relative(0.25, 1.0)), (Some(0.5), Some(-0.75)));
     }
 }

@@ -30,8 +30,8 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
         v.push(format!("Do not build on {names} yet. {}", f.gates.join(" ")));
     } else {
         match &named[..] {
-            [one] => v.push(one.cure.into()),
-            all => v.extend(all.iter().map(|m| format!("{}: {}", plain(m.name), m.cure))),
+            [one] => v.push(cure(one, true, fmu).into()),
+            all => v.extend(all.iter().map(|m| format!("{}: {}", plain(m.name), cure(m, true, fmu)))),
         }
         let mut by_shape: Vec<String> = d.names_by_shape().iter().map(|n| n.cure.into()).collect();
         by_shape.dedup();
@@ -54,6 +54,21 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
         v.push(recalibrated(d, &named, f).into());
     }
     v
+}
+
+/// What to do about a name that is not to be relied on.
+pub const NOT_RELIED_ON: &str = "It is not to be relied on yet, and no FMU holds it.";
+/// What to do about a part of the contact where no FMU of ours was written.
+const NOT_WRITTEN: &str =
+    "No FMU was written that holds it: put its equation into the contact's law, with the values given here.";
+
+/// What to do about mechanism `m`; `relied_on`: whether it is to be relied on; `fmu`: whether the element was written.
+pub fn cure(m: &Mechanism, relied_on: bool, fmu: bool) -> &'static str {
+    match m.origin {
+        _ if !relied_on => NOT_RELIED_ON,
+        Origin::Contact if !fmu && pack::holds(m.name) => NOT_WRITTEN,
+        _ => m.cure,
+    }
 }
 
 /// Where in a system of FMUs what is named goes: into the system handed back, or by hand, or the input that it lacks.
@@ -332,4 +347,21 @@ fn more_recordings(c: &Campaign, d: &Decision, f: &Findings) -> Vec<String> {
         ));
     }
     v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_told_to_be_held_that_no_fmu_holds() {
+        let of = |name: &str| mechanisms::named(name).unwrap();
+        let held = of("plastic_indentation");
+        assert!(cure(held, true, true).contains("now holds it"));
+        for (relied_on, fmu) in [(false, true), (false, false), (true, false)] {
+            assert!(!cure(held, relied_on, fmu).contains("now holds it"), "{relied_on} {fmu}");
+        }
+        // what sits elsewhere asks for no FMU
+        assert_eq!(cure(of("fluid_drag"), true, false), of("fluid_drag").cure);
+    }
 }

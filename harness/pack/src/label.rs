@@ -21,6 +21,18 @@ pub struct Label {
     pub speeds: Vec<f64>,
 }
 
+/// The time that the environment variable SOURCE_DATE_EPOCH sets, s since 1970-01-01 (reproducible-builds.org); None where it is
+/// not set.
+///
+/// # Errors
+/// SOURCE_DATE_EPOCH is no time.
+pub fn source_date() -> Result<Option<i64>> {
+    let Some(set) = std::env::var_os("SOURCE_DATE_EPOCH") else { return Ok(None) };
+    let seconds = set.to_str().and_then(|s| s.parse().ok()).filter(|s| DateTime::from_timestamp(*s, 0).is_some());
+    let wrong = || format!("SOURCE_DATE_EPOCH is {set:?}: give seconds since 1970-01-01, or unset it");
+    Ok(Some(seconds.with_context(wrong)?))
+}
+
 impl Label {
     /// The label with the time that the environment variable SOURCE_DATE_EPOCH sets, where it does
     /// (reproducible-builds.org): a clock never gets in.
@@ -28,12 +40,7 @@ impl Label {
     /// # Errors
     /// SOURCE_DATE_EPOCH is no time.
     pub(super) fn dated(mut self) -> Result<Label> {
-        if let Some(set) = std::env::var_os("SOURCE_DATE_EPOCH") {
-            let seconds =
-                set.to_str().and_then(|s| s.parse().ok()).filter(|s| DateTime::from_timestamp(*s, 0).is_some());
-            let wrong = || format!("SOURCE_DATE_EPOCH is {set:?}: give seconds since 1970-01-01, or unset it");
-            self.made = Some(seconds.with_context(wrong)?);
-        }
+        self.made = source_date()?.or(self.made);
         Ok(self)
     }
 

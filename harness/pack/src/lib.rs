@@ -10,7 +10,7 @@ mod label;
 mod library;
 
 pub use archive::{is_archive_of_ours, write_archive};
-pub use label::Label;
+pub use label::{source_date, Label};
 pub use library::{is_ours, library, lies_at, program, whole, Binary};
 
 use anyhow::{bail, ensure, Context, Result};

@@ -124,6 +124,7 @@ mod native {
                 isolation,
                 replicates: None,
                 alone: false,
+                command: "touchdown_impact.diagnose".into(),
             };
             let done = tasks::diagnose::diagnose(&o, &follow)?;
             let answers: Vec<Value> = done.answers.iter().map(|a| json!([a.campaign, a.answer])).collect();
@@ -145,7 +146,13 @@ mod native {
         followed(py, &notify, move |follow| {
             let methods = [("simplex", Method::Simplex), ("lm", Method::LevenbergMarquardt)];
             let i = record::words::place("method", &method, &methods.map(|m| m.0)).map_err(anyhow::Error::msg)?;
-            let o = tasks::fit::Options { campaign, out, method: methods[i].1, seconds };
+            let o = tasks::fit::Options {
+                campaign,
+                out,
+                method: methods[i].1,
+                seconds,
+                command: "touchdown_impact.fit".into(),
+            };
             let done = tasks::fit::fit(&o, follow.as_ref())?;
             text(&json!({ "answer": done, "words": done.words }))
         })
@@ -168,7 +175,17 @@ mod native {
     ) -> PyResult<String> {
         followed(py, &notify, move |follow| {
             let isolation = fmus.isolation(follow.stop())?;
-            let o = tasks::run::Options { scenario, out, fmu, direct, parquet, isolation, step, stop };
+            let o = tasks::run::Options {
+                scenario,
+                out,
+                fmu,
+                direct,
+                parquet,
+                isolation,
+                step,
+                stop,
+                command: "touchdown_impact.run".into(),
+            };
             let done = tasks::run::simulated(&o, follow.as_ref())?;
             match done.failure {
                 Some(e) => Err(e),

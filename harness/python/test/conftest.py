@@ -79,7 +79,12 @@ def found(example: Example) -> td.Diagnosis:
     return example.found
 
 
+def content(file: Path) -> bytes:
+    """What a file holds; of a page all but the block that says when and by which command it was made."""
+    return re.sub(rb'<footer class="trace".*?</footer>', b"", file.read_bytes(), flags=re.DOTALL)
+
+
 def files(folder: Path) -> dict[str, bytes]:
     """Every file below a folder by its path, but the manifest, which names the program that wrote it."""
     paths = (p for p in folder.rglob("*") if p.is_file() and p.name != "manifest.json")
-    return {str(p.relative_to(folder)): p.read_bytes() for p in paths}
+    return {str(p.relative_to(folder)): content(p) for p in paths}

@@ -12,7 +12,7 @@ import polars as pl
 import pytest
 import touchdown_impact as td
 
-from conftest import EXAMPLES, Command, Example, files
+from conftest import EXAMPLES, Command, Example, content, files
 
 
 def test_the_readme_example_gives_the_verdict_of_the_command(example: Example, by_command: Path) -> None:
@@ -20,7 +20,7 @@ def test_the_readme_example_gives_the_verdict_of_the_command(example: Example, b
     theirs = by_command / "bench_drop"
     assert (example.found.folder / "verdict.json").read_bytes() == (theirs / "verdict.json").read_bytes()
     for name in ("report.html", "HysteresisContact.fmu"):
-        assert (example.folder / name).read_bytes() == (theirs / name).read_bytes()
+        assert content(example.folder / name) == content(theirs / name)
 
 
 def test_a_diagnosis_is_that_of_the_command_file_by_file(found: td.Diagnosis, by_command: Path) -> None:
@@ -53,7 +53,10 @@ def test_tables_give_the_verdict_of_their_folder(library: str, campaign: Path, b
         return
     found = td.diagnose(made, out=tmp_path)
     assert found.folder == tmp_path / "bench_drop"
-    assert (found.folder / "verdict.json").read_bytes() == (by_command / "bench_drop/verdict.json").read_bytes()
+    ours, theirs = (json.loads((f / "verdict.json").read_text(encoding="utf-8")) for f in (found.folder, by_command / "bench_drop"))
+    # the files of tables are written by the package, and are others
+    assert ours.pop("trace")["inputs"] != theirs.pop("trace")["inputs"]
+    assert ours == theirs
 
 
 def test_a_fit_is_that_of_the_command(command: Command, campaign: Path, tmp_path: Path) -> None:

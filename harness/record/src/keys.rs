@@ -31,7 +31,12 @@ const NAME: usize = 64;
 /// A key, what its value has to be, and its unit.
 pub(crate) struct Key(pub &'static str, pub Rule, pub &'static str);
 
-const CAMPAIGN: &[Key] = &[Key("name", Rule::Text, ""), Key("kind", Rule::Text, ""), Key("material", Rule::Text, "")];
+const CAMPAIGN: &[Key] = &[
+    Key("name", Rule::Text, ""),
+    Key("kind", Rule::Text, ""),
+    Key("material", Rule::Text, ""),
+    Key("operator", Rule::Text, ""),
+];
 
 const RIG: &[Key] = &[
     Key("moving_mass", Rule::Above, "kg"),

@@ -297,6 +297,8 @@ pub struct Campaign {
     pub name: String,
     pub kind: Kind,
     pub material: Option<String>,
+    /// Who took the recordings.
+    pub operator: Option<String>,
     /// `[campaign.columns]`: what a user knows of the campaign and a fleet is searched by, such as batch or temperature.
     pub columns: std::collections::BTreeMap<String, Label>,
     pub moving_mass: Option<f64>,
@@ -339,6 +341,7 @@ impl Campaign {
             name: folder.into(),
             kind,
             material: None,
+            operator: None,
             columns: Default::default(),
             moving_mass: None,
             travel: None,

@@ -110,6 +110,7 @@ pub fn load(dir: &Path, terms: &[&str]) -> Result<Campaign, RecordErrors> {
         folder,
         kind,
         material: head.text("material").map(str::to_string),
+        operator: head.text("operator").map(str::to_string),
         columns: document.columns.clone(),
         moving_mass: rig.number("moving_mass"),
         travel: rig.number("travel"),

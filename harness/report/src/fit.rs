@@ -1,6 +1,8 @@
 //! What an estimation leaves behind: fit.json, certificate.json and report.html.
 
-use chart::{dashed, Chart, Page, Style};
+use crate::trace::{self, Made};
+use chart::{alike, dashed, Chart, Datum, Page, Style};
+use diagnose::verdict::Input;
 use estimate::case::{Case, Estimate, Interval, Method, CLOSE};
 use estimate::levels::{name as name_of, nrmse, Level, Readings};
 use record::{pulse, Campaign, Channel, Kind};
@@ -16,6 +18,9 @@ pub struct Answer<'a> {
     pub initial: Readings,
     pub last: Readings,
     pub levels: Vec<Level>,
+    pub made: &'a Made,
+    /// Files that were read.
+    pub inputs: &'a [Input],
 }
 
 const LAW: [(&str, &str); 3] = [("k", "N/m^p"), ("p", "1"), ("mu_d", "N s/m^(p+1)")];
@@ -148,45 +153,33 @@ impl Answer<'_> {
     pub fn page(&self) -> String {
         let e = self.estimate;
         let data = &self.case.data;
-        let row = |name: &str, unit: &str, i: &Interval, first: String| {
-            vec![
-                name.to_string(),
-                unit.to_string(),
-                first,
-                format!("{:.5e}", i.value),
-                format!("{:.5e} to {:.5e}", i.low, i.high),
-            ]
+        let long = |v: f64, unit: &str| Datum::said(v, unit, &format!("{v:.5e}"));
+        let row = |name: &str, unit: &str, i: &Interval, first: Option<f64>| {
+            let start = first.map_or("".into(), |f| long(f, unit));
+            let ends = [i.low, i.high].map(|v| long(v, unit));
+            let [low, high] = ends;
+            vec![name.into(), unit.into(), start, long(i.value, unit), low, high]
         };
         let first = Estimate::law_at(self.case, &e.start.theta);
-        let mut rows: Vec<Vec<String>> = LAW
+        let mut rows: Vec<Vec<Datum>> = LAW
             .iter()
             .zip(&e.law(self.case))
             .zip(first)
             .filter(|((l, _), _)| l.0 != "mu_d" || self.case.hysteresis())
-            .map(|(((name, unit), i), f)| row(name, unit, i, format!("{f:.5e}")))
+            .map(|(((name, unit), i), f)| row(name, unit, i, Some(f)))
             .collect();
         let r = e.reference_force();
-        rows.push(row(
-            &format!("force at {:.3e} m", data.scales.x_ref),
-            "N",
-            &r,
-            format!("{:.5e}", e.start.theta[0].exp()),
-        ));
+        rows.push(row(&format!("force at {:.3e} m", data.scales.x_ref), "N", &r, Some(e.start.theta[0].exp())));
         for (name, unit, i) in e.terms(self.case) {
-            rows.push(row(&name, unit, &i, String::new()));
+            rows.push(row(&name, unit, &i, None));
         }
-        let runs: Vec<Vec<String>> = e
+        let runs: Vec<Vec<Datum>> = e
             .runs
             .iter()
             .map(|r| {
-                let far = if r.distance.is_nan() { "not followed".into() } else { format!("{:.3}", r.distance) };
-                vec![
-                    r.origin.into(),
-                    format!("{:.6e}", r.first),
-                    format!("{:.6e}", r.last),
-                    r.iterations.to_string(),
-                    far,
-                ]
+                let far = if r.distance.is_nan() { "not followed".into() } else { Datum::fixed(r.distance, 3) };
+                let of = |v: f64| Datum::said(v, "1", &format!("{v:.6e}"));
+                vec![r.origin.into(), of(r.first), of(r.last), r.iterations.to_string().into(), far]
             })
             .collect();
         let n: Vec<f64> = (0..e.objective.len()).map(|i| i as f64).collect();
@@ -194,11 +187,12 @@ impl Answer<'_> {
         let chart = Chart::new("", "iteration", "log10 of the objective");
         let mut page = Page::new(&format!("Fit of {}", self.campaign.name))
             .sentence(&self.sentence())
-            .table(&["parameter", "unit", "start", "estimate", "95 % interval"], &rows)
+            .values(&["parameter", "unit", "start", "estimate", "95 %, from", "to"], &rows)
             .section("Initial and final curves")
             .paragraph("One recording a level. Grey: measured. Red: the start. Blue: the estimate.");
-        for (chart, caption) in self.curves() {
-            page = page.chart(&chart, &caption);
+        let (charts, captions): (Vec<Chart>, Vec<String>) = self.curves().into_iter().unzip();
+        for (chart, caption) in alike(charts).iter().zip(captions) {
+            page = page.chart(chart, &caption);
         }
         page = page
             .section("Objective by iteration")
@@ -213,11 +207,11 @@ impl Answer<'_> {
             } else {
                 format!("At a bound, so that its interval has one side only: {}.", e.bounds.join(", "))
             })
-            .table(&["start", "objective, first", "objective, last", "iterations", "distance, standard errors"], &runs)
+            .values(&["start", "objective, first", "objective, last", "iterations", "distance, standard errors"], &runs)
             .section("Level by level: how far the law alone is")
-            .paragraph("Misfit: rms over range, in brackets in standard deviations of the noise. Peak: simulated over measured, less 1. The last columns hold the law fitted to the level alone: where they drift from level to level, the law lacks something.")
-            .table(&self.level_head(), &self.level_rows());
-        page.html()
+            .paragraph("Misfit: rms over range, and in standard deviations of the noise. Peak: simulated over measured, less 1. The last columns hold the law fitted to the level alone: where they drift from level to level, the law lacks something.")
+            .values(&self.level_head(), &self.level_rows());
+        page.trace(&trace::rows(self.made, &trace::of_campaign(self.campaign, self.inputs))).html()
     }
 
     /// Writes the files to `dir`, all of them or none.
@@ -241,27 +235,26 @@ impl Answer<'_> {
     fn level_head(&self) -> Vec<&'static str> {
         let mut head = vec!["level", "recordings"];
         for c in self.channels() {
-            head.push(c.name());
-            head.push("peak");
+            head.extend([c.name(), "over noise", "peak"]);
         }
-        head.extend(["alone: force at reference depth, N", "alone: p", "alone: misfit"]);
+        head.extend(["alone: force at reference depth", "alone: p", "alone: misfit"]);
         head
     }
 
-    fn level_rows(&self) -> Vec<Vec<String>> {
-        let percent = |v: Option<f64>| v.map_or(String::from("-"), |v| format!("{:.2} %", 100.0 * v));
+    fn level_rows(&self) -> Vec<Vec<Datum>> {
+        let percent = |v: Option<f64>| v.map_or("-".into(), |v| Datum::percent(v, 2));
         self.levels
             .iter()
             .map(|l| {
-                let mut row = vec![l.text.clone(), l.recordings.to_string()];
+                let mut row: Vec<Datum> = vec![l.text.clone().into(), l.recordings.to_string().into()];
                 for c in self.channels() {
                     let i = c.index();
-                    let noises = l.noises[i].map_or(String::from("-"), |v| format!("{v:.1}"));
-                    row.push(format!("{} ({noises})", percent(l.nrmse[i])));
+                    row.push(percent(l.nrmse[i]));
+                    row.push(l.noises[i].map_or("-".into(), |v| Datum::fixed(v, 1)));
                     row.push(percent(l.peak[i]));
                 }
                 match l.alone {
-                    Some((f, p, m)) => row.extend([format!("{f:.4e}"), format!("{p:.3}"), percent(Some(m))]),
+                    Some((f, p, m)) => row.extend([Datum::number(f, "N"), Datum::fixed(p, 3), percent(Some(m))]),
                     None => row.extend(["-".into(), "-".into(), "-".into()]),
                 }
                 row

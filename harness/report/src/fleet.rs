@@ -1,5 +1,6 @@
 //! The page of a fleet: what became of every campaign, what grows with what, a map of campaigns by cause.
 
+use crate::trace::Made;
 use ::fleet::growth::{points, text, Figure, Growth, Growths};
 use ::fleet::{Answer, Fleet, Judged, State};
 use chart::{quantity, Cell, Cells, Chart, Page, Shares, Style};
@@ -38,7 +39,7 @@ pub fn check(out: &Path) -> std::io::Result<()> {
 }
 
 /// The page, which lies in `out`.
-pub fn html(out: &Path, fleet: &Fleet, growths: &Growths) -> String {
+pub fn html(out: &Path, fleet: &Fleet, growths: &Growths, made: &Made) -> String {
     let mut page = Page::new("Fleet").sentence(&sentence(fleet));
     if let Some(g) = headline(growths) {
         page = page.sentence(&g);
@@ -49,7 +50,7 @@ pub fn html(out: &Path, fleet: &Fleet, growths: &Growths) -> String {
     for column in fleet.columns() {
         page = by_column(page, fleet, &column);
     }
-    all(page, out, fleet).html()
+    all(page, out, fleet).trace(&made.rows()).html()
 }
 
 /// What became of the fleet, in words.
@@ -432,7 +433,7 @@ mod tests {
         let t = tempfile::tempdir().unwrap();
         let f = fleet(t.path());
         let g = growths(&f);
-        let h = html(t.path(), &f, &g);
+        let h = html(t.path(), &f, &g, &Made::default());
         assert!(h.contains("24 of 26 campaigns were judged. In 16 something is missing: guide friction in 16."), "{h}");
         assert!(h.contains("1 cannot be judged. 1 is lost: gone &lt;1&gt;."));
         assert!(h.contains("Guide friction grows with order."));
@@ -442,7 +443,7 @@ mod tests {
         assert!(h.contains("href=\"c23/report.html\"") && !h.contains("gone%20%3C1%3E/report.html"));
         assert_eq!(h.matches("<a href=\"short/report.html\"").count(), 2);
         assert!(h.contains("<svg class=\"chart\"") && !h.contains("<1>"));
-        assert_eq!(h, html(t.path(), &f, &growths(&f)), "twice the same");
+        assert_eq!(h, html(t.path(), &f, &growths(&f), &Made::default()), "twice the same");
     }
 
     #[test]
@@ -468,7 +469,8 @@ mod tests {
         let t = tempfile::tempdir().unwrap();
         let mut f = fleet(t.path());
         f.answers.iter_mut().for_each(|a| a.columns.clear());
-        assert!(html(t.path(), &f, &growths(&f)).contains("[campaign.columns]"));
-        assert!(html(t.path(), &Fleet::default(), &Growths::default()).contains("No campaign was judged."));
+        assert!(html(t.path(), &f, &growths(&f), &Made::default()).contains("[campaign.columns]"));
+        assert!(html(t.path(), &Fleet::default(), &Growths::default(), &Made::default())
+            .contains("No campaign was judged."));
     }
 }

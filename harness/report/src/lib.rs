@@ -4,3 +4,4 @@ pub mod diagnosis;
 pub mod fit;
 pub mod fleet;
 pub mod run;
+pub mod trace;

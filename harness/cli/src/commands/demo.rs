@@ -3,8 +3,10 @@
 use crate::place;
 use crate::print::{self, Shown};
 use crate::progress::{catch_interrupts, interrupted, interrupted_code};
+use crate::typed;
 use anyhow::{ensure, Context, Result};
 use chart::{card, lead, linked, picture, Page};
+use report::trace::Made;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -167,6 +169,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     );
     check(&a.out)?;
     catch_interrupts();
+    let made = Made::now(typed::COMMIT, &typed::line())?;
     let input: Vec<_> = INPUT.iter().copied().chain([("same_drops.toml", DROPS.as_bytes())]).collect();
     print::warnings(&place::write(&a.out.join("input"), "demo", &input)?);
     let mut finding = None;
@@ -202,7 +205,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         .paragraph(
             "This is what step 5 found. Every step below is one command; its input lies in input/ beside this page.",
         )
-        .then(page);
+        .then(page)
+        .trace(&made.rows());
     print::warnings(&place::amend(&a.out, "demo", &[(INDEX, page.html().as_bytes())])?);
     print::beside(&format!("\npictures: {}\n", a.out.join(INDEX).shown()));
     Ok(ExitCode::SUCCESS)

@@ -9,6 +9,7 @@ use crate::progress::deadline;
 use crate::tasks::diagnose::{diagnose, Answer, Options};
 use crate::tasks::shard::{self, Share};
 use crate::tasks::Follow;
+use crate::typed;
 use anyhow::{ensure, Result};
 use fleet::shard::Shard;
 use std::ffi::{OsStr, OsString};
@@ -164,6 +165,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         seconds: a.seconds,
         resume: a.resume,
         isolation: a.fmus.isolation()?,
+        command: typed::line(),
     };
     let follow: Arc<dyn Follow> = Arc::new(Terminal::new(a.form));
     let done = diagnose(&o, &follow)?;
@@ -179,7 +181,9 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
     }
     let words = |_: &Vec<Answer>| {
         let place = match &done.page {
-            None => String::new(),
+            None => {
+                done.answers.iter().map(|a| format!("report: {}\n", a.answer.join("report.html").shown())).collect()
+            }
             Some(Ok(page)) => format!("answers: {}\n", page.shown()),
             Some(Err(_)) => format!("answers, each with a report.html: {}\n", a.out.shown()),
         };

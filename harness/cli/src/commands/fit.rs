@@ -5,6 +5,7 @@ use super::terminal::Terminal;
 use crate::print;
 use crate::progress::{interrupted, interrupted_code};
 use crate::tasks::fit::{fit, Options};
+use crate::typed;
 use anyhow::Result;
 use estimate::case::Method;
 use std::path::PathBuf;
@@ -45,7 +46,13 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         Way::Simplex => Method::Simplex,
         Way::Lm => Method::LevenbergMarquardt,
     };
-    let o = Options { campaign: a.campaign.clone(), out: a.out.clone(), method, seconds: a.seconds };
+    let o = Options {
+        campaign: a.campaign.clone(),
+        out: a.out.clone(),
+        method,
+        seconds: a.seconds,
+        command: typed::line(),
+    };
     let done = fit(&o, &Terminal::new(a.form))?;
     print::beside(&a.form.of(&done, |d| d.words.clone())?);
     Ok(if interrupted() { interrupted_code() } else { ExitCode::SUCCESS })

@@ -97,7 +97,8 @@ fn template(kind: Kind, name: &str, files: &[String]) -> String {
          [campaign]\n\
          name = {}\n\
          kind = \"{}\"\n\
-         # material = \"\"            # free text\n\n\
+         # material = \"\"            # free text\n\
+         # operator = \"\"            # who took the recordings, for the report\n\n\
          [rig]\n{rig}\n\n\
          [simulation]               # what your simulation holds, and its values where it is calibrated\n\
          terms = {:?}   # beside k x^p; names from `touchdown mechanisms`\n\

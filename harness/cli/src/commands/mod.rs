@@ -26,6 +26,7 @@ mod terminal;
 use crate::place::Place;
 use crate::print::{self, Unprinted, CLOSED_CODE};
 use crate::progress::{end_cleanly, interrupted, interrupted_code};
+use crate::typed;
 use anyhow::Result;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
@@ -46,6 +47,7 @@ Exit codes:
 #[command(
     name = "touchdown",
     version,
+    long_version = concat!(env!("CARGO_PKG_VERSION"), "\ncommit ", env!("TOUCHDOWN_COMMIT")),
     about = "Contact elements for impacting machines: exact impacts and diagnosis of missing physics",
     after_help = CODES,
     styles = print::STYLES
@@ -155,6 +157,7 @@ const DIED_CODE: u8 = 4;
 
 /// Runs the command line; exit code 2 for bad input.
 pub fn main() -> ExitCode {
+    typed::begin(std::env::args_os().map(|w| w.to_string_lossy().into_owned()));
     match Cli::try_parse() {
         Ok(command_line) => run_parsed(command_line),
         Err(e) => refused(&e),
@@ -171,6 +174,7 @@ fn refused(e: &clap::Error) -> ExitCode {
 
 /// Runs the command line of these words, the first of which stands for the program; as [`main`].
 pub fn main_of(words: Vec<String>) -> ExitCode {
+    typed::begin(words.iter().cloned());
     match Cli::try_parse_from(words) {
         Ok(command_line) => run_parsed(command_line),
         Err(e) => refused(&e),
@@ -208,7 +212,9 @@ fn failed(e: &anyhow::Error) -> ExitCode {
 
 /// Runs one command given as words, as a shell would.
 fn dispatch<'a>(words: impl Iterator<Item = &'a str>) -> Result<ExitCode> {
-    command(Cli::try_parse_from(std::iter::once("touchdown").chain(words))?)
+    let words: Vec<&str> = std::iter::once("touchdown").chain(words).collect();
+    typed::begin(words.iter().map(ToString::to_string));
+    command(Cli::try_parse_from(words)?)
 }
 
 fn command(c: Cli) -> Result<ExitCode> {

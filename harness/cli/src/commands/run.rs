@@ -6,6 +6,7 @@ use super::terminal::Terminal;
 use crate::print;
 use crate::progress::interrupted_code;
 use crate::tasks::run::{simulated, Options};
+use crate::typed;
 use anyhow::Result;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -56,6 +57,7 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         isolation: a.fmus.isolation()?,
         step: a.step,
         stop: a.stop,
+        command: typed::line(),
     };
     let done = simulated(&o, &Terminal::new(a.form))?;
     match &done.summary {

@@ -2,15 +2,16 @@
 
 use super::batch::Batch;
 use super::Follow;
-use crate::campaign::{content, of_campaign};
+use crate::campaign::{content, inputs, of_campaign};
 use crate::place;
 use crate::print::{self, Shown};
 use crate::progress::deadline;
+use crate::typed::COMMIT;
 use anyhow::{anyhow, ensure, Context, Result};
 use diagnose::bootstrap::Null;
 use diagnose::run::{self as diagnosis, Failure, Outcome, Replicates, Settings};
 use diagnose::sensors::are_of_same_impacts;
-use diagnose::verdict::Verdict;
+use diagnose::verdict::{Input, Verdict};
 use estimate::Budget;
 use fleet::{register, shard::Shard};
 use host::Isolation;
@@ -18,7 +19,8 @@ use output::{hexadecimal, Entry, Folder, Manifest};
 use plant::machine::Machine;
 use rayon::ThreadPool;
 use record::Campaign;
-use report::diagnosis as answer;
+use report::diagnosis::{self as answer, Foot};
+use report::trace::{of_campaign as of_campaign_read, Made};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -50,6 +52,8 @@ pub struct Options {
     pub resume: bool,
     /// Where somebody else's FMUs run.
     pub isolation: Isolation,
+    /// The command as typed, for the pages to say; empty where there was none.
+    pub command: String,
 }
 
 /// What came of the campaigns.
@@ -127,21 +131,23 @@ fn taken_in(
 /// Options that cannot be followed.
 pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
     let pool = threads(o.jobs)?;
+    // a date that is none is reported before anything is read, too
+    let made = Made::now(COMMIT, &o.command)?;
     // wrong seconds are reported before anything is read
     deadline(o.seconds)?;
     // all input is read before any answer is written
     let mut campaigns: Vec<Campaign> = Vec::new();
-    let mut contents: Vec<Option<String>> = Vec::new();
+    let mut read: Vec<Option<Vec<Input>>> = Vec::new();
     let mut machines: Machines = Vec::new();
     let mut batch = Batch::default();
     for dir in &o.campaigns {
         // before they are read: an answer is never taken to be of files that were changed since
-        let content = content(dir);
+        let files = inputs(dir);
         match within(pool.as_deref(), || taken_in(dir, &o.out, &campaigns, &o.isolation)) {
             Ok((c, machine)) => {
                 campaigns.push(c);
                 machines.push(machine);
-                contents.push(content);
+                read.push(files);
             }
             Err(e) => {
                 batch.failed.push(dir.shown());
@@ -166,6 +172,8 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
     let campaigns = Arc::new(campaigns);
     follow.begin("diagnose", campaigns.len() as u64);
     let mut answers: Vec<Answer> = Vec::new();
+    let contents: Vec<Option<String>> = read.iter().map(|f| f.as_deref().map(content)).collect();
+    let foot = Foot { made: &made, is_listed: is_listed(&campaigns, o) };
     let tool = tool(o);
     for (i, c) in campaigns.iter().enumerate() {
         let dir = o.out.join(&c.folder);
@@ -179,25 +187,28 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
             continue;
         }
         match alone(&campaigns, i, machines[i].clone(), o, pool.clone(), input.clone(), follow) {
-            Some(Ok(outcome)) => match answer::write(c, &outcome, &dir, input.map(|i| of_time(&outcome, i, o.seconds)))
-            {
-                Ok(committed) => {
-                    place::notes(&dir, &committed).for_each(|n| follow.warning(&n));
-                    follow.answer(&answer::summary(&outcome));
-                    let judged = outcome.verdict.invalid.is_none();
-                    let answered = if judged { &mut batch.finished } else { &mut batch.unjudged };
-                    answered.push(c.folder.clone());
-                    answers.push(Answer {
-                        campaign: c.dir.clone(),
-                        answer: dir,
-                        verdict: Answered::New(Box::new(outcome.verdict)),
-                    });
+            Some(Ok(mut outcome)) => {
+                outcome.verdict.trace = Some(of_campaign_read(c, read[i].as_deref().unwrap_or_default()));
+                let input = input.map(|i| of_time(&outcome, i, o.seconds));
+                match answer::write(c, &outcome, &dir, input, &foot) {
+                    Ok(committed) => {
+                        place::notes(&dir, &committed).for_each(|n| follow.warning(&n));
+                        follow.answer(&answer::summary(&outcome));
+                        let judged = outcome.verdict.invalid.is_none();
+                        let answered = if judged { &mut batch.finished } else { &mut batch.unjudged };
+                        answered.push(c.folder.clone());
+                        answers.push(Answer {
+                            campaign: c.dir.clone(),
+                            answer: dir,
+                            verdict: Answered::New(Box::new(outcome.verdict)),
+                        });
+                    }
+                    Err(e) => {
+                        batch.failed.push(c.folder.clone());
+                        follow.error(&print::cured(format!("{}: {e}", place::unwritten(&dir)), &e));
+                    }
                 }
-                Err(e) => {
-                    batch.failed.push(c.folder.clone());
-                    follow.error(&print::cured(format!("{}: {e}", place::unwritten(&dir)), &e));
-                }
-            },
+            }
             Some(Err(Failure::Interrupted)) => {
                 follow.hands_out();
                 batch.left.push(c.folder.clone());
@@ -218,13 +229,19 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
         follow.add(1);
     }
     follow.end();
-    let page = (!answers.is_empty() && !o.alone).then(|| {
-        let written = answer::write_index(&o.out)?;
+    let page = (!answers.is_empty() && foot.is_listed).then(|| {
+        let written = answer::write_index(&o.out, &made)?;
         place::notes(&o.out, &written).for_each(|n| follow.warning(&n));
         Ok(o.out.join("index.html"))
     });
     batch.unlisted = matches!(page, Some(Err(_)));
     Ok(Answers { unread: false, answers, batch, page })
+}
+
+/// Whether a page lists the answers: there are others than that of a single campaign.
+fn is_listed(campaigns: &[Campaign], o: &Options) -> bool {
+    let others = || answer::answers(&o.out).into_iter().any(|a| campaigns.iter().all(|c| c.folder != a));
+    !o.alone && (campaigns.len() > 1 || o.out.join(report::fleet::INDEX).exists() || others())
 }
 
 /// So many threads; None where none are given: those of the process.

@@ -4,6 +4,7 @@ use super::Follow;
 use crate::place;
 use crate::print::{self, Shown};
 use crate::progress::deadline;
+use crate::typed::COMMIT;
 use anyhow::{anyhow, ensure, Context, Result};
 use estimate::case::{Case, Method};
 use estimate::condition::condition;
@@ -12,6 +13,7 @@ use estimate::levels::{levels, readings};
 use estimate::prepare::Prepared;
 use estimate::{Budget, Ended, Watch};
 use report::fit::Answer;
+use report::trace::Made;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -25,6 +27,8 @@ pub struct Options {
     pub method: Method,
     /// Seconds after which the best so far is written, above 0.
     pub seconds: f64,
+    /// The command as typed, for the page to say; empty where there was none.
+    pub command: String,
 }
 
 /// What came of it: what its files hold, and where its page is.
@@ -49,6 +53,9 @@ pub fn fit(o: &Options, follow: &dyn Follow) -> Result<Fit> {
     let cure = "nothing is written; give more";
     let up = format!("{}: the {} s given were up before the first fit; {cure}", o.campaign.shown(), o.seconds);
     follow.empty_handed_at(budget.deadline, up);
+    let made = Made::now(COMMIT, &o.command)?;
+    // before they are read: a page never says that it is of files that were changed since
+    let inputs = crate::campaign::inputs(&o.campaign).unwrap_or_default();
     let campaign = crate::campaign::load(&o.campaign)?;
     for w in &campaign.warnings {
         follow.warning(&format!("{}: {w}", campaign.dir.shown()));
@@ -74,7 +81,8 @@ pub fn fit(o: &Options, follow: &dyn Follow) -> Result<Fit> {
     let (initial, last) = (readings(&case, &e.start), readings(&case, &e.point));
     let levels = levels(&campaign, &case, &e, &last, &watch);
     ensure!(!follow.is_dropped(), "interrupted: nothing is written");
-    let answer = Answer { campaign: &campaign, case: &case, estimate: &e, initial, last, levels };
+    let answer =
+        Answer { campaign: &campaign, case: &case, estimate: &e, initial, last, levels, made: &made, inputs: &inputs };
     let committed = answer.write(&o.out).with_context(|| place::unwritten(&o.out))?;
     place::notes(&o.out, &committed).for_each(|n| follow.warning(&n));
     follow.end();

@@ -2,9 +2,11 @@
 
 use crate::place;
 use crate::print::Shown;
+use crate::typed::COMMIT;
 use anyhow::{ensure, Context, Result};
 use fleet::growth::{growths, Growths};
 use fleet::{table, Fleet};
+use report::trace::Made;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -47,6 +49,8 @@ pub struct Without {
 /// # Errors
 /// No answer nor any campaign that should have one; what cannot be read or written.
 pub fn merge(answers: &[PathBuf], out: &Path) -> Result<Merged> {
+    // the same answers make the same page, whenever and by whatever command they are put together
+    let made = Made::dateless(COMMIT, "")?;
     let fleet = Fleet::read(answers)?;
     // a folder that is named by mistake would be missed by nobody
     for folder in answers {
@@ -73,7 +77,7 @@ pub fn merge(answers: &[PathBuf], out: &Path) -> Result<Merged> {
     // before anything is written
     report::fleet::check(out).with_context(|| page.shown())?;
     let json = serde_json::to_string_pretty(&summary)? + "\n";
-    let html = report::fleet::html(out, &fleet, &summary.growth);
+    let html = report::fleet::html(out, &fleet, &summary.growth, &made);
     let table_of = table::parquet(&fleet)?;
     // all of them, or none
     let files =

@@ -3,12 +3,15 @@
 use super::Follow;
 use crate::place;
 use crate::print::Shown;
+use crate::typed::COMMIT;
 use anyhow::{ensure, Context, Error, Result};
+use diagnose::verdict::Input;
 use host::{HostError, Isolation};
 use report::run::{page, Done, Summary};
+use report::trace::{files, Made};
 use scenario::{simulate_as_far, table, Case, Outcome, Scenario, Source, Through};
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What to simulate, and how.
 #[derive(Clone, Debug, Default)]
@@ -29,6 +32,8 @@ pub struct Options {
     pub step: Option<f64>,
     /// End of a system's run in place of its own, s.
     pub stop: Option<f64>,
+    /// The command as typed, for the page to say; empty where there was none.
+    pub command: String,
 }
 
 /// What came of it.
@@ -67,6 +72,12 @@ fn of_fmu(e: &Error) -> bool {
     e.chain().any(|c| c.downcast_ref::<HostError>().is_some())
 }
 
+/// The scenario's file with its hash; None where it cannot be read.
+fn input_of(scenario: &Path) -> Option<Input> {
+    let bytes = crate::campaign::hashed(scenario)?;
+    Some(Input { file: scenario.file_name()?.to_string_lossy().into_owned(), sha256: bytes })
+}
+
 /// Simulates a scenario or a system and writes what comes out, as far as it came where it was broken off.
 ///
 /// # Errors
@@ -82,6 +93,8 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     };
     only(o.step.is_some(), "--step")?;
     only(o.stop.is_some(), "--stop")?;
+    let made = Made::now(COMMIT, &o.command)?;
+    let read = input_of(&o.scenario);
     let scenario = Scenario::load(&o.scenario)?;
     let mut cases = scenario.cases();
     let mut source = Source::new(o.isolation.clone());
@@ -140,10 +153,11 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     let pairs: Vec<(&Case, &Outcome)> = done.iter().map(|d| (d.case, d.outcome)).collect();
     let rows = table(&pairs);
     let json = serde_json::to_string_pretty(&summary)? + "\n";
+    let foot: Vec<_> = made.rows().into_iter().chain(files(read.as_slice())).collect();
     let mut out = vec![
         ("results.csv", rows.csv().into_bytes()),
         ("summary.json", json.into_bytes()),
-        ("report.html", page(&title, &done, &summary).html().into_bytes()),
+        ("report.html", page(&title, &done, &summary).trace(&foot).html().into_bytes()),
     ];
     if o.parquet {
         out.push(("results.parquet", rows.parquet().context("results.parquet: cannot be made")?));

@@ -8,8 +8,10 @@ use crate::evidence::LARGE;
 use crate::evidence::{self, Evidences};
 use crate::experiment;
 use crate::findings::Findings;
+use crate::heldout::HeldOut;
 use crate::learned::{self, Named, OF_ITS_OWN};
 use crate::map;
+use crate::misfit::{by_channel, over_noise, OfChannel};
 use crate::motion::{misfit, Force};
 use crate::next;
 use crate::phases::{by_strongest, of_force, phases, shares, strongest, PHASES};
@@ -25,8 +27,11 @@ impl Verdict {
     pub fn new(c: &Campaign, d: &Decision, f: &Findings, packed: Option<&Packed>) -> Verdict {
         let terms = by_action(d);
         let named = terms.iter().filter(|(i, _)| d.chosen.structure.terms()[*i].mechanism.named);
-        let quality = |nrmse: f64, fitted: &estimate::fitted::Fitted| Quality {
+        let noises = |h: &HeldOut| over_noise(&by_channel(&d.base.data, &h.predictions, None));
+        let (noisy_before, noisy_after) = (noises(&d.before), noises(d.after.as_ref().unwrap_or(&d.before)));
+        let quality = |nrmse: f64, noisy: Option<f64>, fitted: &estimate::fitted::Fitted| Quality {
             heldout_nrmse: Some(nrmse),
+            heldout_over_noise: noisy,
             chi2: Some(fitted.chi2()),
             converged: Some(fitted.fit.converged),
         };
@@ -37,16 +42,19 @@ impl Verdict {
             columns: c.columns.clone(),
             invalid: None,
             mismatch: mismatch(d, f, places(c, d, f, &terms)),
-            missing: named.map(|(i, _)| missing(d, f, *i)).chain(d.names_by_shape().iter().map(by_shape)).collect(),
+            missing: named
+                .map(|(i, _)| missing(d, f, *i, packed.is_some()))
+                .chain(d.names_by_shape().iter().map(|n| by_shape(f, n)))
+                .collect(),
             unexplained: Unexplained { detected: d.unexplained, text: unexplained(d, f) },
             next: next::steps(c, d, f, packed.is_some()),
             fit: FitQuality {
-                before: quality(d.before.nrmse, &d.base),
+                before: quality(d.before.nrmse, noisy_before, &d.base),
                 after: if d.is_learned() {
                     // a law that was learned is no fit of the simulation's parameters
-                    Quality { heldout_nrmse: Some(after), chi2: None, converged: None }
+                    Quality { heldout_nrmse: Some(after), heldout_over_noise: noisy_after, chi2: None, converged: None }
                 } else {
-                    quality(after, d.simulated())
+                    quality(after, noisy_after, d.simulated())
                 },
                 base_bias: Some(bias(d, f)),
                 folds_agree: d.folds.as_ref().map(|f| f.agreement(&d.chosen.names())),
@@ -55,6 +63,7 @@ impl Verdict {
                     .iter()
                     .map(|(end, names)| Window { contact_times: *end, mechanisms: names.clone() })
                     .collect(),
+                levels: levels(c, d),
             },
             candidates: Some(f.rivals.iter().map(candidate).collect()),
             map: Some(f.map.iter().map(|m| cell(c, m)).collect()),
@@ -81,13 +90,14 @@ impl Verdict {
             remainder: Some(f.remainder.clone()),
             evidence: Some(evidence(&d.evidence)),
             learned: d.learned.as_ref().map(learned).or_else(|| learned_in_motion(d)),
+            trace: None,
         }
     }
 
     /// The verdict where nothing can be judged, for `reason`; `before`: misfit over range of the simulation as given, on
     /// levels its fit did not see.
     pub fn invalid(c: &Campaign, reason: &str, before: Option<f64>) -> Verdict {
-        let quality = Quality { heldout_nrmse: before, chi2: None, converged: None };
+        let quality = Quality { heldout_nrmse: before, heldout_over_noise: None, chi2: None, converged: None };
         Verdict {
             format: FORMAT,
             campaign: c.folder.clone(),
@@ -109,6 +119,7 @@ impl Verdict {
                 base_bias: None,
                 folds_agree: None,
                 windows: Vec::new(),
+                levels: Vec::new(),
             },
             candidates: None,
             map: None,
@@ -125,8 +136,32 @@ impl Verdict {
             remainder: None,
             evidence: None,
             learned: None,
+            trace: None,
         }
     }
+}
+
+/// Every level predicted without itself, before and after.
+fn levels(c: &Campaign, d: &Decision) -> Vec<LevelFit> {
+    let data = &d.base.data;
+    let last = d.after.as_ref().unwrap_or(&d.before);
+    let of = |l: usize| {
+        let [before, after] = [&d.before, last].map(|h| by_channel(data, &h.predictions, Some(l)));
+        let channel = |(b, a): (&OfChannel, &OfChannel)| ChannelFit {
+            channel: b.channel.name(),
+            unit: b.channel.unit(),
+            noise: data.noise[b.channel.index()].marginal(),
+            rms: BeforeAfter { before: b.rms, after: a.rms },
+            over_noise: BeforeAfter { before: b.over_noise, after: a.over_noise },
+        };
+        Some(LevelFit {
+            level: c.levels.get(l)?.1.clone(),
+            recordings: data.records.iter().filter(|r| r.level == l).count(),
+            over_noise: BeforeAfter { before: over_noise(&before)?, after: over_noise(&after)? },
+            channels: before.iter().zip(&after).map(channel).collect(),
+        })
+    };
+    (0..c.levels.len()).filter_map(of).collect()
 }
 
 fn mismatch(d: &Decision, f: &Findings, places: Vec<Place>) -> Mismatch {
@@ -146,16 +181,13 @@ fn mismatch(d: &Decision, f: &Findings, places: Vec<Place>) -> Mismatch {
     }
 }
 
-/// What to do about a name that is not to be relied on.
-const NOT_RELIED_ON: &str = "It is not to be relied on yet, and no FMU holds it.";
-
 /// Term `i` of what was chosen, as a name.
-fn missing(d: &Decision, f: &Findings, i: usize) -> Missing {
+fn missing(d: &Decision, f: &Findings, i: usize, fmu: bool) -> Missing {
     let t = &d.chosen.structure.terms()[i];
     let intervals = f.intervals.get(i);
     let parameters = intervals.iter().flat_map(|v| &v.of);
     let profiled = intervals.is_some_and(|v| v.profiled);
-    let cure = if f.gates.is_empty() { t.mechanism.cure } else { NOT_RELIED_ON };
+    let cure = next::cure(t.mechanism, f.gates.is_empty(), fmu);
     Missing {
         mechanism: t.mechanism.name,
         form: t.form.label,
@@ -181,8 +213,9 @@ fn missing(d: &Decision, f: &Findings, i: usize) -> Missing {
 }
 
 /// A name of what was learned, with no form.
-fn by_shape(n: &Named) -> Missing {
+fn by_shape(f: &Findings, n: &Named) -> Missing {
     let m = n.mechanism;
+    let cure = if f.gates.is_empty() { n.cure } else { next::NOT_RELIED_ON };
     let size = Parameter { value: n.size.value, unit: n.size.unit, ci95: n.size.ci95, held: false };
     Missing {
         mechanism: m.name,
@@ -191,9 +224,9 @@ fn by_shape(n: &Named) -> Missing {
         parameters: BTreeMap::from([(n.size.name.to_string(), size)]),
         intervals_by: n.size.by,
         also_possible: n.also_possible.clone(),
-        text: format!("{}. {}", m.sentence, n.cure),
+        text: format!("{}. {cure}", m.sentence),
         sentence: m.sentence,
-        cure: n.cure,
+        cure,
         equation: m.equation,
         source: m.source,
         tie: None,

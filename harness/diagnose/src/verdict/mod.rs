@@ -76,6 +76,36 @@ pub struct Verdict {
     /// dependence each.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learned: Option<LearnedLaw>,
+    /// What the answer was made from, and by which version; the same for the same input, so that there is no date in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trace: Option<Trace>,
+}
+
+/// What an answer was made from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Trace {
+    /// Version of touchdown.
+    pub touchdown: String,
+    /// Who took the recordings, as campaign.toml says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub operator: Option<String>,
+    /// kg
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub moving_mass: Option<f64>,
+    /// Recordings judged.
+    pub recordings: usize,
+    /// Least and largest sampling rate of them, Hz.
+    pub sampling_rates: [f64; 2],
+    /// Every file that was read, campaign.toml first.
+    pub inputs: Vec<Input>,
+}
+
+/// A file that was read.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Input {
+    /// Its name, as campaign.toml has it.
+    pub file: String,
+    pub sha256: String,
 }
 
 /// What was learned as functions: classes of forces, each with a shape of its own.
@@ -322,6 +352,33 @@ pub struct FitQuality {
     /// Names that recordings give which are cut so many contact times after the touch.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub windows: Vec<Window>,
+    /// Every level predicted without itself.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub levels: Vec<LevelFit>,
+}
+
+/// A level predicted by parameters that its recordings had no part in.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LevelFit {
+    /// As campaign.toml has it.
+    pub level: String,
+    pub recordings: usize,
+    /// Misfit in multiples of the channels' noise, mean over recordings and channels, 1.
+    pub over_noise: BeforeAfter,
+    pub channels: Vec<ChannelFit>,
+}
+
+/// A level in one channel.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ChannelFit {
+    pub channel: &'static str,
+    pub unit: &'static str,
+    /// Standard deviation of the channel's noise.
+    pub noise: f64,
+    /// Root mean square of reading less prediction.
+    pub rms: BeforeAfter,
+    /// The same in multiples of the noise, mean of the level's recordings, 1.
+    pub over_noise: BeforeAfter,
 }
 
 /// Names that recordings of a certain length give.
@@ -337,6 +394,9 @@ pub struct Window {
 pub struct Quality {
     /// Misfit over range on levels the fit did not see; None where nothing was predicted.
     pub heldout_nrmse: Option<f64>,
+    /// The same in multiples of the channels' noise, mean over recordings and channels, 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heldout_over_noise: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chi2: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -419,7 +479,7 @@ pub struct OtherReading {
     pub limited: bool,
 }
 
-/// A misfit over range, before and after.
+/// A misfit before and after.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BeforeAfter {
     pub before: f64,

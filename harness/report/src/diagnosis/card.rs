@@ -1,6 +1,6 @@
 //! The card on top: what is wrong, how sure that is, what it does, what to do next.
 
-use super::words::{between, cause, plain, probability, unseen};
+use super::words::{between, by_level, cause, change, misfit, peaks, plain, probability};
 use chart::{Card, Chance, Effects};
 use diagnose::run::Outcome;
 use diagnose::verdict::{Missing, Verdict};
@@ -122,16 +122,8 @@ fn chances(v: &Verdict) -> Vec<Chance> {
 fn sure(o: &Outcome) -> Vec<String> {
     let v = &o.verdict;
     let mut out = Vec::new();
-    if let Some(after) = &o.after {
-        out.push(format!(
-            "On {} the misfit goes from {:.2} % to {:.2} % of range.",
-            unseen(o),
-            100.0 * o.before.nrmse,
-            100.0 * after.nrmse
-        ));
-    } else {
-        out.push(format!("On {} the misfit is {:.2} % of range.", unseen(o), 100.0 * o.before.nrmse));
-    }
+    out.push(misfit(o));
+    out.extend(by_level(o));
     if v.mismatch.detected {
         out.push(format!(
             "Noise alone would look as bad with a probability of {}.",
@@ -171,18 +163,12 @@ fn effects(v: &Verdict) -> Vec<Effects> {
             ("contact time", e.contact_time),
             ("depth", e.depth),
         ];
-        let changes = all.into_iter().filter_map(|(what, q)| q.map(|q| (what, change(q)))).collect();
+        let changes =
+            all.into_iter().filter_map(|(what, q)| q.map(|q| (what, change(q).replace('-', "\u{2212}")))).collect();
         let of = if v.missing.len() > 1 { capital(&plain(m.mechanism)) } else { String::new() };
         Some(Effects { of, changes })
     };
     v.missing.iter().filter_map(of).collect()
-}
-
-/// A relative change in per cent.
-fn change(q: f64) -> String {
-    let p = 100.0 * q;
-    let text = if p.abs() < 9.95 { format!("{p:+.2} %") } else { format!("{p:+.0} %") };
-    text.replace('-', "\u{2212}")
 }
 
 fn does(o: &Outcome) -> Vec<String> {
@@ -193,7 +179,7 @@ fn does(o: &Outcome) -> Vec<String> {
     }
     if let Some(r) = &v.remainder {
         let left = if !v.missing.is_empty() { "Left over after that" } else { "Left over" };
-        out.push(format!("{left}: {}; peaks read and simulated differ by {:.2} %.", r.text, 100.0 * r.peak_force));
+        out.push(format!("{left}: {}; peaks read and simulated differ {}.", r.text, peaks(r)));
     }
     out
 }
@@ -214,7 +200,8 @@ mod tests {
             (rare(1e-12).as_str(), rare(2e-4).as_str(), rare(0.02).as_str()),
             ("less than one in a million", "2e-4", "0.020")
         );
-        assert_eq!((change(-0.0177).as_str(), change(0.5).as_str()), ("\u{2212}1.77 %", "+50 %"));
+        assert_eq!((change(-0.0177).as_str(), change(0.5).as_str()), ("-1.77 %", "+50.00 %"));
+        assert_eq!(change(5.9), "more than 2 \u{d7}");
         assert_eq!((capital("it takes"), capital("")), ("It takes".to_string(), String::new()));
     }
 }

@@ -1,6 +1,7 @@
 //! What a diagnosis leaves on disk: verdict.json, predictions, report.html and what goes with them.
 
 use super::{handed, page};
+use crate::trace::Made;
 use diagnose::heldout::HeldOut;
 use diagnose::run::Outcome;
 use output::{Answer, Committed};
@@ -130,11 +131,23 @@ pub fn check_folder(dir: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
+/// What a report is made by, and whether there is a page of all campaigns above it.
+pub struct Foot<'a> {
+    pub made: &'a Made,
+    pub is_listed: bool,
+}
+
 /// Writes everything to `dir`, which appears whole or stays as it was; `input` is the hash of all that the answer depends on.
 ///
 /// # Errors
 /// As the file system gives them.
-pub fn write(c: &Campaign, o: &Outcome, dir: &Path, input: Option<String>) -> std::io::Result<Committed> {
+pub fn write(
+    c: &Campaign,
+    o: &Outcome,
+    dir: &Path,
+    input: Option<String>,
+    foot: &Foot<'_>,
+) -> std::io::Result<Committed> {
     check_folder(dir)?;
     let answer = Answer::begin(dir, "diagnose")?.of_input(input);
     if !o.before.predictions.judged.is_empty() {
@@ -154,7 +167,7 @@ pub fn write(c: &Campaign, o: &Outcome, dir: &Path, input: Option<String>) -> st
     for (name, bytes) in o.system.iter().flatten() {
         answer.write(&format!("system/{name}"), bytes)?;
     }
-    answer.write("report.html", page::html(c, o).as_bytes())?;
+    answer.write("report.html", page::html(c, o, foot).as_bytes())?;
     answer.write("verdict.json", o.verdict.json().map_err(std::io::Error::other)?.as_bytes())?;
     answer.commit()
 }

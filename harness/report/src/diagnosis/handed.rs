@@ -3,7 +3,7 @@
 use super::card::capital;
 use super::page::mechanism;
 use super::words::{self, plain, through};
-use chart::{interval, quantity, Page};
+use chart::{interval, quantity, Datum, Page};
 use diagnose::element::Packed;
 use diagnose::intervals::Interval;
 use diagnose::run::Outcome;
@@ -35,12 +35,12 @@ pub fn starts(page: Page, o: &Outcome, p: &Packed) -> Page {
     let found = |name: &str| held(o).find_map(|m| m.parameters.get(name)).and_then(|f| f.ci95);
     let own = |name: &str| p.calibrated.iter().find(|i| i.name == name).and_then(Interval::ends);
     let row = |(name, value, unit): &(&'static str, f64, &'static str)| {
-        let shown = pack::item(name, *value).map_or_else(|| quantity(*value, unit), String::from);
+        let shown = pack::item(name, *value).map_or_else(|| Datum::number(*value, unit), Datum::from);
         let ends = found(name).or(own(name));
-        vec![name.to_string(), shown, ends.map_or(String::new(), |[low, high]| interval(low, high, unit))]
+        vec![(*name).into(), shown, ends.map_or("".into(), |[low, high]| Datum::interval(low, high, unit))]
     };
-    let rows: Vec<Vec<String>> = p.starts.iter().map(row).collect();
-    page.table(&["parameter", "start value", "95 % interval"], &rows)
+    let rows: Vec<Vec<Datum>> = p.starts.iter().map(row).collect();
+    page.values(&["parameter", "start value", "95 % interval"], &rows)
 }
 
 /// The mechanisms named that the FMU holds.

@@ -1,6 +1,7 @@
 //! index.html beside the answers: what was found in every campaign, each with a link to its report.
 
 use crate::fleet;
+use crate::trace::Made;
 use chart::{lead, Page};
 use output::{Answer, Committed};
 use std::fs::File;
@@ -25,11 +26,21 @@ pub fn lead_of(page: &File) -> Option<String> {
     lead(&String::from_utf8_lossy(&head))
 }
 
+/// Names of the folders in `out` that hold an answer, in order.
+pub fn answers(out: &Path) -> Vec<String> {
+    let all = std::fs::read_dir(out).into_iter().flatten().flatten().map(|e| e.path());
+    let is_answer = |d: &std::path::PathBuf| d.join("verdict.json").is_file();
+    let mut names: Vec<String> =
+        all.filter(is_answer).filter_map(|d| Some(d.file_name()?.to_str()?.to_string())).collect();
+    names.sort();
+    names
+}
+
 /// Writes `out`/index.html, which lists all answers in `out`; what was found in its way is to be reported.
 ///
 /// # Errors
 /// As the file system gives them; and where an index.html is there that is none of ours.
-pub fn write(out: &Path) -> std::io::Result<Committed> {
+pub fn write(out: &Path, made: &Made) -> std::io::Result<Committed> {
     fleet::check(out)?;
     let mut answers: Vec<(String, String)> = Vec::new();
     for entry in std::fs::read_dir(out)? {
@@ -46,6 +57,7 @@ pub fn write(out: &Path) -> std::io::Result<Committed> {
     for (name, text) in &answers {
         page = page.entry(&format!("{}/report.html", encoded(name)), name, text);
     }
+    page = page.trace(&made.rows());
     let answer = Answer::amend(out, "diagnose")?;
     answer.write(fleet::INDEX, page.html().as_bytes())?;
     answer.commit()
@@ -72,7 +84,7 @@ mod tests {
         std::fs::write(answer.join("verdict.json"), "{}").unwrap();
         std::fs::write(answer.join("report.html"), Page::new("t").sentence("It leaves out <this>.").html()).unwrap();
         for _ in 0..2 {
-            write(dir.path()).unwrap();
+            write(dir.path(), &Made::default()).unwrap();
             let h = std::fs::read_to_string(dir.path().join("index.html")).unwrap();
             assert!(h.contains("href=\"a%20b%231/report.html\"") && h.contains("It leaves out &lt;this&gt;."));
         }
@@ -80,7 +92,7 @@ mod tests {
         let page = std::fs::read_to_string(dir.path().join("index.html")).unwrap();
         for mine in ["<p>mine</p>".to_string(), page.replace("diagnosed", "diagnosed by me")] {
             std::fs::write(dir.path().join("index.html"), &mine).unwrap();
-            assert!(write(dir.path()).is_err());
+            assert!(write(dir.path(), &Made::default()).is_err());
             assert_eq!(std::fs::read_to_string(dir.path().join("index.html")).unwrap(), mine);
         }
     }

@@ -9,6 +9,6 @@ mod pictures;
 mod rating;
 mod words;
 
-pub use files::{check_folder, write};
-pub use index::{encoded, lead_of, write as write_index};
+pub use files::{check_folder, write, Foot};
+pub use index::{answers, encoded, lead_of, write as write_index};
 pub use words::{sentence, summary};

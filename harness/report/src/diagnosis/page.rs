@@ -1,23 +1,29 @@
 //! report.html: what a test engineer reads in a minute, the sentence on top.
 
 use super::card::{capital, card};
+use super::files::Foot;
 use super::handed;
 use super::words::{bias, cause, ends, holds_learned, on_body, plain, probability, sensors, share, sigmas, through};
 use super::{pictures, rating};
-use chart::{interval, quantity, Chart, Heat, Page, Style};
+use crate::trace;
+use chart::{alike, interval, Chart, Datum, Heat, Page, Style};
 use diagnose::phases::PHASES;
 use diagnose::run::Outcome;
-use diagnose::verdict::{Cause, Missing, Parameter};
+use diagnose::verdict::{Cause, LevelFit, Missing, Parameter};
 use record::{Campaign, Channel, Kind};
 
 /// The whole report.
-pub fn html(c: &Campaign, o: &Outcome) -> String {
+pub fn html(c: &Campaign, o: &Outcome, foot: &Foot<'_>) -> String {
     let v = &o.verdict;
-    let mut page = Page::new(&format!("Diagnosis of {}", c.name)).up("../index.html", "All campaigns").card(&card(o));
+    let mut page = Page::new(&format!("Diagnosis of {}", c.name)).card(&card(o));
+    if foot.is_listed {
+        page = page.up("../index.html", "All campaigns");
+    }
     let predicted = !o.before.predictions.judged.is_empty();
     if v.invalid.is_none() {
         page = pictures::first_sight(page, c, o);
         page = pictures::over_speed(page, c, o);
+        page = levels(page, o);
         page = rating::table(page, c, o);
         page = heat(page, c, o);
         page = causes(page, o);
@@ -44,7 +50,46 @@ pub fn html(c: &Campaign, o: &Outcome) -> String {
             .section("Every recording")
             .folded("Show every recording, predicted without its own level", |p| pictures::all(p, c, o));
     }
-    page.html()
+    let rows = match &v.trace {
+        Some(t) => trace::rows(foot.made, t),
+        None => foot.made.rows(),
+    };
+    page.trace(&rows).html()
+}
+
+/// Every level predicted without itself: misfit of each channel in its unit, and in multiples of its noise.
+fn levels(page: Page, o: &Outcome) -> Page {
+    let all = &o.verdict.fit.levels;
+    if all.is_empty() {
+        return page;
+    }
+    let found = o.after.is_some();
+    let mut page = page
+        .section("Misfit of every level, predicted without it")
+        .paragraph("Root mean square of reading less prediction, and the same in multiples of the channel's noise.");
+    for channel in Channel::ALL.map(Channel::name) {
+        let row = |l: &LevelFit| {
+            let c = l.channels.iter().find(|c| c.channel == channel)?;
+            let many = Datum::said(l.recordings as f64, "1", &l.recordings.to_string());
+            let mut row = vec![l.level.clone().into(), many, Datum::number(c.noise, c.unit)];
+            row.extend([Datum::number(c.rms.before, c.unit), Datum::fixed(c.over_noise.before, 1)]);
+            if found {
+                row.extend([Datum::number(c.rms.after, c.unit), Datum::fixed(c.over_noise.after, 1)]);
+            }
+            Some(row)
+        };
+        let rows: Vec<Vec<Datum>> = all.iter().filter_map(row).collect();
+        if rows.is_empty() {
+            continue;
+        }
+        let first = format!("{channel}, level");
+        let mut head = vec![&first, "recordings", "noise", "recalibrated", "over noise"];
+        if found {
+            head.extend([pictures::after(o), "over noise"]);
+        }
+        page = page.values(&head, &rows);
+    }
+    page
 }
 
 fn facts(page: Page, c: &Campaign, o: &Outcome) -> Page {
@@ -63,16 +108,16 @@ fn facts(page: Page, c: &Campaign, o: &Outcome) -> Page {
         None if alarm < 1e-6 => "below 1e-6 (theory)".into(),
         None => format!("{alarm:.1e} (theory)"),
     };
-    let after = o.after.as_ref().map_or("-".into(), |a| format!("{:.3} %", 100.0 * a.nrmse));
-    page.section("The campaign").table(
+    let after = o.after.as_ref().map_or("-".into(), |a| Datum::percent(a.nrmse, 3));
+    page.section("The campaign").values(
         &["campaign", "recordings", "levels", "misfit of range before, held out", "after", "false-alarm probability"],
         &[vec![
             kind.into(),
-            c.recordings.len().to_string(),
-            c.levels.iter().map(|l| l.1.clone()).collect::<Vec<_>>().join(", "),
-            format!("{:.3} %", 100.0 * o.before.nrmse),
+            Datum::said(c.recordings.len() as f64, "1", &c.recordings.len().to_string()),
+            c.levels.iter().map(|l| l.1.clone()).collect::<Vec<_>>().join(", ").into(),
+            Datum::percent(o.before.nrmse, 3),
             after,
-            by,
+            Datum::said(alarm, "1", &by),
         ]],
     )
 }
@@ -84,13 +129,14 @@ fn causes(page: Page, o: &Outcome) -> Page {
     let v = &o.verdict;
     let row = |c: &Cause| {
         let held = v.credible_set.iter().any(|s| s.mechanisms == c.mechanisms);
-        vec![cause(&c.mechanisms), probability(c.probability), if held { "yes" } else { "" }.into()]
+        let sure = Datum::said(c.probability, "1", &probability(c.probability));
+        vec![cause(&c.mechanisms).into(), sure, if held { "yes" } else { "" }.into()]
     };
-    let rows: Vec<Vec<String>> = v.posterior.iter().filter(|c| c.probability >= LISTED).map(row).collect();
+    let rows: Vec<Vec<Datum>> = v.posterior.iter().filter(|c| c.probability >= LISTED).map(row).collect();
     if rows.is_empty() {
         return page;
     }
-    page.section("Causes weighed").table(&["cause", "probability", "among those that hold the cause with 95 %"], &rows)
+    page.section("Causes weighed").values(&["cause", "probability", "among those that hold the cause with 95 %"], &rows)
 }
 
 fn heat(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
@@ -143,18 +189,21 @@ fn short(c: Channel) -> &'static str {
 
 /// A mechanism named, its equation, and its parameters with their intervals.
 pub(super) fn mechanism(page: Page, m: &Missing) -> Page {
-    let row =
-        |(n, p): (&String, &Parameter)| vec![plain(n), quantity(p.value, p.unit), ends(p, m.intervals_by, interval)];
-    let rows: Vec<Vec<String>> = m.parameters.iter().map(row).collect();
+    let between = |p: &Parameter| match p.ci95 {
+        Some([low, high]) => Datum::interval(low, high, p.unit),
+        None => ends(p, m.intervals_by, interval).into(),
+    };
+    let row = |(n, p): (&String, &Parameter)| vec![plain(n).into(), Datum::number(p.value, p.unit), between(p)];
+    let rows: Vec<Vec<Datum>> = m.parameters.iter().map(row).collect();
     page.section(&format!("{} ({})", capital(&plain(m.mechanism)), m.form))
         .paragraph(&format!("{}.", capital(m.sentence)))
         .paragraph(&format!("{} ({}).", capital(m.equation), m.source))
-        .table(&["parameter", "value", &interval_by(m)], &rows)
+        .values(&["parameter", "value", &interval_by(m)], &rows)
 }
 
 fn clipping(page: Page, c: &Campaign, o: &Outcome) -> Page {
     let Some((channel, list)) = &o.findings.unclipped else { return page };
-    let rows: Vec<Vec<String>> = list
+    let rows: Vec<Vec<Datum>> = list
         .iter()
         .filter(|u| u.clipped)
         .map(|u| {
@@ -162,16 +211,16 @@ fn clipping(page: Page, c: &Campaign, o: &Outcome) -> Page {
                 c.recordings.iter().find(|r| r.file == u.file).map_or(String::new(), |r| c.levels[r.level].1.clone());
             let q = channel.unit();
             vec![
-                u.file.clone(),
-                level,
-                quantity(u.read, q),
-                quantity(u.peak, q),
-                interval(u.peak - 1.96 * u.sd, u.peak + 1.96 * u.sd, q),
+                u.file.clone().into(),
+                level.into(),
+                Datum::number(u.read, q),
+                Datum::number(u.peak, q),
+                Datum::interval(u.peak - 1.96 * u.sd, u.peak + 1.96 * u.sd, q),
             ]
         })
         .collect();
     page.section("The peak before the clip")
-        .table(&["recording", "level", "largest reading", "peak without clipping", "95 % interval"], &rows)
+        .values(&["recording", "level", "largest reading", "peak without clipping", "95 % interval"], &rows)
         .paragraph(
             "The green curves show the channel without clipping; they are written to without_clipping/. Where the model \
              leaves more than noise, what it has beyond the limit is scaled until the readings add up to the change of speed.",
@@ -180,23 +229,23 @@ fn clipping(page: Page, c: &Campaign, o: &Outcome) -> Page {
 
 fn other_sensors(mut page: Page, o: &Outcome) -> Page {
     for (a, words) in o.findings.sensors.iter().zip(sensors(o)) {
-        let rows: Vec<Vec<String>> = a
+        let rows: Vec<Vec<Datum>> = a
             .readings
             .iter()
             .map(|r| {
-                let (q, percent) = (a.channel.unit(), |v: f64| format!("{:.2} %", 100.0 * v));
+                let q = a.channel.unit();
                 vec![
-                    r.file.clone(),
-                    quantity(r.lag, "s"),
-                    quantity(r.gain, "1"),
-                    percent(r.before),
-                    percent(r.after),
-                    quantity(r.read, q),
-                    quantity(r.expected, q),
+                    r.file.clone().into(),
+                    Datum::number(r.lag, "s"),
+                    Datum::number(r.gain, "1"),
+                    Datum::percent(r.before, 2),
+                    Datum::percent(r.after, 2),
+                    Datum::number(r.read, q),
+                    Datum::number(r.expected, q),
                 ]
             })
             .collect();
-        page = page.section(&format!("Beside the sensor of {}", a.other)).paragraph(&words).table(
+        page = page.section(&format!("Beside the sensor of {}", a.other)).paragraph(&words).values(
             &[
                 "recording",
                 "lag",
@@ -225,12 +274,12 @@ fn experiments(mut page: Page, o: &Outcome) -> Page {
                 p.text, p.sigmas, p.p_right
             ));
         }
-        let rows: Vec<Vec<String>> = t
+        let rows: Vec<Vec<Datum>> = t
             .proposals
             .iter()
-            .map(|p| vec![p.name.into(), p.text.clone(), format!("{:.1}", p.sigmas), format!("{:.3}", p.p_right)])
+            .map(|p| vec![p.name.into(), p.text.clone().into(), Datum::fixed(p.sigmas, 1), Datum::fixed(p.p_right, 3)])
             .collect();
-        page = page.table(&["experiment", "what to do", "separation after refit [sigma]", "P(right) then"], &rows);
+        page = page.values(&["experiment", "what to do", "separation after refit [sigma]", "P(right) then"], &rows);
     }
     page
 }
@@ -244,21 +293,25 @@ fn learned(mut page: Page, o: &Outcome) -> Page {
         100.0 * l.of.elastic,
         100.0 * l.misfit
     ));
-    for c in first_of_levels(&l.courses, |c| c.level) {
+    let charts = first_of_levels(&l.courses, |c| c.level).map(|c| {
         let mut chart = Chart::new(&c.file, "penetration [m]", "force [N]")
             .curve("read", &c.depth, &c.read, &c.time, Style::Measured)
             .curve("law learned", &c.depth, &c.force, &c.time, Style::Inferred);
         for (class, part) in l.law().classes().zip(&c.parts) {
             chart = chart.curve(class.name, &c.depth, part, &c.time, Style::Given);
         }
+        chart
+    });
+    for chart in alike(charts.collect()) {
         page = page.chart(&chart, "");
     }
     let classes = o.verdict.learned.iter().flat_map(|l| &l.classes);
     let row = |c: &diagnose::verdict::LearnedClass| {
         let name = c.mechanism.map_or("no name of the vocabulary".into(), plain);
-        vec![c.class.to_string(), name, c.depends_on.to_string(), probability(c.probability)]
+        let sure = Datum::said(c.probability, "1", &probability(c.probability));
+        vec![c.class.into(), name.into(), c.depends_on.clone().into(), sure]
     };
-    page.table(&["class", "mechanism", "depends on", "probability"], &classes.map(row).collect::<Vec<_>>())
+    page.values(&["class", "mechanism", "depends on", "probability"], &classes.map(row).collect::<Vec<_>>())
         .paragraph("learned/recordings/ holds every recording's curves, learned/law.csv the force over depth.")
 }
 
@@ -296,9 +349,9 @@ fn learned_in_motion(mut page: Page, o: &Outcome) -> Page {
     let classes = law.iter().flat_map(|l| &l.classes);
     let row = |c: &diagnose::verdict::LearnedClass| {
         let words = if c.mechanism.is_some() { c.depends_on.to_string() } else { format!("it acts {}", c.depends_on) };
-        vec![c.class.to_string(), words, probability(c.probability)]
+        vec![c.class.into(), words.into(), Datum::said(c.probability, "1", &probability(c.probability))]
     };
-    page.table(&["tried", "in words", "probability"], &classes.map(row).collect::<Vec<_>>())
+    page.values(&["tried", "in words", "probability"], &classes.map(row).collect::<Vec<_>>())
         .paragraph(&format!(
             "learned/law.csv holds the curves; what was learned ends where the recordings end, and is held constant beyond. {}",
             holds_learned(o)
@@ -327,16 +380,21 @@ fn interval_by(m: &Missing) -> String {
 fn latent(mut page: Page, o: &Outcome) -> Page {
     let Some(l) = &o.findings.latent else { return page };
     page = page.section("Unexplained: the force it takes").paragraph(&l.text);
-    for r in first_of_levels(&l.records, |r| r.level) {
+    let charts = first_of_levels(&l.records, |r| r.level).map(|r| {
         let low: Vec<f64> = r.force.iter().zip(&r.band).map(|(f, b)| f - b).collect();
         let high: Vec<f64> = r.force.iter().zip(&r.band).map(|(f, b)| f + b).collect();
-        let chart = Chart::new(&r.file, "time [s]", &format!("d [{}]", l.place.unit()))
-            .band(&r.time, &low, &high)
-            .series("d(t), 95 % band", &r.time, &r.force, Style::Inferred);
+        Chart::new(&r.file, "time [s]", &format!("d [{}]", l.place.unit())).band(&r.time, &low, &high).series(
+            "d(t), 95 % band",
+            &r.time,
+            &r.force,
+            Style::Inferred,
+        )
+    });
+    for chart in alike(charts.collect()) {
         page = page.chart(&chart, "");
     }
-    let rows: Vec<Vec<String>> = l.scores.iter().map(|(p, g)| vec![p.words(), format!("{g:.0}")]).collect();
-    page.table(&["modelled as", "fall of chi^2, less twice the freedom spent"], &rows)
+    let rows: Vec<Vec<Datum>> = l.scores.iter().map(|(p, g)| vec![p.words().into(), Datum::fixed(*g, 0)]).collect();
+    page.values(&["modelled as", "fall of chi^2, less twice the freedom spent"], &rows)
         .paragraph("Every recording's curve is in latent_force/.")
 }
 
@@ -357,22 +415,22 @@ fn bias_table(page: Page, c: &Campaign, o: &Outcome) -> Page {
         "mu_d" => c.simulation.mu_d,
         _ => None,
     };
-    let rows: Vec<Vec<String>> = o
+    let rows: Vec<Vec<Datum>> = o
         .findings
         .bias
         .iter()
         .map(|b| {
             vec![
-                b.name.to_string(),
-                given(&b.name).map_or("-".into(), |v| quantity(v, &b.unit)),
-                quantity(b.before, &b.unit),
-                quantity(b.after, &b.unit),
-                share(b),
-                sigmas(b.sigmas),
+                b.name.clone().into(),
+                Datum::maybe(given(&b.name), &b.unit),
+                Datum::number(b.before, &b.unit),
+                Datum::number(b.after, &b.unit),
+                Datum::said(b.percent / 100.0, "1", &share(b)),
+                Datum::said(b.sigmas, "1", &sigmas(b.sigmas)),
             ]
         })
         .collect();
-    page.section("How far the calibration had been biased").paragraph(&said).table(
+    page.section("How far the calibration had been biased").paragraph(&said).values(
         &["parameter", "as given", "recalibrated without it", "with it", "off by", "off by, over its error"],
         &rows,
     )
@@ -388,21 +446,17 @@ fn element(page: Page, o: &Outcome) -> Page {
 
 fn body_force(page: Page, o: &Outcome) -> Page {
     let Some(b) = &o.findings.on_body else { return page };
-    let row = |(name, value, unit): &(&'static str, f64, &'static str)| vec![name.to_string(), quantity(*value, unit)];
+    let row =
+        |(name, value, unit): &(&'static str, f64, &'static str)| vec![(*name).into(), Datum::number(*value, unit)];
     page.section("Back in the simulator: BodyForce.fmu")
         .paragraph(&format!("{}.", capital(&on_body(b))))
-        .table(&["parameter", "start value"], &b.starts.iter().map(row).collect::<Vec<_>>())
+        .values(&["parameter", "start value"], &b.starts.iter().map(row).collect::<Vec<_>>())
 }
 
 fn candidates(page: Page, o: &Outcome) -> Page {
-    let score = |h: Option<f64>| h.map_or("-".into(), |h| format!("{:.3} %", 100.0 * h));
-    let mut rows = vec![vec![
-        "(recalibrated, none)".into(),
-        String::new(),
-        String::new(),
-        score(Some(o.before.nrmse)),
-        String::new(),
-    ]];
+    let score = |h: Option<f64>| h.map_or("-".into(), |h| Datum::percent(h, 3));
+    let none = || Datum::from("");
+    let mut rows = vec![vec!["(recalibrated, none)".into(), none(), none(), score(Some(o.before.nrmse)), none()]];
     let wrong = o
         .findings
         .rivals
@@ -423,14 +477,14 @@ fn candidates(page: Page, o: &Outcome) -> Page {
             ""
         };
         rows.push(vec![
-            format!("{} ({})", plain(&r.name), r.form),
+            format!("{} ({})", plain(&r.name), r.form).into(),
             r.origin.into(),
-            format!("{:.1}", r.gain),
+            Datum::fixed(r.gain, 1),
             score(r.heldout),
             mark.into(),
         ]);
     }
     page.section("Candidates, each alone")
-        .table(&["mechanism (form)", "part", "fall of chi^2", "misfit of range, held out", ""], &rows)
+        .values(&["mechanism (form)", "part", "fall of chi^2", "misfit of range, held out", ""], &rows)
         .paragraph("Held-out misfit is worked out for the names that matter; fall of chi^2 for all.")
 }

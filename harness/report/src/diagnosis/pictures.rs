@@ -2,7 +2,7 @@
 //! contact time over speed; measured, as given, recalibrated, with the physics found.
 
 use super::words::unseen;
-use chart::{Chart, Page, Style};
+use chart::{alike, Chart, Page, Style};
 use diagnose::courses::{Course, Impact};
 use diagnose::run::Outcome;
 use estimate::levels::nrmse;
@@ -13,6 +13,8 @@ const LOOPS: usize = 9;
 /// Shares of the contact time shown before the touch and after leaving.
 const BEFORE: f64 = 0.15;
 const AFTER: f64 = 0.4;
+/// The same where what was found acts there, at most.
+const WIDE: f64 = 3.0;
 
 const GIVEN: &str = "as given";
 const RECALIBRATED: &str = "recalibrated";
@@ -29,8 +31,7 @@ pub(super) fn simulations(o: &Outcome) -> Vec<(&'static str, Style, &[Course])> 
     }
     all.push((RECALIBRATED, Style::Before, &c.recalibrated[..]));
     if let Some(found) = &c.found {
-        let name = if o.verdict.missing.is_empty() { STAND_IN } else { FOUND };
-        all.push((name, Style::After, &found[..]));
+        all.push((after(o), Style::After, &found[..]));
     }
     all
 }
@@ -61,12 +62,38 @@ pub(super) fn pulse(c: &Campaign, o: &Outcome, i: usize) -> Option<(f64, f64)> {
     Some(((t.touch - BEFORE * long).max(*time.first()?), (t.leave + AFTER * long).min(*time.last()?)))
 }
 
-/// Shows the pulse first, where there is one.
+/// What of recording `i` is shown first: its pulse, and as much before and after it as shows where what was found acts.
+fn window(c: &Campaign, o: &Outcome, i: usize) -> Option<(f64, f64)> {
+    let (first, last) = pulse(c, o, i)?;
+    let t = o.courses.contacts.get(i)?;
+    let time = &c.recordings[i].time;
+    let phases: Vec<&str> = o.verdict.mismatch.places.iter().map(|p| p.phase).collect();
+    Some(widened((first, last), (t.touch, t.leave), (*time.first()?, *time.last()?), &phases))
+}
+
+/// The window `shown` of a contact, both s, with room for the `phases` beside it, as far as it was recorded.
+fn widened(shown: (f64, f64), (touch, leave): (f64, f64), recorded: (f64, f64), phases: &[&str]) -> (f64, f64) {
+    let beside = WIDE * (leave - touch);
+    let first = if phases.contains(&"approach") { (touch - beside).max(recorded.0) } else { shown.0 };
+    let last = if phases.contains(&"after") { (leave + beside).min(recorded.1) } else { shown.1 };
+    (first.min(shown.0), last.max(shown.1))
+}
+
+/// Shows the pulse first, and where what was found acts, where there is one.
 fn on_the_pulse(chart: Chart, c: &Campaign, o: &Outcome, i: usize) -> Chart {
     let touch = o.courses.contacts.get(i).map_or(0.0, |t| t.touch);
-    match pulse(c, o, i) {
+    match window(c, o, i) {
         Some((first, last)) => chart.focus(first - touch, last - touch),
         None => chart,
+    }
+}
+
+/// What the simulation with what was found is called.
+pub(super) fn after(o: &Outcome) -> &'static str {
+    if o.verdict.missing.is_empty() {
+        STAND_IN
+    } else {
+        FOUND
     }
 }
 
@@ -123,15 +150,16 @@ fn readings(c: &Campaign, o: &Outcome, i: usize, ch: Channel, title: &str) -> Op
     Some(on_the_pulse(chart, c, o, i))
 }
 
-/// What a channel read less what the recalibrated simulations have.
+/// What a channel read, less its zero as fitted to the recording, less what the recalibrated simulations have.
 fn residual(c: &Campaign, o: &Outcome, i: usize, ch: Channel) -> Option<Chart> {
     let y = c.recordings[i].channels[ch.index()].as_ref()?;
     let time = from_touch(c, o, i);
+    let zero = o.courses.zeros.get(i).map_or(0.0, |z| z[ch.index()]);
     let mut chart =
         Chart::new("", time_axis(c), &format!("measured \u{2212} simulated [{}]", ch.unit())).without_names();
     for (name, style, s) in simulations(o).into_iter().filter(|s| s.0 != GIVEN) {
         let Some(s) = s.get(i) else { continue };
-        let less: Vec<f64> = y.iter().zip(&s.readings[ch.index()]).map(|(a, b)| a - b).collect();
+        let less: Vec<f64> = y.iter().zip(&s.readings[ch.index()]).map(|(a, b)| a - zero - b).collect();
         chart = chart.series(name, &time, &less, style);
     }
     Some(on_the_pulse(chart, c, o, i))
@@ -149,7 +177,8 @@ fn key(o: &Outcome) -> String {
         (_, true) => " With a stand-in: the same with a force in the place of the cause that nobody has named.",
     };
     format!(
-        "{given}Recalibrated: the best fit without new physics.{found} What is recalibrated is a prediction of {}.",
+        "{given}Recalibrated: the best fit without new physics.{found} What is recalibrated is a prediction of {}. Measured \u{2212} \
+         simulated is without the zeros fitted to the recording.",
         unseen(o).trim_end_matches(',')
     )
 }
@@ -158,25 +187,31 @@ fn key(o: &Outcome) -> String {
 pub fn first_sight(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
     let i = most_informative(c, o);
     page = page.section("Force over penetration, and over time").paragraph(&key(o));
-    let shown = hysteresis(c, o, i, &named(c, i)).size(600, 425).linked("most-informative");
-    let source = if o.courses.penetration_recorded { "" } else { "penetration measured: the force integrated twice" };
-    page = page.stack(vec![(shown, source)]);
+    let source = if o.courses.penetration_recorded {
+        ""
+    } else if o.courses.chain_bends {
+        "no penetration was recorded, and the force, as its measuring chain was fitted, cannot be integrated to one: nothing measured is drawn"
+    } else {
+        "penetration measured: the force integrated twice, with the zero and the gain fitted to it"
+    };
+    let group = "most-informative";
+    let mut charts = vec![hysteresis(c, o, i, &named(c, i)).size(600, 425).linked(group)];
     for ch in Channel::ALL {
         if c.kind == Kind::Indentation && ch == Channel::Penetration {
             continue;
         }
-        let title = if ch == Channel::Force {
-            "Force"
-        } else if ch == Channel::Acceleration {
-            "Acceleration"
-        } else {
-            "Penetration"
+        let title = match ch {
+            Channel::Force => "Force",
+            Channel::Acceleration => "Acceleration",
+            Channel::Penetration => "Penetration",
         };
         let (Some(of), Some(left)) = (readings(c, o, i, ch, title), residual(c, o, i, ch)) else { continue };
-        page = page.stack(vec![
-            (of.size(600, 270).linked("most-informative"), "over time"),
-            (left.size(600, 165).linked("most-informative"), ""),
-        ]);
+        charts.extend([of.size(600, 270).linked(group), left.size(600, 165).linked(group)]);
+    }
+    let mut charts = alike(charts).into_iter();
+    page = page.stack(charts.next().map(|c| (c, source)).into_iter().collect());
+    while let (Some(of), Some(left)) = (charts.next(), charts.next()) {
+        page = page.stack(vec![(of, "over time"), (left, "")]);
     }
     loops(page, c, o, i)
 }
@@ -184,19 +219,18 @@ pub fn first_sight(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
 /// The loop of every level but that of recording `shown`.
 fn loops(mut page: Page, c: &Campaign, o: &Outcome, shown: usize) -> Page {
     let mut seen = vec![c.recordings[shown].level];
-    let mut first = true;
+    let mut charts = Vec::new();
     for (i, r) in c.recordings.iter().enumerate() {
         if seen.contains(&r.level) || seen.len() > LOOPS {
             continue;
         }
         seen.push(r.level);
-        if first {
-            page = page.section("The loop, level by level");
-            first = false;
-        }
-        page = page.chart(&hysteresis(c, o, i, &named(c, i)).linked(&r.file), "");
+        charts.push(hysteresis(c, o, i, &named(c, i)).linked(&r.file));
     }
-    page
+    if !charts.is_empty() {
+        page = page.section("The loop, level by level");
+    }
+    alike(charts).iter().fold(page, |page, chart| page.chart(chart, ""))
 }
 
 /// Figures of the first impact over its speed.
@@ -246,12 +280,31 @@ pub fn over_speed(page: Page, c: &Campaign, o: &Outcome) -> Page {
 
 /// Every recording and channel, small.
 pub fn all(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
+    let mut charts: Vec<(Chart, &str)> = Vec::new();
     for i in 0..c.recordings.len() {
         for ch in Channel::ALL {
             if let Some(chart) = readings(c, o, i, ch, &named(c, i)) {
-                page = page.chart(&chart.size(400, 230).linked(&format!("all {i}")), ch.name());
+                charts.push((chart.size(400, 230).linked(&format!("all {i}")), ch.name()));
             }
         }
     }
+    let (charts, names): (Vec<Chart>, Vec<&str>) = charts.into_iter().unzip();
+    for (chart, name) in alike(charts).iter().zip(names) {
+        page = page.chart(chart, name);
+    }
     page
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_acts_before_the_touch_is_in_the_picture() {
+        let of = |phases: &[&str]| widened((0.9, 2.4), (1.0, 2.0), (-5.0, 4.0), phases);
+        assert_eq!(of(&["loading", "unloading"]), (0.9, 2.4));
+        assert_eq!(of(&["approach"]), (-2.0, 2.4));
+        // no further than it was recorded
+        assert_eq!(of(&["unloading", "after"]), (0.9, 4.0));
+    }
 }

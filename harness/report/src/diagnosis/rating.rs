@@ -3,7 +3,7 @@
 use super::pictures::{pulse, simulations};
 use assess::rating::{rate, Grade, Rating};
 use assess::sampling::{fine_rate, grid, resample};
-use chart::Page;
+use chart::{Datum, Page};
 use diagnose::run::Outcome;
 use record::{Campaign, Channel};
 
@@ -24,10 +24,10 @@ impl Mean {
         self.count += 1.0;
     }
 
-    fn cells(&self) -> Vec<String> {
+    fn cells(&self) -> Vec<Datum> {
         let scores = self.sum.map(|s| s / self.count);
-        let grade = Grade::of(scores[0]).name().to_string();
-        scores.iter().map(|s| format!("{s:.3}")).chain([grade]).collect()
+        let grade = Grade::of(scores[0]).name().into();
+        scores.iter().map(|s| Datum::fixed(*s, 3)).chain([grade]).collect()
     }
 }
 
@@ -52,7 +52,7 @@ pub fn table(page: Page, c: &Campaign, o: &Outcome) -> Page {
                 rated.iter().for_each(|r| mean.add(r));
             }
             if mean.count > 0.0 {
-                rows.push([vec![ch.name().to_string(), name.to_string()], mean.cells()].concat());
+                rows.push([vec![ch.name().into(), name.into()], mean.cells()].concat());
             }
         }
     }
@@ -65,7 +65,7 @@ pub fn table(page: Page, c: &Campaign, o: &Outcome) -> Page {
              indentation all of it), at the recordings' own rates, means over all recordings; \u{201c}recalibrated\u{201d} and what follows \
              it are predictions.",
         )
-        .table(
+        .values(
             &["channel", "simulation", "rating", "corridor", "phase", "magnitude", "slope", "grade"],
             &rows,
         )

@@ -5,11 +5,11 @@ use diagnose::bias::Bias;
 use diagnose::body::OnBody;
 use diagnose::element::Packed;
 use diagnose::figure::figure;
-use diagnose::material::Effect;
+use diagnose::material::{Effect, Remainder};
 use diagnose::next::{LITTLE, SURE};
 use diagnose::run::Outcome;
 use diagnose::sensors::{Against, Reading};
-use diagnose::verdict::{Cause, Missing, Unclipped, Verdict};
+use diagnose::verdict::{Cause, Missing, Quality, Unclipped, Verdict};
 
 /// Causes listed where none is more likely than not, at most.
 const LIKELIEST: usize = 3;
@@ -20,15 +20,7 @@ pub fn sentence(o: &Outcome) -> String {
     if let Some(why) = &v.invalid {
         return format!("Nothing can be judged: {}.", why.text);
     }
-    let gain = match (&o.before, &o.after) {
-        (b, Some(a)) => format!(
-            " On {} the misfit goes from {:.2} % to {:.2} % of range.",
-            unseen(o),
-            100.0 * b.nrmse,
-            100.0 * a.nrmse
-        ),
-        _ => String::new(),
-    };
+    let gain = if o.after.is_some() { format!(" {}", misfit(o)) } else { String::new() };
     let name = |m: &Missing| {
         let instead = match &m.also_possible[..] {
             [] => String::new(),
@@ -85,6 +77,76 @@ pub fn probability(p: f64) -> String {
     }
 }
 
+/// The misfit on what no fit has seen, before and after, in per cent of range and in multiples of noise.
+pub fn misfit(o: &Outcome) -> String {
+    let fit = &o.verdict.fit;
+    let percent = |q: &Quality| 100.0 * q.heldout_nrmse.unwrap_or(f64::NAN);
+    let noise = |q: &Quality| q.heldout_over_noise.filter(|v| v.is_finite());
+    let (before, after) = (&fit.before, &fit.after);
+    if o.after.is_none() {
+        let noises = noise(before).map_or(String::new(), |n| format!(", {} times the noise", times(n)));
+        return format!("On {} the misfit is {:.2} % of range{noises}.", unseen(o), percent(before));
+    }
+    let noises = match (noise(before), noise(after)) {
+        (Some(b), Some(a)) => format!(", from {} to {} times the noise", times(b), times(a)),
+        _ => String::new(),
+    };
+    format!(
+        "On {} the misfit goes from {:.2} % to {:.2} % of range{noises}.",
+        unseen(o),
+        percent(before),
+        percent(after)
+    )
+}
+
+/// Levels that the misfit is said of one by one, at most; of more the first, the middle and the last.
+const LEVELS: usize = 6;
+
+/// The misfit of every level in multiples of noise; None where there is one alone.
+pub fn by_level(o: &Outcome) -> Option<String> {
+    let all = &o.verdict.fit.levels;
+    if all.len() < 2 {
+        return None;
+    }
+    let some = [0, all.len() / 2, all.len() - 1];
+    let said = all.iter().enumerate().filter(|(i, _)| all.len() <= LEVELS || some.contains(i)).map(|(_, l)| {
+        let (before, after) = (times(l.over_noise.before), times(l.over_noise.after));
+        if o.after.is_some() {
+            format!("{before} to {after} at {}", l.level)
+        } else {
+            format!("{before} at {}", l.level)
+        }
+    });
+    Some(format!("Level by level, times the noise: {}.", said.collect::<Vec<_>>().join(", ")))
+}
+
+/// A multiple of noise.
+fn times(n: f64) -> String {
+    if n < 99.95 {
+        format!("{n:.1}")
+    } else {
+        format!("{n:.0}")
+    }
+}
+
+/// By how much the largest readings and those simulated differ, in words.
+pub fn peaks(r: &Remainder) -> String {
+    if r.peak_force > 1.0 {
+        "by more than a factor of 2".into()
+    } else {
+        format!("by {:.2} %", 100.0 * r.peak_force)
+    }
+}
+
+/// A relative change in per cent; one that more than doubles a figure says that.
+pub fn change(q: f64) -> String {
+    if q > 1.0 {
+        "more than 2 \u{d7}".into()
+    } else {
+        format!("{:+.2} %", 100.0 * q)
+    }
+}
+
 /// What held-out predictions were made of: levels where there are several, else recordings, else the rest of the one.
 pub fn unseen(o: &Outcome) -> &'static str {
     match (o.data.levels().len(), o.data.records.len()) {
@@ -111,8 +173,7 @@ pub fn material(e: &Effect) -> String {
         ("contact time", e.contact_time),
         ("depth", e.depth),
     ];
-    let said: Vec<String> =
-        all.iter().filter_map(|(what, q)| q.map(|q| format!("{what} {:+.2} %", 100.0 * q))).collect();
+    let said: Vec<String> = all.iter().filter_map(|(what, q)| q.map(|q| format!("{what} {}", change(q)))).collect();
     said.join(", ")
 }
 
@@ -261,6 +322,9 @@ pub fn summary(o: &Outcome) -> String {
     let v = &o.verdict;
     // a folder's name may hold anything
     let mut s = format!("{}: {}\n", v.campaign.replace(char::is_control, "?"), sentence(o));
+    if let Some(levels) = by_level(o).filter(|_| v.invalid.is_none()) {
+        s += &format!("  {levels}\n");
+    }
     for (m, w) in v.missing.iter().zip(&v.mismatch.places) {
         let list: Vec<String> = parameters(m).into_iter().map(|(n, v, ci)| format!("{n} {v} ({ci})")).collect();
         s += &format!("  {}, {}: {}\n", m.mechanism, m.form, list.join(", "));
@@ -274,7 +338,7 @@ pub fn summary(o: &Outcome) -> String {
         }
     }
     if let Some(r) = v.remainder.as_ref().filter(|_| v.mismatch.detected) {
-        s += &format!("  left over: {}\n", r.text);
+        s += &format!("  left over: {}; peaks read and simulated differ {}\n", r.text, peaks(r));
     }
     if let Some(e) = experiment(o) {
         s += &format!("  {e}\n");

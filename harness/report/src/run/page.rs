@@ -2,7 +2,7 @@
 
 use super::lines::headline;
 use super::summary::{Done, HeightRow, Summary};
-use chart::{quantity, Chart, Page, Style};
+use chart::{Chart, Datum, Page, Style};
 use scenario::Row;
 
 /// Most runs drawn in one chart.
@@ -50,33 +50,29 @@ fn over_time(title: &str, unit: &str, done: &[Done], y: impl Fn(&Row) -> f64) ->
     c
 }
 
-fn number(v: f64) -> String {
-    format!("{v:.6e}")
-}
-
 fn impacts(page: Page, s: &Summary) -> Page {
     let head =
         ["run", "touch", "speed", "deepest", "peak force", "duration", "restitution", "lost", "rebound", "from exact"];
-    let mut rows: Vec<Vec<String>> = Vec::new();
+    let mut rows: Vec<Vec<Datum>> = Vec::new();
     for r in &s.runs {
         for b in r.impacts.iter().take(IMPACTS) {
             rows.push(vec![
-                r.name.clone(),
-                quantity(b.touch, "s"),
-                quantity(b.impact_speed, "m/s"),
-                quantity(b.deepest, "m"),
-                quantity(b.peak_force, "N"),
-                quantity(b.duration, "s"),
-                quantity(b.restitution, "1"),
-                quantity(b.energy_lost, "J"),
-                b.rebound_height.map_or("-".into(), |h| quantity(h, "m")),
-                b.exact.map_or("-".into(), |e| format!("{:.1e}", e.worst())),
+                r.name.clone().into(),
+                Datum::number(b.touch, "s"),
+                Datum::number(b.impact_speed, "m/s"),
+                Datum::number(b.deepest, "m"),
+                Datum::number(b.peak_force, "N"),
+                Datum::number(b.duration, "s"),
+                Datum::number(b.restitution, "1"),
+                Datum::number(b.energy_lost, "J"),
+                Datum::maybe(b.rebound_height, "m"),
+                b.exact.map_or("-".into(), |e| Datum::said(e.worst(), "1", &format!("{:.1e}", e.worst()))),
             ]);
         }
     }
     rows.truncate(TABLED);
     let more = s.runs.iter().map(|r| r.impacts.len()).sum::<usize>() - rows.len();
-    let page = page.section("Impacts").table(&head, &rows);
+    let page = page.section("Impacts").values(&head, &rows);
     if more > 0 {
         page.paragraph(&format!("{more} more impacts are in summary.json."))
     } else {
@@ -89,24 +85,24 @@ fn heights(mut page: Page, s: &Summary) -> Page {
         return page;
     }
     let name = |r: &HeightRow| [r.tip.clone(), r.compare.clone()].into_iter().flatten().collect::<Vec<_>>().join(", ");
-    let rows: Vec<Vec<String>> = s
+    let rows: Vec<Vec<Datum>> = s
         .by_height
         .iter()
         .take(TABLED)
         .map(|r| {
             vec![
-                name(r),
-                quantity(r.drop_height, "m"),
-                quantity(r.impact_speed, "m/s"),
-                quantity(r.restitution, "1"),
-                quantity(r.peak_force, "N"),
-                quantity(r.deepest, "m"),
-                quantity(r.duration, "s"),
+                name(r).into(),
+                Datum::number(r.drop_height, "m"),
+                Datum::number(r.impact_speed, "m/s"),
+                Datum::number(r.restitution, "1"),
+                Datum::number(r.peak_force, "N"),
+                Datum::number(r.deepest, "m"),
+                Datum::number(r.duration, "s"),
             ]
         })
         .collect();
     let head = ["run", "height", "speed", "restitution", "peak force", "deepest", "duration"];
-    page = page.section("By drop height").table(&head, &rows);
+    page = page.section("By drop height").values(&head, &rows);
     let mut names: Vec<String> = s.by_height.iter().map(name).collect();
     names.sort();
     names.dedup();
@@ -128,19 +124,19 @@ fn heights(mut page: Page, s: &Summary) -> Page {
 }
 
 fn sensors(mut page: Page, done: &[Done], s: &Summary) -> Page {
-    let rows: Vec<Vec<String>> = s
+    let rows: Vec<Vec<Datum>> = s
         .runs
         .iter()
         .filter_map(|r| r.sensors.map(|p| (r, p)))
         .flat_map(|(r, p)| {
             [("force transducer", p.transducer), ("accelerometer times all masses", p.accelerometer)].map(|(n, p)| {
                 vec![
-                    r.name.clone(),
+                    r.name.clone().into(),
                     n.into(),
-                    number(p.peak),
-                    format!("{:.6}", p.over_contact),
-                    format!("{:.6}", p.over_contact_if_rigid),
-                    number(p.delay),
+                    Datum::number(p.peak, "N"),
+                    Datum::fixed(p.over_contact, 6),
+                    Datum::fixed(p.over_contact_if_rigid, 6),
+                    Datum::number(p.delay, "s"),
                 ]
             })
         })
@@ -149,14 +145,14 @@ fn sensors(mut page: Page, done: &[Done], s: &Summary) -> Page {
     if rows.is_empty() {
         return page;
     }
-    let head = ["run", "sensor", "largest reading, N or m/s^2", "over contact", "the same if rigid", "later by, s"];
+    let head = ["run", "sensor", "largest reading", "over contact", "the same if rigid", "later by"];
     page = page
         .section("What the sensors read")
         .paragraph(
             "The transducer sits above the tip, so it misses the force that stops the tip; its spring rings with the \
              tip's mass. The accelerometer's reading is turned into a force by all masses.",
         )
-        .table(&head, &rows);
+        .values(&head, &rows);
     for d in done.iter().take(2) {
         let Some(b) = d.outcome.bounces.first() else { continue };
         let end = b.separation.unwrap_or(f64::INFINITY) + 0.5 * b.duration;
@@ -177,7 +173,7 @@ fn sensors(mut page: Page, done: &[Done], s: &Summary) -> Page {
 }
 
 fn interrupter_table(page: Page, s: &Summary) -> Page {
-    let rows: Vec<Vec<String>> = s
+    let rows: Vec<Vec<Datum>> = s
         .runs
         .iter()
         .filter_map(|r| r.photo_interrupters.as_ref().map(|p| (r, p)))
@@ -185,46 +181,46 @@ fn interrupter_table(page: Page, s: &Summary) -> Page {
         .map(|(r, p)| {
             let times: Vec<String> = p.times.iter().map(|t| format!("{t:.9}")).collect();
             vec![
-                r.name.clone(),
-                times.join(", "),
-                p.recovered.map_or("-".into(), |v| number(v.impact_speed)),
-                number(p.impact_speed),
-                p.difference.map_or("-".into(), |d| format!("{d:.1e}")),
-                p.recovered.map_or("-".into(), |v| number(v.acceleration)),
+                r.name.clone().into(),
+                times.join(", ").into(),
+                Datum::maybe(p.recovered.map(|v| v.impact_speed), "m/s"),
+                Datum::number(p.impact_speed, "m/s"),
+                p.difference.map_or("-".into(), |d| Datum::said(d, "1", &format!("{d:.1e}"))),
+                Datum::maybe(p.recovered.map(|v| v.acceleration), "m/s^2"),
             ]
         })
         .collect();
     if rows.is_empty() {
         return page;
     }
-    let head = ["run", "times, s", "recovered speed, m/s", "true speed, m/s", "off by", "acceleration measured, m/s^2"];
+    let head = ["run", "times, s", "recovered speed", "true speed", "off by", "acceleration measured"];
     page.section("Photo interrupters")
         .paragraph("The speed at touch by constant acceleration through the last three times (Ahn and Ryu 2005).")
-        .table(&head, &rows)
+        .values(&head, &rows)
 }
 
 fn comparison(page: Page, s: &Summary) -> Page {
     if s.comparison.is_empty() {
         return page;
     }
-    let rows: Vec<Vec<String>> = s
+    let rows: Vec<Vec<Datum>> = s
         .comparison
         .iter()
         .take(TABLED)
         .map(|c| {
             vec![
-                c.name.clone(),
-                quantity(c.stiffness, "N/m^p"),
-                quantity(c.deepest, "m"),
-                quantity(c.peak_force, "N"),
-                quantity(c.duration, "s"),
-                format!("{:.4}", c.peak_ratio),
-                c.free_ratio.map_or("-".into(), |f| format!("{f:.4}")),
+                c.name.clone().into(),
+                Datum::number(c.stiffness, "N/m^p"),
+                Datum::number(c.deepest, "m"),
+                Datum::number(c.peak_force, "N"),
+                Datum::number(c.duration, "s"),
+                Datum::fixed(c.peak_ratio, 4),
+                c.free_ratio.map_or("-".into(), |f| Datum::fixed(f, 4)),
             ]
         })
         .collect();
     let head = ["run", "stiffness", "deepest", "peak force", "duration", "peak over own", "if free, undamped"];
-    page.section("Stiffnesses compared").table(&head, &rows)
+    page.section("Stiffnesses compared").values(&head, &rows)
 }
 
 fn energy(page: Page, done: &[Done], s: &Summary) -> Page {
