@@ -601,7 +601,7 @@ mod tests {
     fn friction_that_is_larger_than_what_the_contact_still_has_is_no_adhesion() {
         let r = press(0, |x, v, _| hertz(x) + if x > 0.0 { 2.0 * v.signum() } else { 0.0 });
         assert!(r.force.iter().any(|f| *f < -1.0));
-        let l = learn(&[r.clone()], &[], &NUMBERS).unwrap();
+        let l = learn(std::slice::from_ref(&r), &[], &NUMBERS).unwrap();
         assert_eq!(named(&l), ["friction"], "{:?}", &l.sets[..3]);
         // and the law pulls by it where the contact has let go
         let law = &l.sets[0].law;
