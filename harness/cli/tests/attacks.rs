@@ -358,7 +358,7 @@ fn a_merge_that_fails_halfway_leaves_the_answer_before_whole() {
     let before = files();
     answer("two");
     // every limit that some file does not fit below
-    for blocks in 0..64 {
+    for blocks in 0..1024 {
         let mut c = Command::new("sh");
         let line = format!("ulimit -f {blocks}; exec \"$0\" merge answers --out site");
         c.args(["-c", &line, env!("CARGO_BIN_EXE_touchdown")]).current_dir(b.folder.path());
