@@ -19,7 +19,7 @@ from .scores import BELIEVED
 
 SI = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "N": 1.0, "kN": 1e3, "mN": 1e-3, "uN": 1e-6, "nN": 1e-9, "m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9,
       "m/s^2": 1.0, "g": 9.80665}
-POWERS = (1.0, 1.5, 2.0, 2.5, 3.0)       # of the elastic law that the visible part is measured against
+POWERS = np.arange(0.8, 4.51, 0.1)       # of k x^p, which the simulation as given may take: what is visible is what the best of them leaves
 TOP = 0.15                               # share of the largest excursion that a flat top cuts off
 FLAT = "clipping"
 
@@ -104,8 +104,18 @@ def cut(readings, what):
     return [np.minimum(y, limit) if side > 0 else np.maximum(y, limit) for y in readings]
 
 
+def left_by_a_power(u, f):
+    """Mean square of what the best law a + k u^p, of all powers that there may be, leaves of a force at the depths u."""
+    def left(p):
+        law = np.column_stack([np.clip(u, 0, None) ** p, np.ones(len(u))])
+        return np.mean((f - law @ np.linalg.lstsq(law, f, rcond=1e-9)[0]) ** 2)
+
+    return min(left(p) for p in POWERS)
+
+
 def forces(all_of, effect, strength):
-    """What a force of `effect`, one law for all of them, adds to each recording of imposed motion."""
+    """What a force of `effect`, one law for all of them, adds to each recording of imposed motion; None where it would have to be larger
+    than all that was read: that is another machine."""
     moved = [motion(c) for c in all_of]
     depth, rate = max(m[2].max() for m in moved), max(middle_rate(m[2], m[3]) for m in moved)
     length = max(np.ptp(m[0]) for m in moved)
@@ -114,13 +124,12 @@ def forces(all_of, effect, strength):
         u = x / depth
         back = np.arange(len(u)) > np.argmax(u)
         e = FORCES[effect]((t - t[0]) / length, u, v / rate, back)
-        law = np.column_stack([np.clip(u, 0, None) ** p for p in POWERS] + [np.ones(len(u))])
-        rest = lambda f: f - law @ np.linalg.lstsq(law, f, rcond=1e-9)[0]
-        visible.append(np.mean(rest(e) ** 2))
-        left.append(np.mean(rest(y) ** 2))
+        visible.append(left_by_a_power(u, e))
+        left.append(left_by_a_power(u, y))
         added.append(e)
     by = strength * np.sqrt(np.mean(left) / np.mean(visible))
-    return [by * e for e in added]
+    largest = lambda of: max(np.ptp(f) for f in of)
+    return [by * e for e in added] if by * largest(added) <= largest([m[1] for m in moved]) else None
 
 
 def hidden(t, y, e):
@@ -169,7 +178,8 @@ def plant(campaign, into, effect, strength, left):
     if effect == FLAT:
         changed = cut(readings, what)
     elif effect in FORCES:
-        changed = [y + e for y, e in zip(readings, forces(all_of, effect, strength))]
+        added = forces(all_of, effect, strength)
+        changed = added and [y + e for y, e in zip(readings, added)]
     else:
         changed = chain([c["time"] for c in all_of], readings, effect, strength * left)
     if changed is None:

@@ -66,6 +66,7 @@ def test_a_force_is_one_law_of_depth_and_rate_for_all_recordings():
     assert shallow.max() == pytest.approx(0.5 * deep.max(), rel=0.05)
     shallow, deep = planted.forces(recordings, "guide_friction", 6.0)
     assert shallow.max() == pytest.approx(deep.max(), rel=0.01)
+    assert planted.forces(recordings, "secondary_stiffening", 1e4) is None
 
 
 def test_the_same_seed_plants_the_same_and_the_labels_are_kept_apart(campaign, tmp_path):
