@@ -1,7 +1,9 @@
 """The program, small fleets, and answers compared."""
 
+import json
 import os
 import pathlib
+import re
 import subprocess
 
 import pytest
@@ -19,9 +21,18 @@ def touchdown(*arguments, code=0, **settings):
     return done
 
 
+def content(file):
+    """What a file holds; of a page all but the block that says when and by which command it was made and the links to pages above, which a
+    campaign by itself has none of; of a manifest all but its pages."""
+    if file.name == "manifest.json":
+        manifest = json.loads(file.read_text())
+        return manifest | {"files": {n: f for n, f in manifest["files"].items() if not n.endswith(".html")}}
+    return re.sub(rb'<footer class="trace".*?</footer>|<nav class="pages".*?</nav>', b"", file.read_bytes(), flags=re.DOTALL)
+
+
 def answer(folder):
     """The files of an answer by name, but for what belongs to the fleet."""
-    return {str(f.relative_to(folder)): f.read_bytes() for f in sorted(folder.rglob("*")) if f.is_file()}
+    return {str(f.relative_to(folder)): content(f) for f in sorted(folder.rglob("*")) if f.is_file()}
 
 
 @pytest.fixture(scope="session")
