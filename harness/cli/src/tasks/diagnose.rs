@@ -173,7 +173,9 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
     follow.begin("diagnose", campaigns.len() as u64);
     let mut answers: Vec<Answer> = Vec::new();
     let contents: Vec<Option<String>> = read.iter().map(|f| f.as_deref().map(content)).collect();
-    let foot = Foot { made: &made, is_listed: is_listed(&campaigns, o) };
+    let writes_page = !o.alone && has_others(&campaigns, o);
+    // of answers that are there on their own `merge` writes the page
+    let foot = Foot { made: &made, is_listed: o.alone || writes_page };
     let tool = tool(o);
     for (i, c) in campaigns.iter().enumerate() {
         let dir = o.out.join(&c.folder);
@@ -229,7 +231,7 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
         follow.add(1);
     }
     follow.end();
-    let page = (!answers.is_empty() && foot.is_listed).then(|| {
+    let page = (!answers.is_empty() && writes_page).then(|| {
         let written = answer::write_index(&o.out, &made)?;
         place::notes(&o.out, &written).for_each(|n| follow.warning(&n));
         Ok(o.out.join("index.html"))
@@ -238,10 +240,10 @@ pub fn diagnose(o: &Options, follow: &Arc<dyn Follow>) -> Result<Answers> {
     Ok(Answers { unread: false, answers, batch, page })
 }
 
-/// Whether a page lists the answers: there are others than that of a single campaign.
-fn is_listed(campaigns: &[Campaign], o: &Options) -> bool {
+/// Whether there are answers other than that of a single campaign, or a page that lists them.
+fn has_others(campaigns: &[Campaign], o: &Options) -> bool {
     let others = || answer::answers(&o.out).into_iter().any(|a| campaigns.iter().all(|c| c.folder != a));
-    !o.alone && (campaigns.len() > 1 || o.out.join(report::fleet::INDEX).exists() || others())
+    campaigns.len() > 1 || o.out.join(report::fleet::INDEX).exists() || others()
 }
 
 /// So many threads; None where none are given: those of the process.
