@@ -228,6 +228,29 @@ fn variables_that_are_free_move_the_fmus_and_the_law_with_them() {
 }
 
 #[test]
+fn what_is_sampled_before_the_start_reads_as_at_the_start_whatever_the_steps() {
+    let dir = campaign();
+    let m = machine(dir.path());
+    let (p, setup) = rig(PRELOADS[0]);
+    let mut start = (f64::NAN, f64::NAN);
+    m.run(0, &p.free, &mut |r| {
+        start = r.motion(0);
+        Ok(())
+    })
+    .unwrap();
+    let late = Local { start: setup.time[20] + 1e-9, ..RELEASED };
+    for level in [0, 3] {
+        let seat = Seat { machine: m.clone(), set: 0, level };
+        let t = simulate(&p, &Setup { kind: Kind::System, machine: Some(seat), ..setup.clone() }, &late);
+        assert!(t.ok, "{:?}", m.troubles());
+        for i in [0, 20] {
+            assert_eq!((t.position[i], t.velocity[i]), start, "sample {i}, level {level}");
+        }
+        assert_ne!(t.position[22], start.0);
+    }
+}
+
+#[test]
 fn init_proposes_the_bond_and_check_shows_simulation_over_recording() {
     let dir = campaign();
     std::fs::remove_file(dir.path().join("campaign.toml")).unwrap();

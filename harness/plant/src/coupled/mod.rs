@@ -272,11 +272,13 @@ impl Run<'_, '_> {
                 }
             }
             if steps == 1 {
-                for (side, (p, s)) in self.sides.iter_mut().zip(&self.of) {
+                for ((side, (p, s)), start) in self.sides.iter_mut().zip(&self.of).zip(&before) {
                     side.begin(stop, self.running.motion(side.bond), p, s);
                     faces[side.bond] = side.rig.face_at(stop, &side.y);
-                    // what was sampled before the start reads as at the start, which is uncertain by a sample
-                    let row = side.rig.outputs(stop, &side.y);
+                    // what was sampled before the start reads as at the start, which is uncertain by a sample; what acts
+                    // there is known from the first step
+                    let [f, a, ..] = side.rig.outputs(stop, &side.y);
+                    let row = [f, a, start.0, start.1];
                     for j in 0..early {
                         put(self.out, &mut other, reads, (side.bond, watched), j, row);
                     }
