@@ -29,6 +29,48 @@ fn nothing_is_reported_where_nothing_is_missing() {
     }
 }
 
+/// Presses of a half space, three of each of three levels, whose stiffness differs by some per cent from one to the next; noise
+/// from a linear congruence.
+fn scattering_presses(dir: &Path) {
+    let mut toml = String::from("format = \"recordings/1\"\n[campaign]\nkind = \"indentation\"\n");
+    toml += "[simulation]\nterms = []\nk = 4e9\np = 1.5\n";
+    let mut seed = 7u64;
+    let mut noise = || {
+        seed = (seed * 16807 + 11) % 2_147_483_647;
+        2.0 * (seed as f64 / 2_147_483_647.0) - 1.0
+    };
+    for (r, off) in [-8.0, 8.0, 1.6, 5.6, -6.4, 2.4, -3.2, 7.2, -4.8].into_iter().enumerate() {
+        let level = 2e-5 * (r / 3 + 1) as f64;
+        let mut csv = String::from("time [s],force [N],penetration [m]\n");
+        for i in 0..64 {
+            let t = f64::from(i) / 63.0;
+            let x = level * (1.3 * (std::f64::consts::PI * t).sin() - 0.3);
+            let force = 4e9 * (1.0 + 0.01 * off) * x.max(0.0).powf(1.5);
+            csv += &format!("{:e},{:e},{:e}\n", 0.1 * t, force + 3.0 * noise(), x + 3e-8 * noise());
+        }
+        std::fs::write(dir.join(format!("r{r}.csv")), csv).unwrap();
+        toml += &format!("[[recording]]\nfile = \"r{r}.csv\"\norder = {}\nlevel = {level:e}\n", r + 1);
+    }
+    std::fs::write(dir.join("campaign.toml"), toml).unwrap();
+}
+
+#[test]
+fn recordings_that_differ_within_a_level_are_no_missing_physics() {
+    let dir = tempfile::tempdir().unwrap();
+    scattering_presses(dir.path());
+    let o = diagnose(&load(dir.path())).unwrap();
+    let v = &o.verdict;
+    assert!(v.mismatch.detected && v.missing.is_empty(), "{:?}", v.posterior);
+    let said = summary(&o);
+    assert!(said.contains("No physics is missing (probability 0.") && said.contains("stiffness differs by"), "{said}");
+    assert!(!said.contains("that no mechanism known explains"), "{said}");
+    // it shows in what is compared; the motion is imposed
+    assert!(v.mismatch.places.iter().all(|p| p.channel == "force"), "{:?}", v.mismatch.places);
+    let fit = &v.fit.before;
+    let (both, force) = (fit.heldout_nrmse.unwrap(), fit.heldout_nrmse_of_force.unwrap());
+    assert!(force > 1.5 * both && force < 2.0 * both, "{both} {force}");
+}
+
 /// The campaign of `recipe` with one channel kept.
 fn only(recipe: &Recipe, channel: &str) -> Outcome {
     let dir = tempfile::tempdir().unwrap();

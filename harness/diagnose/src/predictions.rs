@@ -48,12 +48,22 @@ impl Predictions {
         }
     }
 
-    /// Misfit: the mean over recordings and channels of rms(recording - prediction) / range(recording).
+    /// Misfit: the mean over recordings and channels of rms(recording - prediction) / range(recording), 1.
     pub fn misfit(&self, data: &Data) -> f64 {
+        self.mean_of(data, |_, _| true)
+    }
+
+    /// The same of the channels that a fit compares: an imposed motion is none of them, 1.
+    pub fn misfit_of_compared(&self, data: &Data) -> f64 {
+        self.mean_of(data, |r, c| data.compared(r).any(|of| of.index() == c))
+    }
+
+    /// The same of the channels that `counts` says of, by recording and channel.
+    fn mean_of(&self, data: &Data, counts: impl Fn(usize, usize) -> bool) -> f64 {
         let (mut sum, mut n) = (0.0, 0.0);
-        for (rec, p) in data.records.iter().zip(&self.judged) {
-            for (y, p) in rec.y.iter().zip(p) {
-                let Some(y) = y else { continue };
+        for (r, (rec, p)) in data.records.iter().zip(&self.judged).enumerate() {
+            for (c, (y, p)) in rec.y.iter().zip(p).enumerate() {
+                let Some(y) = y.as_ref().filter(|_| counts(r, c)) else { continue };
                 if let Some(e) = nrmse(y, p) {
                     sum += e;
                     n += 1.0;

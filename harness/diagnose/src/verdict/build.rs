@@ -20,7 +20,7 @@ use crate::sensors::{Against, Mean, Reading};
 use crate::unclipped;
 use estimate::structure::Term;
 use mechanisms::mechanism::Origin;
-use record::{Campaign, Channel};
+use record::{Campaign, Channel, Kind};
 
 impl Verdict {
     /// The verdict of a campaign.
@@ -28,14 +28,20 @@ impl Verdict {
         let terms = by_action(d);
         let named = terms.iter().filter(|(i, _)| d.chosen.structure.terms()[*i].mechanism.named);
         let noises = |h: &HeldOut| over_noise(&by_channel(&d.base.data, &h.predictions, None));
-        let (noisy_before, noisy_after) = (noises(&d.before), noises(d.after.as_ref().unwrap_or(&d.before)));
-        let quality = |nrmse: f64, noisy: Option<f64>, fitted: &estimate::fitted::Fitted| Quality {
-            heldout_nrmse: Some(nrmse),
-            heldout_over_noise: noisy,
+        let is_imposed = c.kind == Kind::Indentation;
+        let predicted = |h: &HeldOut| Quality {
+            heldout_nrmse: Some(h.nrmse),
+            heldout_nrmse_of_force: is_imposed.then(|| h.predictions.misfit_of_compared(&d.base.data)),
+            heldout_over_noise: noises(h),
+            chi2: None,
+            converged: None,
+        };
+        let quality = |h: &HeldOut, fitted: &estimate::fitted::Fitted| Quality {
             chi2: Some(fitted.chi2()),
             converged: Some(fitted.fit.converged),
+            ..predicted(h)
         };
-        let after = d.after.as_ref().map_or(d.before.nrmse, |a| a.nrmse);
+        let after = d.after.as_ref().unwrap_or(&d.before);
         Verdict {
             format: FORMAT,
             campaign: c.folder.clone(),
@@ -49,13 +55,9 @@ impl Verdict {
             unexplained: Unexplained { detected: d.unexplained, text: unexplained(d, f) },
             next: next::steps(c, d, f, packed.is_some()),
             fit: FitQuality {
-                before: quality(d.before.nrmse, noisy_before, &d.base),
-                after: if d.is_learned() {
-                    // a law that was learned is no fit of the simulation's parameters
-                    Quality { heldout_nrmse: Some(after), heldout_over_noise: noisy_after, chi2: None, converged: None }
-                } else {
-                    quality(after, noisy_after, d.simulated())
-                },
+                before: quality(&d.before, &d.base),
+                // a law that was learned is no fit of the simulation's parameters
+                after: if d.is_learned() { predicted(after) } else { quality(after, d.simulated()) },
                 base_bias: Some(bias(d, f)),
                 folds_agree: d.folds.as_ref().map(|f| f.agreement(&d.chosen.names())),
                 windows: d
@@ -97,7 +99,13 @@ impl Verdict {
     /// The verdict where nothing can be judged, for `reason`; `before`: misfit over range of the simulation as given, on
     /// levels its fit did not see.
     pub fn invalid(c: &Campaign, reason: &str, before: Option<f64>) -> Verdict {
-        let quality = Quality { heldout_nrmse: before, heldout_over_noise: None, chi2: None, converged: None };
+        let quality = Quality {
+            heldout_nrmse: before,
+            heldout_nrmse_of_force: None,
+            heldout_over_noise: None,
+            chi2: None,
+            converged: None,
+        };
         Verdict {
             format: FORMAT,
             campaign: c.folder.clone(),
@@ -543,8 +551,7 @@ fn places(c: &Campaign, d: &Decision, f: &Findings, terms: &[(usize, [f64; 4])])
 fn of_shape(c: &Campaign, d: &Decision, n: &Named) -> Place {
     let strongest = strongest(&n.shares);
     let phase = PHASES[strongest];
-    let read = Channel::ALL.into_iter().find(|c| d.base.data.has(*c));
-    let channel = read.unwrap_or(Channel::Force).name();
+    let channel = shows_in(d, [0.0; 3]).name();
     Place {
         origin: n.mechanism.origin.name(),
         bond: None,
@@ -569,6 +576,13 @@ struct Located<'a> {
     bond: Option<usize>,
 }
 
+/// Of the channels that were read the one with the largest `gains`, by channel; the first of equals.
+fn shows_in(d: &Decision, gains: [f64; 3]) -> Channel {
+    let read = Channel::ALL.into_iter().filter(|c| d.base.data.has(*c));
+    let more = |a: Channel, b: Channel| if gains[b.index()] > gains[a.index()] { b } else { a };
+    read.reduce(more).unwrap_or(Channel::Force)
+}
+
 /// Where a cause sits, by the `shares` of its action.
 fn place(c: &Campaign, d: &Decision, f: &Findings, cause: &Located<'_>, shares: &[f64; 4]) -> Place {
     let strongest = strongest(shares);
@@ -578,8 +592,7 @@ fn place(c: &Campaign, d: &Decision, f: &Findings, cause: &Located<'_>, shares: 
         by_channel[m.channel.index()] += m.gain.max(0.0);
         by_level[m.level] += m.gain.max(0.0);
     }
-    let channel = (0..3).max_by(|a, b| by_channel[*a].total_cmp(&by_channel[*b])).unwrap_or(0);
-    let channel = Channel::ALL[channel].name();
+    let channel = shows_in(d, by_channel).name();
     let most = by_level.iter().cloned().fold(0.0, f64::max);
     let levels = c.levels.iter().zip(&by_level).filter(|(l, g)| l.0.is_finite() && **g >= 0.3 * most);
     let span = span(d, strongest, &by_level);

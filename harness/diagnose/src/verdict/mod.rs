@@ -394,6 +394,9 @@ pub struct Window {
 pub struct Quality {
     /// Misfit over range on levels the fit did not see; None where nothing was predicted.
     pub heldout_nrmse: Option<f64>,
+    /// The same of force alone, where motion is imposed: `heldout_nrmse` is the mean of force and the motion, which is known, 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heldout_nrmse_of_force: Option<f64>,
     /// The same in multiples of the channels' noise, mean over recordings and channels, 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heldout_over_noise: Option<f64>,

@@ -1,6 +1,6 @@
 //! The card on top: what is wrong, how sure that is, what it does, what to do next.
 
-use super::words::{between, by_level, cause, change, misfit, peaks, plain, probability};
+use super::words::{between, by_level, cause, change, misfit, only_scatters, peaks, plain, probability};
 use chart::{Card, Chance, Effects};
 use diagnose::run::Outcome;
 use diagnose::verdict::{Missing, Verdict};
@@ -41,6 +41,9 @@ pub fn wrong(v: &Verdict) -> String {
     }
     if !v.mismatch.detected {
         return "Nothing is missing: the simulation, recalibrated, follows these recordings within noise and tolerances.".into();
+    }
+    if only_scatters(v).is_some() {
+        return "No physics is missing, but recordings of the same level differ by more than repeats scatter.".into();
     }
     match &v.missing[..] {
         [] => match between(v) {

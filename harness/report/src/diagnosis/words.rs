@@ -43,6 +43,8 @@ pub fn sentence(o: &Outcome) -> String {
             "Nothing is missing beyond noise, tolerances and repeat scatter (probability {}).",
             probability(of(&[]))
         )
+    } else if let Some(sure) = only_scatters(v) {
+        format!("No physics is missing (probability {}), but {}.", probability(sure), v.unexplained.text)
     } else if names.is_empty() {
         let sure = of(&["unknown"]);
         let how = if sure > 0.0 { format!(" (probability {})", probability(sure)) } else { String::new() };
@@ -54,6 +56,12 @@ pub fn sentence(o: &Outcome) -> String {
         let more = if unexplained { format!(" Beyond that a misfit stays unexplained{takes}.") } else { String::new() };
         format!("The simulation leaves out {}.{gain}{more}", names.join(" and "))
     }
+}
+
+/// Probability that nothing is missing, where that is likely and what was found is that recordings of one level differ.
+pub fn only_scatters(v: &Verdict) -> Option<f64> {
+    let none = v.posterior.iter().find(|c| c.mechanisms.is_empty())?.probability;
+    (v.mismatch.detected && v.missing.is_empty() && none > 0.5).then_some(none)
 }
 
 /// The likeliest causes with their probabilities, where something is missing and none of them is more likely than not.
@@ -80,19 +88,20 @@ pub fn probability(p: f64) -> String {
 /// The misfit on what no fit has seen, before and after, in per cent of range and in multiples of noise.
 pub fn misfit(o: &Outcome) -> String {
     let fit = &o.verdict.fit;
-    let percent = |q: &Quality| 100.0 * q.heldout_nrmse.unwrap_or(f64::NAN);
+    let percent = |q: &Quality| 100.0 * q.heldout_nrmse_of_force.or(q.heldout_nrmse).unwrap_or(f64::NAN);
+    let range = if fit.before.heldout_nrmse_of_force.is_some() { "the range of force" } else { "range" };
     let noise = |q: &Quality| q.heldout_over_noise.filter(|v| v.is_finite());
     let (before, after) = (&fit.before, &fit.after);
     if o.after.is_none() {
         let noises = noise(before).map_or(String::new(), |n| format!(", {} times the noise", times(n)));
-        return format!("On {} the misfit is {:.2} % of range{noises}.", unseen(o), percent(before));
+        return format!("On {} the misfit is {:.2} % of {range}{noises}.", unseen(o), percent(before));
     }
     let noises = match (noise(before), noise(after)) {
         (Some(b), Some(a)) => format!(", from {} to {} times the noise", times(b), times(a)),
         _ => String::new(),
     };
     format!(
-        "On {} the misfit goes from {:.2} % to {:.2} % of range{noises}.",
+        "On {} the misfit goes from {:.2} % to {:.2} % of {range}{noises}.",
         unseen(o),
         percent(before),
         percent(after)
@@ -337,7 +346,7 @@ pub fn summary(o: &Outcome) -> String {
             s += &format!("    P(right) = {:.2} against {}\n", t.p_right, m.also_possible.join(", "));
         }
     }
-    if let Some(r) = v.remainder.as_ref().filter(|_| v.mismatch.detected) {
+    if let Some(r) = v.remainder.as_ref().filter(|_| v.mismatch.detected && only_scatters(v).is_none()) {
         s += &format!("  left over: {}; peaks read and simulated differ {}\n", r.text, peaks(r));
     }
     if let Some(e) = experiment(o) {
