@@ -264,6 +264,9 @@ pub fn over_speed(page: Page, c: &Campaign, o: &Outcome) -> Page {
         if y.iter().all(|v| v.is_nan()) {
             continue;
         }
+        if let Some(remark) = (title == "Restitution").then(|| impossible(&y)).flatten() {
+            page = page.paragraph(&remark);
+        }
         let mut chart = Chart::new(title, "speed at touch [m/s]", axis).linked("speed").marks(
             "measured",
             &speed,
@@ -276,6 +279,21 @@ pub fn over_speed(page: Page, c: &Campaign, o: &Outcome) -> Page {
         page = page.chart(&chart, "");
     }
     page
+}
+
+/// What to know of measured restitutions that no contact alone has; None where there are none.
+fn impossible(restitutions: &[f64]) -> Option<String> {
+    let outside: Vec<String> =
+        restitutions.iter().filter(|e| **e < 0.0 || **e > 1.0).map(|e| format!("{e:.2}")).collect();
+    let (is, them) = if outside.len() == 1 { ("lies", "it") } else { ("lie", "them") };
+    (!outside.is_empty()).then(|| {
+        format!(
+            "Measured restitutions outside 0 to 1 ({}) {is} beyond what a contact alone can do: read {them} as a sign that another force \
+             acts on the body during the impact, that its speed before or after is not that of a free flight, or that the sign, zero or \
+             scale of the channel is wrong.",
+            outside.join(", ")
+        )
+    })
 }
 
 /// Every recording and channel, small.
@@ -298,6 +316,16 @@ pub fn all(mut page: Page, c: &Campaign, o: &Outcome) -> Page {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn restitutions_that_no_contact_has_are_remarked() {
+        assert_eq!(impossible(&[0.0, 0.4, 1.0, f64::NAN]), None);
+        let one = impossible(&[-0.4, 0.5]).unwrap();
+        assert!(
+            one.contains("(-0.40) lies") && impossible(&[-0.4, 2.86]).unwrap().contains("(-0.40, 2.86) lie"),
+            "{one}"
+        );
+    }
 
     #[test]
     fn what_acts_before_the_touch_is_in_the_picture() {
