@@ -1,7 +1,7 @@
 //! The second look at a file: the samples of each recording, cut around its impact, signs and zero as the format has them.
 
 use crate::amount::brief;
-use crate::find::{contact, Contact, Level};
+use crate::find::{contact, hardest, Contact, Level};
 use crate::split::Track;
 use crate::survey;
 use instruments::Source;
@@ -24,6 +24,8 @@ const RISING: f64 = 0.6;
 /// Share of the range by which force may miss zero before the touch, and the samples there that show it.
 const TARE: f64 = 0.01;
 const LEARNT: usize = 20;
+/// Median distance of a normal sample from its mean, in standard deviations.
+const NORMAL_MEDIAN: f64 = 0.6745;
 
 /// Which samples a recording takes.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,6 +77,9 @@ pub struct Samples {
     pub touch: Option<(f64, f64)>,
     /// Channels whose sign was turned because the readings show it.
     pub turned: Vec<Channel>,
+    /// How plainly the readings show that sign, by `record::Channel::index`: the way in the contact as a multiple of the
+    /// noise, negative where the sign is to be turned. Zero where they do not show it, or the user says the sign.
+    pub shown: [f64; 3],
     pub notes: Vec<String>,
 }
 
@@ -205,7 +210,7 @@ fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
         ));
     }
     let mut found = match &span.level {
-        Some(level) => channels[level.channel.index()].as_ref().and_then(|y| contact(y, level)),
+        Some(level) => channels[level.channel.index()].as_ref().and_then(|y| hardest(y, level)),
         None => None,
     };
     if span.cut == Cut::Around && found.is_none() {
@@ -218,12 +223,21 @@ fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
         channels.iter_mut().flatten().for_each(|y| *y = y[from..to].to_vec());
         (k.first, k.last) = (k.first - from, k.last - from);
     }
-    let mut turned = Vec::new();
+    let (mut turned, mut shown) = (Vec::new(), [0.0; 3]);
     for c in Channel::ALL {
         let Some(said) = track.channels[c.index()].as_ref().map(|t| t.sign) else { continue };
         let sign = match said {
             Some(s) => s,
-            None => sign(kind, c, &channels, found.as_ref()),
+            None => {
+                let way = way(kind, c, &channels, found.as_ref());
+                let noise = channels[c.index()].as_deref().map_or(0.0, noise);
+                shown[c.index()] = if noise > 0.0 { way / noise } else { 0.0 };
+                if way < 0.0 {
+                    -1.0
+                } else {
+                    1.0
+                }
+            }
         };
         if sign < 0.0 {
             channels[c.index()].iter_mut().flatten().for_each(|v| *v = -*v);
@@ -240,7 +254,7 @@ fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
         notes.extend(channels[0].as_mut().and_then(|f| tare(f, k)));
     }
     let touch = found.map(|k| (time[k.first], time[k.last] - time[k.first]));
-    Ok(Samples { time, channels, touch, turned, notes })
+    Ok(Samples { time, channels, touch, turned, shown, notes })
 }
 
 /// The samples kept around a contact and its bounces.
@@ -263,10 +277,27 @@ fn mean(y: &[f64]) -> f64 {
 /// Samples that show where a press begins.
 const START: usize = 3;
 
-/// The sign by which the readings of a channel are multiplied, so that force and penetration are positive and acceleration
-/// is negative in the contact.
-fn sign(kind: Kind, channel: Channel, channels: &[Option<Vec<f64>>; 3], found: Option<&Contact>) -> f64 {
-    let Some(y) = &channels[channel.index()] else { return 1.0 };
+/// Standard deviation of the noise of samples, in their unit: by the median of the second differences, which a slow course
+/// leaves out; where more than half of these are zero, by the smallest step between samples. Zero where all are equal.
+fn noise(y: &[f64]) -> f64 {
+    let mut second: Vec<f64> = y.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
+    second.sort_by(f64::total_cmp);
+    let middle = second.get(second.len() / 2).copied().unwrap_or(0.0);
+    if middle > 0.0 {
+        return middle / (NORMAL_MEDIAN * 6f64.sqrt());
+    }
+    let step = y.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+    if step.is_finite() {
+        step
+    } else {
+        0.0
+    }
+}
+
+/// How far a channel goes in the contact the way that the format has it, in its unit: negative where its sign is to be turned,
+/// so that force and penetration are positive and acceleration is negative in the contact. Zero where no contact is known.
+fn way(kind: Kind, channel: Channel, channels: &[Option<Vec<f64>>; 3], found: Option<&Contact>) -> f64 {
+    let Some(y) = &channels[channel.index()] else { return 0.0 };
     let ends = |y: &[f64]| {
         let few = (y.len() / 20).max(1);
         0.5 * (mean(&y[..few]) + mean(&y[y.len() - few..]))
@@ -283,7 +314,7 @@ fn sign(kind: Kind, channel: Channel, channels: &[Option<Vec<f64>>; 3], found: O
             mean(&deep)
         }
         (_, Some(k), _) => mean(&y[k.first..=k.last]),
-        _ => return 1.0,
+        _ => return 0.0,
     };
     let rest = match (channel, found) {
         _ if kind == Kind::Indentation => start(y),
@@ -292,11 +323,7 @@ fn sign(kind: Kind, channel: Channel, channels: &[Option<Vec<f64>>; 3], found: O
         _ => y[y.len() - 1],
     };
     let right = if channel == Channel::Acceleration { -1.0 } else { 1.0 };
-    if right * (at - rest) < 0.0 {
-        -1.0
-    } else {
-        1.0
-    }
+    right * (at - rest)
 }
 
 /// Where the surface of the stop lies on the scale of the penetration: the line through it and the push^(2/3), as of a
