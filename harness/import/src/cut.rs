@@ -1,7 +1,7 @@
 //! The second look at a file: the samples of each recording, cut around its impact, signs and zero as the format has them.
 
 use crate::amount::brief;
-use crate::find::{contact, hardest, Contact, Level};
+use crate::find::{contact, hardest, Contact, Level, STANDS_OUT};
 use crate::split::Track;
 use crate::survey;
 use instruments::Source;
@@ -223,6 +223,8 @@ fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
         channels.iter_mut().flatten().for_each(|y| *y = y[from..to].to_vec());
         (k.first, k.last) = (k.first - from, k.last - from);
     }
+    let pressed = channels[0].as_deref().filter(|_| kind == Kind::Indentation).and_then(press);
+    found = pressed.clone().or(found);
     let (mut turned, mut shown) = (Vec::new(), [0.0; 3]);
     for c in Channel::ALL {
         let Some(said) = track.channels[c.index()].as_ref().map(|t| t.sign) else { continue };
@@ -252,6 +254,9 @@ fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
         let push: Vec<f64> = shows.iter().map(|v| (v - rest).abs()).collect();
         notes.extend(channels[2].as_mut().and_then(|x| zero(x, &push, k)));
         notes.extend(channels[0].as_mut().and_then(|f| tare(f, k)));
+    }
+    if let ([Some(force), _, Some(x)], Kind::Indentation) = (&mut channels, kind) {
+        notes.extend(zero_of_press(x, force, pressed.as_ref()));
     }
     let touch = found.map(|k| (time[k.first], time[k.last] - time[k.first]));
     Ok(Samples { time, channels, touch, turned, shown, notes })
@@ -351,6 +356,67 @@ fn zero(x: &mut [f64], push: &[f64], k: &Contact) -> Option<String> {
     }
     x.iter_mut().for_each(|v| *v -= surface);
     Some(format!("penetration read {} m at the touch: that was set to zero", brief(surface)))
+}
+
+/// Where a press begins and ends: where its force rises from the level it has before, by its noise. The force at the start is
+/// that of no contact. None where it does not stand out.
+fn press(force: &[f64]) -> Option<Contact> {
+    let rest = mean(&force[..force.len().min(START)]);
+    let noise = noise(force);
+    let k = contact(force, &Level::of(Channel::Force, rest, noise, force))?;
+    let mut before = force[..k.first].to_vec();
+    // few samples before it are a rise as likely as a level
+    let (middle, scatter) = if before.len() < LEARNT {
+        (force[0], noise)
+    } else {
+        let middle = median(&mut before).unwrap_or(rest);
+        let mut apart: Vec<f64> = before.iter().map(|v| (v - middle).abs()).collect();
+        (middle, noise.max(median(&mut apart).unwrap_or(0.0) / NORMAL_MEDIAN))
+    };
+    let side = (force[k.first] - rest).signum();
+    let first = force[..k.first].iter().rposition(|v| side * (v - middle) <= scatter).map_or(0, |i| i + 1);
+    Some(Contact { first, last: k.last })
+}
+
+/// The median, of the upper one of the two middle ones where their number is even; None of nothing.
+fn median(y: &mut [f64]) -> Option<f64> {
+    y.sort_by(f64::total_cmp);
+    y.get(y.len() / 2).copied()
+}
+
+/// Sets the penetration of a press to zero where its contact begins, where it is far from it there, as that of a gap or a
+/// position is; says so, or why it was not.
+fn zero_of_press(x: &mut [f64], force: &[f64], pressed: Option<&Contact>) -> Option<String> {
+    let cure = "record from before the contact on, or subtract what it reads at the touch from the column";
+    let range = |x: &[f64], from: f64| x.iter().fold(0.0, |m: f64, v| m.max(v - from));
+    let Some(k) = pressed else {
+        let far = x.first().is_some_and(|begin| begin.abs() > ZERO * range(x, *begin));
+        return far.then(|| {
+            format!(
+                "penetration reads {} m at the start, and the force does not stand out of its noise: the zero was left as it \
+                 is; {cure}",
+                brief(x[0])
+            )
+        });
+    };
+    let surface = x[k.first];
+    if surface.abs() <= ZERO * range(&x[k.first..=k.last], surface) {
+        return None;
+    }
+    // it nears the stop while the force stays; else the force has to be none before it rises
+    let nears = k.first >= LEARNT && (surface - x[0]).abs() > STANDS_OUT * noise(x);
+    let rest = mean(&force[..k.first.max(1)]);
+    let most = force.iter().fold(0.0, |m: f64, v| m.max((v - rest).abs()));
+    if !nears && rest.abs() > (TARE * most).max(noise(force)) {
+        return Some(format!(
+            "penetration reads {} m and force {} N at the start, which may lie in the contact: the zero was left as it is; \
+             {cure}",
+            brief(surface),
+            brief(rest)
+        ));
+    }
+    x.iter_mut().for_each(|v| *v -= surface);
+    Some(format!("penetration read {} m where the force begins to rise: that was set to zero", brief(surface)))
 }
 
 /// Sets force to zero before the touch where it is far from it; says so.
@@ -453,6 +519,42 @@ mod tests {
             let s = cut(&mut m, 0, &[(&span, &track)], Kind::Indentation).unwrap().remove(0).unwrap();
             assert_eq!(s.turned, turned);
         }
+    }
+
+    /// A press in which a gap in mm closes by 0.05 mm a row, held at last; the touch is at a gap of 6 mm, the spring has
+    /// 2 N/mm. `from`: the first row, `offset`: N.
+    fn gap_closes(from: usize, offset: f64) -> Samples {
+        let gap = |i: usize| 16.0 - 0.05 * i.min(240) as f64;
+        let n = 900usize;
+        let time: Vec<f64> = (from..n).map(|i| 0.05 * i as f64).collect();
+        let force = (from..n).map(|i| offset + 2.0 * (6.0 - gap(i)).max(0.0) + 0.002 * noise(i as u64)).collect();
+        let g = group(&[("Time", "s"), ("Normal force", "N"), ("Gap", "mm")]);
+        let map = parse("force=Normal force,penetration=Gap").unwrap();
+        let track = tracks(&g, &columns(&g, &map).unwrap(), None, false).unwrap().remove(0);
+        let samples = vec![vec![time, force, (from..n).map(gap).collect()]];
+        let mut m = Memory { groups: vec![g], samples, notes: Vec::new() };
+        let span = Span { group: 0, track: 0, rows: (0, (n - from) as u64), cut: Cut::Whole, level: None };
+        cut(&mut m, 0, &[(&span, &track)], Kind::Indentation).unwrap().remove(0).unwrap()
+    }
+
+    #[test]
+    fn a_gap_that_closes_is_zero_where_the_force_begins_to_rise() {
+        for offset in [0.0, 0.3] {
+            let s = gap_closes(0, offset);
+            assert_eq!(s.turned, [Channel::Penetration]);
+            let (touch, _) = s.touch.unwrap();
+            assert!((touch - 10.0).abs() <= 0.1, "{touch}");
+            let x = s.channels[2].as_ref().unwrap();
+            assert!(x[200].abs() <= 1e-4 && (x[899] - 2e-3).abs() <= 1e-4, "{} {}", x[200], x[899]);
+            assert!(s.notes.iter().any(|n| n.contains("begins to rise: that was set to zero")), "{:?}", s.notes);
+        }
+        // it begins at the touch, untouched
+        let x = gap_closes(200, 0.0).channels[2].clone().unwrap();
+        assert!(x[0].abs() <= 1e-4, "{}", x[0]);
+        // it begins within the contact
+        let s = gap_closes(220, 0.0);
+        assert!((s.channels[2].as_ref().unwrap()[0] + 5e-3).abs() < 1e-9);
+        assert!(s.notes.iter().any(|n| n.contains("the zero was left") && n.contains("subtract")), "{:?}", s.notes);
     }
 
     #[test]

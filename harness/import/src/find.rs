@@ -5,7 +5,7 @@ use crate::envelope::{Bucket, Envelope};
 use record::{Channel, GRAVITY};
 
 /// Times the noise that an impact has to reach.
-const STANDS_OUT: f64 = 8.0;
+pub(crate) const STANDS_OUT: f64 = 8.0;
 /// Share of the largest reading below which nothing is an impact: a channel's zero wanders.
 const WANDERS: f64 = 0.02;
 /// What an accelerometer reads without an impact, from free fall to rest and some more, m/s^2.
@@ -39,6 +39,12 @@ pub struct Level {
 }
 
 impl Level {
+    /// That of samples whose rest `base` and noise are known, SI.
+    pub(crate) fn of(channel: Channel, base: f64, noise: f64, y: &[f64]) -> Level {
+        let peak = y.iter().map(|v| (v - base).abs()).fold(0.0, f64::max);
+        Level { channel, base, noise, level: (STANDS_OUT * noise).max(WANDERS * peak) }
+    }
+
     /// How far a bucket, or three samples in a row, reach from the base.
     fn reach(&self, b: &Bucket) -> f64 {
         (b.high3 - self.base).max(self.base - b.low3)
