@@ -350,7 +350,7 @@ fn recordings_of_one_sensor_have_one_sign_and_a_bump_before_the_contact_is_none(
     assert_eq!(code, Some(0), "{printed}{said}");
     let all = format!("{printed}{said}");
     assert!(all.contains("the sign of acceleration was turned: it is"), "{all}");
-    assert!(all.contains("r04.csv alone shows the other one"), "{all}");
+    assert!(all.contains("r04.csv by itself shows the other one"), "{all}");
     assert!(all.contains("no contact of its own"), "{all}");
     let c = load(&out);
     for (n, r) in c.recordings.iter().enumerate() {

@@ -224,6 +224,11 @@ fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
         (k.first, k.last) = (k.first - from, k.last - from);
     }
     let pressed = channels[0].as_deref().filter(|_| kind == Kind::Indentation).and_then(press);
+    // what begins within the contact does not show which way is into it
+    let free = match channels[0].as_deref().filter(|_| kind == Kind::Indentation) {
+        Some(force) => pressed.as_ref().is_some_and(|k| begins_free(force, k)),
+        None => true,
+    };
     found = pressed.clone().or(found);
     let (mut turned, mut shown) = (Vec::new(), [0.0; 3]);
     for c in Channel::ALL {
@@ -233,7 +238,7 @@ fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
             None => {
                 let way = way(kind, c, &channels, found.as_ref());
                 let noise = channels[c.index()].as_deref().map_or(0.0, noise);
-                shown[c.index()] = if noise > 0.0 { way / noise } else { 0.0 };
+                shown[c.index()] = if noise > 0.0 && free { way / noise } else { 0.0 };
                 if way < 0.0 {
                     -1.0
                 } else {
@@ -376,6 +381,13 @@ fn press(force: &[f64]) -> Option<Contact> {
     let side = (force[k.first] - rest).signum();
     let first = force[..k.first].iter().rposition(|v| side * (v - middle) <= scatter).map_or(0, |i| i + 1);
     Some(Contact { first, last: k.last })
+}
+
+/// Whether a press begins outside the contact: its force stays before it rises, or is none at the start.
+fn begins_free(force: &[f64], k: &Contact) -> bool {
+    let rest = mean(&force[..k.first.max(1)]);
+    let most = force.iter().fold(0.0, |m: f64, v| m.max((v - rest).abs()));
+    k.first >= LEARNT || rest.abs() <= (TARE * most).max(noise(force))
 }
 
 /// The median, of the upper one of the two middle ones where their number is even; None of nothing.
@@ -555,6 +567,12 @@ mod tests {
         let s = gap_closes(220, 0.0);
         assert!((s.channels[2].as_ref().unwrap()[0] + 5e-3).abs() < 1e-9);
         assert!(s.notes.iter().any(|n| n.contains("the zero was left") && n.contains("subtract")), "{:?}", s.notes);
+    }
+
+    #[test]
+    fn a_press_that_begins_within_the_contact_shows_no_sign() {
+        assert!(gap_closes(0, 0.0).shown[0] > 100.0 && gap_closes(0, 0.0).shown[2] < 0.0);
+        assert_eq!(gap_closes(220, 0.0).shown, [0.0; 3]);
     }
 
     #[test]

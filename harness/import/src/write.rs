@@ -115,7 +115,7 @@ fn track<'a>(plan: &Plan, files: &'a [File], recording: usize) -> &'a Track {
     &files[r.file].seen[r.seen].track
 }
 
-/// The sign of each column, by the sum of what its recordings show.
+/// The sign of each column, by the sum of what its recordings show; of one that none shows, none.
 fn agreed(written: &[Written], plan: &Plan, files: &[File]) -> Signs {
     let mut sums = Signs::new();
     for w in written {
@@ -125,6 +125,7 @@ fn agreed(written: &[Written], plan: &Plan, files: &[File]) -> Signs {
             }
         }
     }
+    sums.retain(|_, sum| *sum != 0.0);
     sums.values_mut().for_each(|sum| *sum = if *sum < 0.0 { -1.0 } else { 1.0 });
     sums
 }
@@ -252,7 +253,7 @@ fn said(written: &[Written], plan: &Plan, files: &[File]) -> Vec<String> {
             .collect();
         if !against.is_empty() {
             notes.push(format!(
-                "the sign of {} is that of its column in all recordings together; {} alone shows the other one: look at it, \
+                "the sign of {} is that of its column in all recordings together; {} by itself shows the other one: look there, \
                  or say the sign with --map",
                 c.name(),
                 against.join(", ")
