@@ -313,3 +313,51 @@ fn a_channel_with_a_time_of_its_own_is_not_paired_by_row() {
     };
     assert!((middle(0) - middle(1)).abs() < 2e-5, "{} {}", middle(0), middle(1));
 }
+
+/// One of a contact's readings without noise, with a ripple in it that is the same every time.
+fn ripple(i: usize) -> f64 {
+    0.3 * ((0.7 * i as f64).sin() + (2.3 * i as f64).cos())
+}
+
+#[test]
+fn recordings_of_one_sensor_have_one_sign_and_a_bump_before_the_contact_is_none() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut files = Vec::new();
+    for n in 0..4 {
+        // the accelerometer reads the stop's push as positive; the last recording hangs over to the other side
+        let way = if n == 3 { -0.2 } else { 1.0 };
+        let mut text = String::from("time [s],force [N],acceleration [m/s^2]\n");
+        for i in 0..6000usize {
+            let half = |from: usize, rows: usize| match i.checked_sub(from) {
+                Some(k) if k < rows => (std::f64::consts::PI * k as f64 / rows as f64).sin(),
+                _ => 0.0,
+            };
+            // a bump of 30 N that the accelerometer shows the other way round, and the contact of 700 N right behind it
+            let (bump, contact) = (half(3000, 6), half(3012, 120));
+            let force = 30.0 * bump + 700.0 * contact + ripple(i);
+            let a = 60.0 * (if n == 1 { -bump } else { bump }) + 1400.0 * way * contact + 2.0 * ripple(i + 7);
+            writeln!(text, "{:.6},{force:.6},{a:.6}", 1e-5 * i as f64).unwrap();
+        }
+        let file = dir.path().join(format!("test{n}.csv"));
+        std::fs::write(&file, text).unwrap();
+        files.push(file.to_str().unwrap().to_string());
+    }
+    let out = dir.path().join("camp");
+    let mut arguments: Vec<&str> = vec!["import"];
+    arguments.extend(files.iter().map(String::as_str));
+    arguments.extend(["--mass", "0.5", "--height", "40mm", "--out", out.to_str().unwrap()]);
+    let (code, printed, said) = touchdown(&arguments);
+    assert_eq!(code, Some(0), "{printed}{said}");
+    let all = format!("{printed}{said}");
+    assert!(all.contains("the sign of acceleration was turned: it is"), "{all}");
+    assert!(all.contains("r04.csv by itself shows the other one"), "{all}");
+    assert!(all.contains("no contact of its own"), "{all}");
+    let c = load(&out);
+    for (n, r) in c.recordings.iter().enumerate() {
+        let a = r.channels[Channel::Acceleration.index()].as_ref().unwrap();
+        let peak = a.iter().fold(0.0_f64, |m, v| if v.abs() > m.abs() { *v } else { m });
+        assert_eq!(peak < 0.0, n != 3, "{peak}");
+        // the window is that of the contact, not of the bump: its noise before the contact is kept
+        assert!(r.time[0] < 0.0268 && *r.time.last().unwrap() > 0.0345, "{:?}", (r.time[0], r.time.last()));
+    }
+}

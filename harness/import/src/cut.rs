@@ -1,7 +1,7 @@
 //! The second look at a file: the samples of each recording, cut around its impact, signs and zero as the format has them.
 
 use crate::amount::brief;
-use crate::find::{contact, Contact, Level};
+use crate::find::{contact, hardest, Contact, Level, STANDS_OUT};
 use crate::split::Track;
 use crate::survey;
 use instruments::Source;
@@ -24,6 +24,8 @@ const RISING: f64 = 0.6;
 /// Share of the range by which force may miss zero before the touch, and the samples there that show it.
 const TARE: f64 = 0.01;
 const LEARNT: usize = 20;
+/// Median distance of a normal sample from its mean, in standard deviations.
+const NORMAL_MEDIAN: f64 = 0.6745;
 
 /// Which samples a recording takes.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,6 +77,9 @@ pub struct Samples {
     pub touch: Option<(f64, f64)>,
     /// Channels whose sign was turned because the readings show it.
     pub turned: Vec<Channel>,
+    /// How plainly the readings show that sign, by `record::Channel::index`: the way in the contact as a multiple of the
+    /// noise, negative where the sign is to be turned. Zero where they do not show it, or the user says the sign.
+    pub shown: [f64; 3],
     pub notes: Vec<String>,
 }
 
@@ -205,7 +210,7 @@ fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
         ));
     }
     let mut found = match &span.level {
-        Some(level) => channels[level.channel.index()].as_ref().and_then(|y| contact(y, level)),
+        Some(level) => channels[level.channel.index()].as_ref().and_then(|y| hardest(y, level)),
         None => None,
     };
     if span.cut == Cut::Around && found.is_none() {
@@ -218,12 +223,28 @@ fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
         channels.iter_mut().flatten().for_each(|y| *y = y[from..to].to_vec());
         (k.first, k.last) = (k.first - from, k.last - from);
     }
-    let mut turned = Vec::new();
+    let pressed = channels[0].as_deref().filter(|_| kind == Kind::Indentation).and_then(press);
+    // what begins within the contact does not show which way is into it
+    let free = match channels[0].as_deref().filter(|_| kind == Kind::Indentation) {
+        Some(force) => pressed.as_ref().is_some_and(|k| begins_free(force, k)),
+        None => true,
+    };
+    found = pressed.clone().or(found);
+    let (mut turned, mut shown) = (Vec::new(), [0.0; 3]);
     for c in Channel::ALL {
         let Some(said) = track.channels[c.index()].as_ref().map(|t| t.sign) else { continue };
         let sign = match said {
             Some(s) => s,
-            None => sign(kind, c, &channels, found.as_ref()),
+            None => {
+                let way = way(kind, c, &channels, found.as_ref());
+                let noise = channels[c.index()].as_deref().map_or(0.0, noise);
+                shown[c.index()] = if noise > 0.0 && free { way / noise } else { 0.0 };
+                if way < 0.0 {
+                    -1.0
+                } else {
+                    1.0
+                }
+            }
         };
         if sign < 0.0 {
             channels[c.index()].iter_mut().flatten().for_each(|v| *v = -*v);
@@ -239,8 +260,11 @@ fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
         notes.extend(channels[2].as_mut().and_then(|x| zero(x, &push, k)));
         notes.extend(channels[0].as_mut().and_then(|f| tare(f, k)));
     }
+    if let ([Some(force), _, Some(x)], Kind::Indentation) = (&mut channels, kind) {
+        notes.extend(zero_of_press(x, force, pressed.as_ref()));
+    }
     let touch = found.map(|k| (time[k.first], time[k.last] - time[k.first]));
-    Ok(Samples { time, channels, touch, turned, notes })
+    Ok(Samples { time, channels, touch, turned, shown, notes })
 }
 
 /// The samples kept around a contact and its bounces.
@@ -263,10 +287,27 @@ fn mean(y: &[f64]) -> f64 {
 /// Samples that show where a press begins.
 const START: usize = 3;
 
-/// The sign by which the readings of a channel are multiplied, so that force and penetration are positive and acceleration
-/// is negative in the contact.
-fn sign(kind: Kind, channel: Channel, channels: &[Option<Vec<f64>>; 3], found: Option<&Contact>) -> f64 {
-    let Some(y) = &channels[channel.index()] else { return 1.0 };
+/// Standard deviation of the noise of samples, in their unit: by the median of the second differences, which a slow course
+/// leaves out; where more than half of these are zero, by the smallest step between samples. Zero where all are equal.
+fn noise(y: &[f64]) -> f64 {
+    let mut second: Vec<f64> = y.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
+    second.sort_by(f64::total_cmp);
+    let middle = second.get(second.len() / 2).copied().unwrap_or(0.0);
+    if middle > 0.0 {
+        return middle / (NORMAL_MEDIAN * 6f64.sqrt());
+    }
+    let step = y.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+    if step.is_finite() {
+        step
+    } else {
+        0.0
+    }
+}
+
+/// How far a channel goes in the contact the way that the format has it, in its unit: negative where its sign is to be turned,
+/// so that force and penetration are positive and acceleration is negative in the contact. Zero where no contact is known.
+fn way(kind: Kind, channel: Channel, channels: &[Option<Vec<f64>>; 3], found: Option<&Contact>) -> f64 {
+    let Some(y) = &channels[channel.index()] else { return 0.0 };
     let ends = |y: &[f64]| {
         let few = (y.len() / 20).max(1);
         0.5 * (mean(&y[..few]) + mean(&y[y.len() - few..]))
@@ -283,7 +324,7 @@ fn sign(kind: Kind, channel: Channel, channels: &[Option<Vec<f64>>; 3], found: O
             mean(&deep)
         }
         (_, Some(k), _) => mean(&y[k.first..=k.last]),
-        _ => return 1.0,
+        _ => return 0.0,
     };
     let rest = match (channel, found) {
         _ if kind == Kind::Indentation => start(y),
@@ -292,11 +333,7 @@ fn sign(kind: Kind, channel: Channel, channels: &[Option<Vec<f64>>; 3], found: O
         _ => y[y.len() - 1],
     };
     let right = if channel == Channel::Acceleration { -1.0 } else { 1.0 };
-    if right * (at - rest) < 0.0 {
-        -1.0
-    } else {
-        1.0
-    }
+    right * (at - rest)
 }
 
 /// Where the surface of the stop lies on the scale of the penetration: the line through it and the push^(2/3), as of a
@@ -324,6 +361,74 @@ fn zero(x: &mut [f64], push: &[f64], k: &Contact) -> Option<String> {
     }
     x.iter_mut().for_each(|v| *v -= surface);
     Some(format!("penetration read {} m at the touch: that was set to zero", brief(surface)))
+}
+
+/// Where a press begins and ends: where its force rises from the level it has before, by its noise. The force at the start is
+/// that of no contact. None where it does not stand out.
+fn press(force: &[f64]) -> Option<Contact> {
+    let rest = mean(&force[..force.len().min(START)]);
+    let noise = noise(force);
+    let k = contact(force, &Level::of(Channel::Force, rest, noise, force))?;
+    let mut before = force[..k.first].to_vec();
+    // few samples before it are a rise as likely as a level
+    let (middle, scatter) = if before.len() < LEARNT {
+        (force[0], noise)
+    } else {
+        let middle = median(&mut before).unwrap_or(rest);
+        let mut apart: Vec<f64> = before.iter().map(|v| (v - middle).abs()).collect();
+        (middle, noise.max(median(&mut apart).unwrap_or(0.0) / NORMAL_MEDIAN))
+    };
+    let side = (force[k.first] - rest).signum();
+    let first = force[..k.first].iter().rposition(|v| side * (v - middle) <= scatter).map_or(0, |i| i + 1);
+    Some(Contact { first, last: k.last })
+}
+
+/// Whether a press begins outside the contact: its force stays before it rises, or is none at the start.
+fn begins_free(force: &[f64], k: &Contact) -> bool {
+    let rest = mean(&force[..k.first.max(1)]);
+    let most = force.iter().fold(0.0, |m: f64, v| m.max((v - rest).abs()));
+    k.first >= LEARNT || rest.abs() <= (TARE * most).max(noise(force))
+}
+
+/// The median, of the upper one of the two middle ones where their number is even; None of nothing.
+fn median(y: &mut [f64]) -> Option<f64> {
+    y.sort_by(f64::total_cmp);
+    y.get(y.len() / 2).copied()
+}
+
+/// Sets the penetration of a press to zero where its contact begins, where it is far from it there, as that of a gap or a
+/// position is; says so, or why it was not.
+fn zero_of_press(x: &mut [f64], force: &[f64], pressed: Option<&Contact>) -> Option<String> {
+    let cure = "record from before the contact on, or subtract what it reads at the touch from the column";
+    let range = |x: &[f64], from: f64| x.iter().fold(0.0, |m: f64, v| m.max(v - from));
+    let Some(k) = pressed else {
+        let far = x.first().is_some_and(|begin| begin.abs() > ZERO * range(x, *begin));
+        return far.then(|| {
+            format!(
+                "penetration reads {} m at the start, and the force does not stand out of its noise: the zero was left as it \
+                 is; {cure}",
+                brief(x[0])
+            )
+        });
+    };
+    let surface = x[k.first];
+    if surface.abs() <= ZERO * range(&x[k.first..=k.last], surface) {
+        return None;
+    }
+    // it nears the stop while the force stays; else the force has to be none before it rises
+    let nears = k.first >= LEARNT && (surface - x[0]).abs() > STANDS_OUT * noise(x);
+    let rest = mean(&force[..k.first.max(1)]);
+    let most = force.iter().fold(0.0, |m: f64, v| m.max((v - rest).abs()));
+    if !nears && rest.abs() > (TARE * most).max(noise(force)) {
+        return Some(format!(
+            "penetration reads {} m and force {} N at the start, which may lie in the contact: the zero was left as it is; \
+             {cure}",
+            brief(surface),
+            brief(rest)
+        ));
+    }
+    x.iter_mut().for_each(|v| *v -= surface);
+    Some(format!("penetration read {} m where the force begins to rise: that was set to zero", brief(surface)))
 }
 
 /// Sets force to zero before the touch where it is far from it; says so.
@@ -426,6 +531,48 @@ mod tests {
             let s = cut(&mut m, 0, &[(&span, &track)], Kind::Indentation).unwrap().remove(0).unwrap();
             assert_eq!(s.turned, turned);
         }
+    }
+
+    /// A press in which a gap in mm closes by 0.05 mm a row, held at last; the touch is at a gap of 6 mm, the spring has
+    /// 2 N/mm. `from`: the first row, `offset`: N.
+    fn gap_closes(from: usize, offset: f64) -> Samples {
+        let gap = |i: usize| 16.0 - 0.05 * i.min(240) as f64;
+        let n = 900usize;
+        let time: Vec<f64> = (from..n).map(|i| 0.05 * i as f64).collect();
+        let force = (from..n).map(|i| offset + 2.0 * (6.0 - gap(i)).max(0.0) + 0.002 * noise(i as u64)).collect();
+        let g = group(&[("Time", "s"), ("Normal force", "N"), ("Gap", "mm")]);
+        let map = parse("force=Normal force,penetration=Gap").unwrap();
+        let track = tracks(&g, &columns(&g, &map).unwrap(), None, false).unwrap().remove(0);
+        let samples = vec![vec![time, force, (from..n).map(gap).collect()]];
+        let mut m = Memory { groups: vec![g], samples, notes: Vec::new() };
+        let span = Span { group: 0, track: 0, rows: (0, (n - from) as u64), cut: Cut::Whole, level: None };
+        cut(&mut m, 0, &[(&span, &track)], Kind::Indentation).unwrap().remove(0).unwrap()
+    }
+
+    #[test]
+    fn a_gap_that_closes_is_zero_where_the_force_begins_to_rise() {
+        for offset in [0.0, 0.3] {
+            let s = gap_closes(0, offset);
+            assert_eq!(s.turned, [Channel::Penetration]);
+            let (touch, _) = s.touch.unwrap();
+            assert!((touch - 10.0).abs() <= 0.1, "{touch}");
+            let x = s.channels[2].as_ref().unwrap();
+            assert!(x[200].abs() <= 1e-4 && (x[899] - 2e-3).abs() <= 1e-4, "{} {}", x[200], x[899]);
+            assert!(s.notes.iter().any(|n| n.contains("begins to rise: that was set to zero")), "{:?}", s.notes);
+        }
+        // it begins at the touch, untouched
+        let x = gap_closes(200, 0.0).channels[2].clone().unwrap();
+        assert!(x[0].abs() <= 1e-4, "{}", x[0]);
+        // it begins within the contact
+        let s = gap_closes(220, 0.0);
+        assert!((s.channels[2].as_ref().unwrap()[0] + 5e-3).abs() < 1e-9);
+        assert!(s.notes.iter().any(|n| n.contains("the zero was left") && n.contains("subtract")), "{:?}", s.notes);
+    }
+
+    #[test]
+    fn a_press_that_begins_within_the_contact_shows_no_sign() {
+        assert!(gap_closes(0, 0.0).shown[0] > 100.0 && gap_closes(0, 0.0).shown[2] < 0.0);
+        assert_eq!(gap_closes(220, 0.0).shown, [0.0; 3]);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use crate::envelope::{Bucket, Envelope};
 use record::{Channel, GRAVITY};
 
 /// Times the noise that an impact has to reach.
-const STANDS_OUT: f64 = 8.0;
+pub(crate) const STANDS_OUT: f64 = 8.0;
 /// Share of the largest reading below which nothing is an impact: a channel's zero wanders.
 const WANDERS: f64 = 0.02;
 /// What an accelerometer reads without an impact, from free fall to rest and some more, m/s^2.
@@ -39,6 +39,12 @@ pub struct Level {
 }
 
 impl Level {
+    /// That of samples whose rest `base` and noise are known, SI.
+    pub(crate) fn of(channel: Channel, base: f64, noise: f64, y: &[f64]) -> Level {
+        let peak = y.iter().map(|v| (v - base).abs()).fold(0.0, f64::max);
+        Level { channel, base, noise, level: (STANDS_OUT * noise).max(WANDERS * peak) }
+    }
+
     /// How far a bucket, or three samples in a row, reach from the base.
     fn reach(&self, b: &Bucket) -> f64 {
         (b.high3 - self.base).max(self.base - b.low3)
@@ -139,6 +145,8 @@ pub fn find(e: &Envelope, from: u64, least: f64) -> Found {
     let runs = runs(e.buckets(level.channel.index()).unwrap_or(&[]), &level, e.rows);
     let end = |i: usize| e.times.get(i + 1).or(e.times.last()).copied().unwrap_or(0.0);
     let mut all: Vec<Drop> = Vec::new();
+    // what stands out right before a contact
+    let mut before: Vec<Drop> = Vec::new();
     let mut ended = f64::NEG_INFINITY;
     for r in &runs {
         // three in a row end at the third
@@ -148,6 +156,10 @@ pub fn find(e: &Envelope, from: u64, least: f64) -> Found {
         // nothing falls once more within the time that a contact lasts: another hump of the same impact
         let is_hump = |d: &Drop| at - ended < d.length.max(end(r.last) - at);
         match all.last_mut() {
+            Some(d) if is_hump(d) && r.peak > RELEASE * d.peak => {
+                before.push(d.clone());
+                *d = Drop { contacts: vec![rows], at, length: end(r.last) - at, peak: r.peak };
+            }
             Some(d) if is_hump(d) => {
                 d.peak = d.peak.max(r.peak);
                 d.contacts.push(rows);
@@ -159,7 +171,9 @@ pub fn find(e: &Envelope, from: u64, least: f64) -> Found {
     }
     let largest = all.iter().map(|d| d.peak).fold(0.0, f64::max);
     let unit = level.channel.unit();
-    let mut left = Vec::new();
+    let why = "right before a far harder one: no contact of its own";
+    let mut left: Vec<String> =
+        before.iter().map(|d| format!("{} {unit} at {} s, {why}", brief(d.peak), brief(d.at))).collect();
     let mut drops = Vec::new();
     for (i, d) in all.iter().enumerate() {
         let next = all.get(i + 1).filter(|n| n.at - d.at < FLIGHT && n.peak > RELEASE * d.peak);
@@ -202,6 +216,21 @@ pub fn contact(y: &[f64], level: &Level) -> Option<Contact> {
         }
     }
     Some(Contact { first, last })
+}
+
+/// The contact that is the main event among samples of the channel of `level`: the first that no later one exceeds as far as
+/// an impact exceeds what comes shortly before it. None where no three samples in a row reach the level.
+pub fn hardest(y: &[f64], level: &Level) -> Option<Contact> {
+    let mut all: Vec<(Contact, f64)> = Vec::new();
+    let mut from = 0;
+    while let Some(k) = contact(&y[from..], level) {
+        let k = Contact { first: from + k.first, last: from + k.last };
+        from = k.last + 1;
+        let peak = y[k.first..=k.last].iter().map(|v| (v - level.base).abs()).fold(0.0, f64::max);
+        all.push((k, peak));
+    }
+    let largest = all.iter().map(|k| k.1).fold(0.0, f64::max);
+    all.into_iter().find(|k| RELEASE * k.1 >= largest).map(|k| k.0)
 }
 
 #[cfg(test)]
@@ -258,6 +287,24 @@ pub(crate) mod tests {
         let f = course(Channel::Force, 20_000, 1e-4, 0.0, &[(5_000, 60, 300.0), (5_090, 60, 320.0)]);
         assert_eq!((f.drops.len(), f.drops[0].contacts.len()), (1, 2), "{:?}", f.drops);
         assert!(f.drops[0].peak > 310.0);
+    }
+
+    #[test]
+    fn a_bump_right_before_the_contact_is_not_the_contact() {
+        let pulses = [(5_000, 6, 20.0), (5_012, 120, 600.0), (9_000, 120, 80.0)];
+        let f = course(Channel::Force, 20_000, 1e-5, 0.0, &pulses);
+        assert_eq!((f.drops.len(), f.drops[0].contacts.len()), (1, 2), "{f:?}");
+        assert!(f.drops[0].at > 0.0501 && f.drops[0].length > 1e-3, "{f:?}");
+        assert!(f.left[0].contains("no contact of its own"), "{:?}", f.left);
+        let pulse = |i: u64, p: (u64, u64, f64)| match i.checked_sub(p.0) {
+            Some(n) if n < p.1 => p.2 * (std::f64::consts::PI * n as f64 / p.1 as f64).sin(),
+            _ => 0.0,
+        };
+        let y: Vec<f64> = (0..20_000).map(|i| noise(i) + pulses.iter().map(|p| pulse(i, *p)).sum::<f64>()).collect();
+        let level = f.level.unwrap();
+        assert!(contact(&y, &level).unwrap().first < 5_010);
+        let k = hardest(&y, &level).unwrap();
+        assert!(k.first >= 5_012 && k.last > 5_120, "{k:?}");
     }
 
     #[test]

@@ -31,7 +31,7 @@ impl Track {
 }
 
 /// A name without its digits, and its digits.
-fn parted(name: &str) -> (String, String) {
+pub(crate) fn parted(name: &str) -> (String, String) {
     let numbers: String = name.chars().map(|c| if c.is_ascii_digit() { c } else { ' ' }).collect();
     let rest: String = name.chars().filter(|c| !c.is_ascii_digit()).collect();
     (rest, numbers.split_whitespace().collect::<Vec<_>>().join("."))

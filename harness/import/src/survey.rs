@@ -180,15 +180,16 @@ pub fn survey(path: &Path, source: &mut dyn Source, o: &Options, joined: Option<
             columns.join("; ")
         ));
     }
-    for s in &file.seen {
-        if s.stretches.is_empty() {
-            faults.push(format!(
-                "{}: {}{} it holds fewer than {FEWEST} samples in a row; record more",
-                path.display(),
-                place(&file.groups, s.group),
-                s.track.label
-            ));
-        }
+    let short = |s: &Seen| {
+        let label = if s.track.label.is_empty() { String::new() } else { format!("{}: ", s.track.label) };
+        format!("{}{label}it holds fewer than {FEWEST} samples in a row", place(&file.groups, s.group))
+    };
+    let shorts: Vec<String> = file.seen.iter().filter(|s| s.stretches.is_empty()).map(short).collect();
+    // a short block of a file, beside others, is no recording
+    if shorts.len() < file.seen.len() {
+        file.left.extend(shorts);
+    } else {
+        faults.extend(shorts.into_iter().map(|s| format!("{}: {s}; record more", path.display())));
     }
     if faults.is_empty() {
         Ok(file)
@@ -411,6 +412,17 @@ mod tests {
         let map = crate::map::parse("force=F").unwrap();
         let f = survey(Path::new("a.mf4"), &mut m, &Options { map, ..Options::default() }, None).unwrap();
         assert_eq!((f.seen.len(), f.left.len()), (1, 1));
+    }
+
+    #[test]
+    fn a_short_block_beside_others_is_left_out() {
+        let block = |n: u32| vec![(0..n).map(f64::from).collect::<Vec<f64>>(), vec![1.0; n as usize]];
+        let mut blocks = [group(&[("t", "s"), ("F", "N")]), group(&[("t", "s"), ("F", "N")])];
+        blocks.iter_mut().enumerate().for_each(|(i, g)| g.name = format!("table {}", i + 1));
+        let mut m = Memory { groups: blocks.to_vec(), samples: vec![block(10), block(40)], notes: Vec::new() };
+        let f = survey(Path::new("a.csv"), &mut m, &Options::default(), None).unwrap();
+        assert_eq!(f.seen.iter().map(|s| s.stretches.len()).collect::<Vec<_>>(), [0, 1]);
+        assert!(f.left.iter().any(|l| l == "\"table 1\": it holds fewer than 16 samples in a row"), "{:?}", f.left);
     }
 
     #[test]

@@ -3,12 +3,14 @@
 use crate::amount::digits;
 use crate::cut::{cut, Samples};
 use crate::plan::{Plan, Planned};
+use crate::split::{parted, Track};
 use crate::survey::File;
 use crate::{join, page};
 use crate::{Open, Options};
 use output::Answer;
 use rayon::prelude::*;
 use record::{Channel, Kind};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 /// Digits of time behind those of a step.
@@ -24,6 +26,8 @@ pub struct Written {
     pub times: (f64, f64),
     pub touch: Option<(f64, f64)>,
     pub turned: Vec<Channel>,
+    /// How plainly its readings alone show the sign of each channel, in multiples of the noise; negative: to be turned.
+    pub(crate) shown: [f64; 3],
     pub notes: Vec<String>,
     /// Its charts.
     pub charts: Vec<chart::Chart>,
@@ -49,8 +53,11 @@ pub(crate) fn comment(text: &str) -> String {
 /// Where a file cannot be read or written, or a recording is none and the bad ones are not skipped; all of them at once.
 pub fn fill(answer: &Answer, files: &[File], plan: &Plan, o: &Options, open: Open) -> Result<Outcome, Vec<String>> {
     let mut out = Outcome::default();
-    let each: Vec<_> = files.par_iter().enumerate().map(|file| of_file(answer, file, plan, open)).collect();
-    for of in each {
+    let all: Vec<usize> = (0..plan.recordings.len()).collect();
+    let of_files = |which: &[usize], signs: &Signs| -> Vec<_> {
+        files.par_iter().enumerate().map(|file| of_file(answer, file, plan, which, signs, open)).collect()
+    };
+    for of in of_files(&all, &Signs::new()) {
         match of {
             Ok((written, faults)) => {
                 out.recordings.extend(written);
@@ -59,11 +66,26 @@ pub fn fill(answer: &Answer, files: &[File], plan: &Plan, o: &Options, open: Ope
             Err(e) => out.faults.push(e),
         }
     }
+    // all recordings are of the same sensors: those whose own readings show another sign are written once more
+    let signs = agreed(&out.recordings, plan, files);
+    let others: Vec<usize> =
+        out.recordings.iter().filter(|w| disagrees(w, &signs, plan, files)).map(|w| w.recording).collect();
+    if !others.is_empty() {
+        for of in of_files(&others, &signs) {
+            let (written, faults) = of.unwrap_or_else(|e| (Vec::new(), vec![e]));
+            out.faults.extend(faults);
+            for mut w in written {
+                let Some(was) = out.recordings.iter_mut().find(|o| o.recording == w.recording) else { continue };
+                w.shown = was.shown;
+                *was = w;
+            }
+        }
+    }
     if !out.faults.is_empty() && (!o.skip_bad || out.recordings.is_empty()) {
         return Err(out.faults);
     }
     out.recordings.sort_by_key(|w| w.recording);
-    out.notes = signs(&out.recordings, plan, files);
+    out.notes = said(&out.recordings, plan, files);
     let text = campaign(files, plan, &out, o);
     let html = page::preview(files, plan, &out, o).html();
     for (name, bytes) in [("campaign.toml", &text), (page::NAME, &html)] {
@@ -77,15 +99,56 @@ pub fn unwritten(name: &str, e: &std::io::Error) -> String {
     format!("{name}: cannot be written ({e}); {}", input::cure(e).unwrap_or("give another --out"))
 }
 
-/// The recordings of one file, a group at a time; and those that are none.
+/// The sign of each column that the readings of all recordings show together, -1 or 1.
+type Signs = BTreeMap<(usize, String), f64>;
+
+/// The column that a channel of a recording is read from, as one of `Signs`: columns whose names differ by a number are of
+/// one sensor. None where it has none, or the user says the sign.
+fn sensor(track: &Track, c: Channel) -> Option<(usize, String)> {
+    let taken = track.channels[c.index()].as_ref().filter(|t| t.sign.is_none())?;
+    Some((c.index(), parted(&taken.name).0))
+}
+
+/// The track of a planned recording.
+fn track<'a>(plan: &Plan, files: &'a [File], recording: usize) -> &'a Track {
+    let r = &plan.recordings[recording];
+    &files[r.file].seen[r.seen].track
+}
+
+/// The sign of each column, by the sum of what its recordings show; of one that none shows, none.
+fn agreed(written: &[Written], plan: &Plan, files: &[File]) -> Signs {
+    let mut sums = Signs::new();
+    for w in written {
+        for c in Channel::ALL {
+            if let Some(key) = sensor(track(plan, files, w.recording), c) {
+                *sums.entry(key).or_insert(0.0) += w.shown[c.index()];
+            }
+        }
+    }
+    sums.retain(|_, sum| *sum != 0.0);
+    sums.values_mut().for_each(|sum| *sum = if *sum < 0.0 { -1.0 } else { 1.0 });
+    sums
+}
+
+/// Whether a recording was written with another sign than its column has.
+fn disagrees(w: &Written, signs: &Signs, plan: &Plan, files: &[File]) -> bool {
+    let own = |c: &Channel| if w.turned.contains(c) { -1.0 } else { 1.0 };
+    let of = |c: &Channel| sensor(track(plan, files, w.recording), *c).and_then(|key| signs.get(&key).copied());
+    Channel::ALL.iter().any(|c| of(c).is_some_and(|sign| sign != own(c)))
+}
+
+/// The recordings of one file that are among `which`, a group at a time; and those that are none. `signs`: of the columns
+/// whose sign is agreed; the others have the sign that each recording's readings show.
 fn of_file(
     answer: &Answer,
     (i, file): (usize, &File),
     plan: &Plan,
+    which: &[usize],
+    signs: &Signs,
     open: Open,
 ) -> Result<(Vec<Written>, Vec<String>), String> {
     let (mut written, mut faults) = (Vec::new(), Vec::new());
-    if !plan.recordings.iter().any(|r| r.file == i) {
+    if !which.iter().any(|r| plan.recordings[*r].file == i) {
         return Ok((written, faults));
     }
     let inner = open(&file.path).map_err(|e| e.to_string())?;
@@ -94,19 +157,41 @@ fn of_file(
         None => inner,
     };
     for group in 0..file.groups.len() {
-        let of: Vec<(usize, &Planned)> =
-            plan.recordings.iter().enumerate().filter(|r| r.1.file == i && r.1.span.group == group).collect();
+        let of: Vec<(usize, &Planned)> = which
+            .iter()
+            .map(|n| (*n, &plan.recordings[*n]))
+            .filter(|r| r.1.file == i && r.1.span.group == group)
+            .collect();
         if of.is_empty() {
             continue;
         }
-        let spans: Vec<_> = of.iter().map(|(_, r)| (&r.span, &file.seen[r.seen].track)).collect();
+        let tracks: Vec<Track> = of
+            .iter()
+            .map(|(_, r)| {
+                let mut track = file.seen[r.seen].track.clone();
+                for c in Channel::ALL {
+                    let sign = sensor(&track, c).and_then(|key| signs.get(&key));
+                    if let (Some(sign), Some(t)) = (sign, &mut track.channels[c.index()]) {
+                        t.sign = Some(*sign);
+                    }
+                }
+                track
+            })
+            .collect();
+        let spans: Vec<_> = of.iter().zip(&tracks).map(|((_, r), t)| (&r.span, t)).collect();
         let samples = cut(source.as_mut(), group, &spans, plan.kind)?;
         for ((n, r), s) in of.into_iter().zip(samples) {
             match s {
-                Ok(s) => {
+                Ok(mut s) => {
+                    let own = &file.seen[r.seen].track;
+                    s.turned.extend(Channel::ALL.into_iter().filter(|c| {
+                        sensor(own, *c).is_some_and(|key| signs.get(&key).is_some_and(|sign| *sign < 0.0))
+                    }));
                     let step = file.seen[r.seen].stretches[r.stretch].step;
                     let text = csv(&s, step);
-                    answer.write(&r.name, text.as_bytes()).map_err(|e| unwritten(&r.name, &e))?;
+                    // with the signs agreed it is written for the second time
+                    let write = if signs.is_empty() { Answer::write } else { Answer::rewrite };
+                    write(answer, &r.name, text.as_bytes()).map_err(|e| unwritten(&r.name, &e))?;
                     written.push(Written {
                         recording: n,
                         samples: s.time.len(),
@@ -114,6 +199,7 @@ fn of_file(
                         touch: s.touch,
                         charts: page::charts(&s),
                         turned: s.turned,
+                        shown: s.shown,
                         notes: s.notes,
                     });
                 }
@@ -127,8 +213,9 @@ fn of_file(
     Ok((written, faults))
 }
 
-/// Signs that were turned, a line for each channel; where they were not turned in all recordings alike that is said.
-fn signs(written: &[Written], plan: &Plan, files: &[File]) -> Vec<String> {
+/// Signs that were turned, a line for each channel; where they were not turned in all recordings alike, or a recording's own
+/// readings show another sign than its column has, that is said.
+fn said(written: &[Written], plan: &Plan, files: &[File]) -> Vec<String> {
     let mut notes = Vec::new();
     for c in Channel::ALL {
         let having: Vec<&Written> = written
@@ -157,6 +244,19 @@ fn signs(written: &[Written], plan: &Plan, files: &[File]) -> Vec<String> {
                 c.name(),
                 having.len(),
                 others.join(", ")
+            ));
+        }
+        let against: Vec<&str> = having
+            .iter()
+            .filter(|w| w.shown[c.index()] * if w.turned.contains(&c) { -1.0 } else { 1.0 } < 0.0)
+            .map(|w| plan.recordings[w.recording].name.as_str())
+            .collect();
+        if !against.is_empty() {
+            notes.push(format!(
+                "the sign of {} is that of its column in all recordings together; {} by itself shows the other one: look there, \
+                 or say the sign with --map",
+                c.name(),
+                against.join(", ")
             ));
         }
     }

@@ -239,3 +239,44 @@ fn names_with_commas_shift_no_column_quoted_or_not() {
         assert_eq!(source.groups()[0].channels[2].unit, "N", "{head}");
     }
 }
+
+#[test]
+fn headers_of_the_blocks_of_a_rheometer_are_no_samples() {
+    let mut text = String::from("Project:,glue,,,\r\n,,,,\r\nResult:,Measurement 1,,,\r\n,,,,\r\n");
+    // more lines than are looked at together, few lines, and one that begins with samples not taken
+    let lengths = [600usize, 40, 30];
+    for (n, length) in lengths.iter().enumerate() {
+        text += &format!("Interval and data points:,{},{length},,\r\n", n + 1);
+        text += "Interval data:,Point No.,Normal Force,Gap,Time\r\n,,,,\r\n,,[N],[mm],[s]\r\n";
+        for i in 0..*length {
+            if n == 2 && i < 3 {
+                text += &format!(",{}  (invalid),,,\r\n", i + 1);
+            } else {
+                text += &format!(",{},0.{:03},{}.5,{}.25\r\n", i + 1, i % 50, 700 - i, i);
+            }
+        }
+        text += ",,,,\r\n";
+    }
+    let (_folder, path) = in_folder("rheometer.csv");
+    write(&path, text).unwrap();
+    let all = read(&path).unwrap();
+    let source = instruments::open(&path).unwrap();
+    assert_eq!(all.iter().map(|g| g[0].len()).collect::<Vec<_>>(), [600, 40, 27]);
+    for (group, samples) in source.groups().iter().zip(&all) {
+        let columns: Vec<_> = group.channels.iter().map(|c| (c.name.as_str(), c.unit.as_str())).collect();
+        assert_eq!(columns, [("Point No.", ""), ("Normal Force", "N"), ("Gap", "mm"), ("Time", "s")]);
+        assert!(samples[1].iter().all(|f| *f < 0.05), "{samples:?}");
+    }
+}
+
+#[test]
+fn a_remark_beside_the_samples_is_of_them() {
+    let mut text = String::from("Remark,t [s],F [N]\n");
+    for i in 0..60 {
+        text += &format!("{},{i}.5,{i}.25\n", if i == 50 || i == 59 { "tapped" } else { "" });
+    }
+    let (_folder, path) = in_folder("remarks.csv");
+    write(&path, text).unwrap();
+    let all = read(&path).unwrap();
+    assert_eq!((all.len(), all[0][0].len(), all[0][1][50]), (1, 60, 50.25));
+}

@@ -105,6 +105,17 @@ impl Answer {
         gated(|| self.made.create(name)?.write_all(bytes))
     }
 
+    /// Writes the file `name` of this answer anew, which [`Answer::write`] wrote.
+    ///
+    /// # Errors
+    /// As the file system gives them; a name that was not written, or that leads out of the answer.
+    pub fn rewrite(&self, name: &str, bytes: &[u8]) -> Result<()> {
+        gated(|| {
+            self.made.remove(name)?;
+            self.made.create(name)?.write_all(bytes)
+        })
+    }
+
     /// Takes the finished rows in as `name`, which were written in the answer's folder while they were worked out.
     pub fn take(&mut self, rows: Part, name: &str) {
         self.taken.push((rows, name.into()));

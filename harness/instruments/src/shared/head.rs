@@ -56,20 +56,29 @@ fn channel(name: &str, unit: &str) -> Channel {
 /// The rows right above the table that have a cell for its columns, the lowest first: index and cells.
 fn above<'a>(rows: &'a [Option<Row>], used: &[usize]) -> Vec<(usize, &'a [String])> {
     let one_column = used.last() == Some(&0);
-    let mut above = Vec::new();
+    let mut above: Vec<(usize, &[String])> = Vec::new();
     for (i, row) in rows.iter().enumerate().rev() {
+        // a blank row may part units in brackets from the names above them
+        let over_units = match above.as_slice() {
+            [(_, units)] => all_bracketed(units, used),
+            _ => false,
+        };
         let Some(row) = row else {
-            if above.is_empty() {
+            if above.is_empty() || over_units {
                 continue;
             }
             break;
         };
         let cells = &row.cells;
+        if above.is_empty() && used.len() > 1 && is_unmeasured(cells) {
+            continue;
+        }
         let filled = filled(cells, used).count();
         let sentence =
             one_column && cells.first().is_some_and(|t| t.contains(": ") || t.contains('=') || t.ends_with(':'));
         // a label to the left of the table: `labelled` takes such rows
-        let label = !used.contains(&0) && cells.first().is_some_and(|t| !t.is_empty());
+        let names = over_units && filled == used.len();
+        let label = !used.contains(&0) && cells.first().is_some_and(|t| !t.is_empty()) && !names;
         // the column of an index may be without a name
         let index = cells.first().is_some_and(String::is_empty) && filled > 0 && filled + 1 == used.len();
         if filled * 2 <= used.len() && !index || sentence || label || !row.fits || above.len() == TITLES {
@@ -78,6 +87,14 @@ fn above<'a>(rows: &'a [Option<Row>], used: &[usize]) -> Vec<(usize, &'a [String
         above.push((i, cells.as_slice()));
     }
     above
+}
+
+/// Whether a row is of a sample that was not taken: the number of the sample with a word behind it, as in `17 (invalid)`.
+fn is_unmeasured(cells: &[String]) -> bool {
+    let mut filled = cells.iter().filter(|t| !t.is_empty());
+    let (Some(cell), None) = (filled.next(), filled.next()) else { return false };
+    let word = cell.trim_start_matches(|c: char| c.is_ascii_digit());
+    word.len() < cell.len() && word.trim_start().starts_with('(')
 }
 
 /// Which of the rows above are names and units: the units are the lowest row of units with a row above it; the names

@@ -212,7 +212,20 @@ fn layout(rows: &[Option<Vec<Cell>>], run: &Run, dialect: Dialect) -> Layout {
     };
     let start = first_line(rows, run.first, set.len(), fits);
     let clash = |row: &[Cell]| set.iter().any(|c| matches!(row.get(*c), Some(Cell::Text | Cell::Date)));
-    let table: Vec<&Vec<Cell>> = rows[start..].iter().flatten().take_while(|r| !clash(r)).collect();
+    let below: Vec<&Vec<Cell>> = rows[start..].iter().flatten().collect();
+    let end = below.iter().position(|r| clash(r));
+    let mut table = below[..end.unwrap_or(below.len())].to_vec();
+    // right above a line that is none of the table, a line with a text in a column that was empty so far is of the next header
+    let text = |r: &[Cell], c: usize| matches!(r.get(c), Some(Cell::Text | Cell::Date));
+    let begins = |t: &[&Vec<Cell>]| match t {
+        [above @ .., last] => {
+            (0..last.len()).any(|c| text(last, c) && above.iter().all(|r| matches!(r.get(c), None | Some(Cell::Empty))))
+        }
+        [] => false,
+    };
+    while end.is_some() && table.len() > 1 && begins(&table) {
+        table.pop();
+    }
     let table = if table.is_empty() { head } else { table };
     let mut kinds: Vec<Kind> = Vec::new();
     // a column that begins further down is none: a line with more cells than the first ones is at fault

@@ -49,6 +49,15 @@ struct Odd {
     after_blank: bool,
 }
 
+/// A line that may be a sample, or the first line of the next header.
+struct Doubt {
+    mark: Mark,
+    line: u64,
+    row: Vec<f64>,
+    /// Columns whose kind it decided.
+    decided: Vec<usize>,
+}
+
 /// Reads the lines of a table.
 pub(crate) struct Walk {
     path: PathBuf,
@@ -71,6 +80,8 @@ pub(crate) struct Walk {
 
 enum Row {
     Samples,
+    /// Samples, and a text in a column that was empty so far: a line of the next header, where a line of names follows.
+    Doubtful,
     /// Texts in columns of text only.
     Remark,
     Odd {
@@ -109,6 +120,8 @@ impl Walk {
         let mut blank = false;
         // the first line that does not fit, the last one, and whether one of them is a line of names
         let mut odd: Option<(Odd, Odd, bool)> = None;
+        // a doubtful line: its place, its samples, and the columns that it decided
+        let mut doubt: Option<Doubt> = None;
         while self.count < most {
             let mark = lines.mark();
             let Some(line) = lines.next()? else { break };
@@ -119,17 +132,41 @@ impl Walk {
             if comment(line.text, self.dialect.delimiter).is_some() {
                 continue;
             }
-            let row = self.parse(line.text);
+            let mut row = self.parse(line.text);
+            if let Some(of) = doubt.take_if(|_| odd.is_none()) {
+                if let Row::Odd { names: true, .. } = row {
+                    for c in &of.decided {
+                        self.columns[*c] = Column::new(Kind::Open);
+                    }
+                    doubt = Some(of);
+                } else {
+                    self.count += 1;
+                    if sink(&of.row).is_break() || self.count == most {
+                        return Ok(Stop::End);
+                    }
+                }
+            }
+            if matches!(row, Row::Doubtful) {
+                if odd.is_none() && self.count > 0 && line.ended {
+                    let (decided, kept) = (std::mem::take(&mut self.decided), self.row.clone());
+                    doubt = Some(Doubt { mark, line: line.number, row: kept, decided });
+                    self.note_form(line.text);
+                    blank = false;
+                    continue;
+                }
+                row = Row::Samples;
+            }
             if !line.ended && self.count > 0 && self.is_cut(line.text, &row) {
                 self.notes.push(format!("line {}: the last line was cut and is left out", line.number));
                 break;
             }
             match row {
                 Row::Remark => {}
-                Row::Samples => {
+                Row::Samples | Row::Doubtful => {
                     if let Some((first, last, names)) = odd {
                         let header = first.after_blank && !first.alone || names || last.names;
-                        return if header { Ok(Stop::Header(first.mark)) } else { Err(self.fault(&first)) };
+                        let begin = doubt.map_or(first.mark, |d| d.mark);
+                        return if header { Ok(Stop::Header(begin)) } else { Err(self.fault(&first)) };
                     }
                     self.note_form(line.text);
                     self.count += 1;
@@ -152,12 +189,19 @@ impl Walk {
             }
             blank = false;
         }
+        if let Some(of) = doubt.as_ref().filter(|_| odd.is_none()) {
+            self.count += 1;
+            let _ = sink(&of.row);
+        }
         if let Some((first, _, _)) = odd {
             if first.alone && first.first_value {
                 return Err(self.fault(&first));
             }
-            self.notes
-                .push(format!("from line {} on text follows the table and is left out: {}", first.line, first.cell));
+            self.notes.push(format!(
+                "from line {} on text follows the table and is left out: {}",
+                doubt.map_or(first.line, |d| d.line),
+                first.cell
+            ));
         }
         Ok(Stop::End)
     }
@@ -239,6 +283,7 @@ impl Walk {
         let names = || texts > 1 && values == 0 && self.all_differ(line);
         match first_bad {
             Some(column) => Row::Odd { column, alone: bad == 1 && values > 0, names: names(), first_value: column > 0 },
+            None if values > 0 && self.decided.iter().any(|c| self.columns[*c].kind == Kind::Text) => Row::Doubtful,
             None if values > 0 || missing => Row::Samples,
             None => Row::Remark,
         }
