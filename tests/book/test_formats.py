@@ -34,3 +34,9 @@ def test_the_page_names_every_key(page):
     wanted = keys(page)
     assert len(wanted) > 15
     assert not wanted - words, f"docs/src/formats/{page}.md does not name {', '.join(sorted(wanted - words))}"
+
+
+def test_how_often_intervals_hold_is_what_the_proof_says():
+    proof = (SOURCE / "proof.md").read_text()
+    many, share = re.search(r"^\| parameters inside their 95 % interval [^|]*\| (\d+) \| (\d+) %", proof, re.M).groups()
+    assert f"{share} % of {many} parameters lay inside theirs" in (SOURCE / "formats/verdict.md").read_text()

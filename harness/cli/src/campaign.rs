@@ -4,6 +4,7 @@ use crate::print::Shown;
 use anyhow::{bail, Context, Result};
 use diagnose::verdict::Input;
 use host::{Fmus, Isolation};
+use output::Entry;
 use plant::machine::Machine;
 use record::Campaign;
 use sha2::{Digest, Sha256};
@@ -112,10 +113,10 @@ pub fn content(inputs: &[Input]) -> String {
     output::hexadecimal(&hash.finalize())
 }
 
-/// The hash of a file of text; None where it cannot be read.
-pub fn hashed(file: &Path) -> Option<String> {
-    let text = input::text(file, input::TEXT).ok()?;
-    Some(output::hexadecimal(&Sha256::digest(text)))
+/// A file of any size with its hash; None where it cannot be read.
+pub fn hashed(file: &Path) -> Option<Input> {
+    let name = file.file_name()?.to_string_lossy().into_owned();
+    Some(Input { file: name, sha256: Entry::of(file, "").ok()?.sha256 })
 }
 
 /// The files of the campaign in `dir`, each with its hash: campaign.toml, the recordings that it lists, also those that are

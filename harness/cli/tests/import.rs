@@ -140,6 +140,10 @@ fn recordings_rewritten_as_an_instrument_writes_them_import_to_the_same() {
     assert!(code == Some(0) && said.contains("nothing contradicts"), "{said}{err}");
     let page = std::fs::read_to_string(out.join("import.html")).unwrap();
     assert!(page.matches("<figure>").count() == 60 && page.contains("Temperatur"));
+    // and where it comes from
+    let foot = page.split("<footer class=\"trace\"").nth(1).unwrap();
+    let hash = output::Entry::of(&files[0], "").unwrap().sha256;
+    assert!(foot.contains("import ") && foot.contains(&hash) && foot.contains(&name(0)), "{foot}");
 }
 
 /// `touchdown fit` of a campaign: k and p, each with its interval.

@@ -75,6 +75,8 @@ pub struct Options {
     pub name: String,
     pub material: Option<String>,
     pub terms: Option<Vec<String>>,
+    /// Name and value of each line at the foot of the page: where it comes from.
+    pub trace: Vec<(String, String)>,
 }
 
 impl Default for Options {
@@ -97,6 +99,7 @@ impl Default for Options {
             name: "campaign".into(),
             material: None,
             terms: None,
+            trace: Vec::new(),
         }
     }
 }

@@ -111,5 +111,5 @@ pub(crate) fn preview(files: &[File], plan: &Plan, out: &Outcome, o: &Options) -
             }
         }
     }
-    page
+    page.trace(&o.trace)
 }

@@ -268,6 +268,7 @@ mod native {
             split_columns: i.split_columns,
             least: i.least,
             skip_bad: i.skip_bad,
+            command: "touchdown_impact.import_".into(),
         };
         followed(py, &notify, move |follow| {
             let taken = tasks::import::imported(&o, None, follow.as_ref())?;

@@ -4,6 +4,7 @@ use super::form::Form;
 use super::terminal::Terminal;
 use crate::print::{self, Shown};
 use crate::tasks::import::{imported, words, Options};
+use crate::typed;
 use anyhow::Result;
 use import::{amount, Facts, Missing};
 use std::io::{BufRead, IsTerminal};
@@ -132,6 +133,7 @@ impl Arguments {
             split_columns: self.split_columns,
             least: self.least,
             skip_bad: self.skip_bad,
+            command: typed::line(),
         }
     }
 }

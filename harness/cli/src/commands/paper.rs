@@ -1,9 +1,11 @@
 //! `touchdown paper`.
 
 use crate::print::{self, Shown};
+use crate::typed::{self, COMMIT};
 use anyhow::{anyhow, Result};
 use chart::{Chart, Page, Style};
 use estimate::paper::{contactor_table, drop, repeat, AGREED, MASS, SPEED};
+use report::trace::Made;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -68,7 +70,8 @@ pub fn run(a: &Arguments) -> Result<ExitCode> {
         .chart(&fall, &format!("Paper figure 8: objective by iteration; the paper agrees by {AGREED}"))
         .section("Contactor (paper figures 10 to 12)")
         .paragraph("The paper prints the estimated stiffness as 2270 N/m beside a calculated 19300 N/mm. In N/m the bar would sink deeper than it falls; in N/mm peak and duration are those of an impact.")
-        .table(&h.iter().map(String::as_str).collect::<Vec<_>>(), &rows);
+        .table(&h.iter().map(String::as_str).collect::<Vec<_>>(), &rows)
+        .trace(&Made::now(COMMIT, &typed::line())?.rows());
     let path = a.out.join("report.html");
     print::warnings(&crate::place::write(&a.out, "paper", &[("report.html", page.html().as_bytes())])?);
     print::beside(&format!("{estimation}\n{contactor}\npictures: {}\n", path.shown()));

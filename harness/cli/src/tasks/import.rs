@@ -1,10 +1,13 @@
 //! A campaign made out of the files that instruments write.
 
 use super::Follow;
+use crate::campaign::hashed;
 use crate::print::Shown;
+use crate::typed::COMMIT;
 use anyhow::{anyhow, bail, ensure, Context, Result};
 use import::{amount, look_at, parse_map, plan, File, Missing, Outcome, Pattern, Plan, Table};
 use record::Kind;
+use report::trace::{self, Made};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -51,6 +54,8 @@ pub struct Options {
     pub least: f64,
     /// Whether files that hold no recording are left out, instead of refusing them all.
     pub skip_bad: bool,
+    /// The command as typed.
+    pub command: String,
 }
 
 /// A flag's amount.
@@ -249,6 +254,7 @@ pub fn imported(options: &Options, ask: Option<Ask<'_>>, follow: &dyn Follow) ->
     let out = options.out.as_deref().context("give a folder for the campaign")?;
     ensure!(!out.exists(), "{}: is there already; give another --out, or move it away", out.shown());
     given_once(&options.files)?;
+    let made = Made::now(COMMIT, &options.command)?;
     follow.begin("import: looking at files", options.files.len() as u64);
     let mut files = Vec::new();
     let mut faults = Vec::new();
@@ -276,6 +282,8 @@ pub fn imported(options: &Options, ask: Option<Ask<'_>>, follow: &dyn Follow) ->
         let cure = Some(cure.to_string()).filter(|_| skip);
         bail!(faults.iter().chain(&missing).chain(&cure).cloned().collect::<Vec<_>>().join("\n"));
     }
+    let read: Vec<_> = options.files.iter().filter_map(|f| hashed(f)).collect();
+    o.trace = made.rows().into_iter().chain(trace::files(&read)).collect();
     follow.begin("import: writing recordings", files.len() as u64);
     let outcome = import::write(out, &files, &planned, &o, &|path| {
         follow.add(1);

@@ -1,17 +1,17 @@
 //! A scenario or a system of FMUs simulated.
 
 use super::Follow;
+use crate::campaign::hashed;
 use crate::place;
 use crate::print::Shown;
 use crate::typed::COMMIT;
 use anyhow::{ensure, Context, Error, Result};
-use diagnose::verdict::Input;
 use host::{HostError, Isolation};
 use report::run::{page, Done, Summary};
 use report::trace::{files, Made};
 use scenario::{simulate_as_far, table, Case, Outcome, Scenario, Source, Through};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// What to simulate, and how.
 #[derive(Clone, Debug, Default)]
@@ -72,12 +72,6 @@ fn of_fmu(e: &Error) -> bool {
     e.chain().any(|c| c.downcast_ref::<HostError>().is_some())
 }
 
-/// The scenario's file with its hash; None where it cannot be read.
-fn input_of(scenario: &Path) -> Option<Input> {
-    let bytes = crate::campaign::hashed(scenario)?;
-    Some(Input { file: scenario.file_name()?.to_string_lossy().into_owned(), sha256: bytes })
-}
-
 /// Simulates a scenario or a system and writes what comes out, as far as it came where it was broken off.
 ///
 /// # Errors
@@ -94,7 +88,7 @@ pub fn simulated(o: &Options, follow: &dyn Follow) -> Result<Ran> {
     only(o.step.is_some(), "--step")?;
     only(o.stop.is_some(), "--stop")?;
     let made = Made::now(COMMIT, &o.command)?;
-    let read = input_of(&o.scenario);
+    let read = hashed(&o.scenario);
     let scenario = Scenario::load(&o.scenario)?;
     let mut cases = scenario.cases();
     let mut source = Source::new(o.isolation.clone());
