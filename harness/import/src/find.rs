@@ -145,7 +145,7 @@ pub fn find(e: &Envelope, from: u64, least: f64) -> Found {
     let runs = runs(e.buckets(level.channel.index()).unwrap_or(&[]), &level, e.rows);
     let end = |i: usize| e.times.get(i + 1).or(e.times.last()).copied().unwrap_or(0.0);
     let mut all: Vec<Drop> = Vec::new();
-    // what stands out right before a contact
+    // what stands out right before a contact, and is shorter
     let mut before: Vec<Drop> = Vec::new();
     let mut ended = f64::NEG_INFINITY;
     for r in &runs {
@@ -156,7 +156,7 @@ pub fn find(e: &Envelope, from: u64, least: f64) -> Found {
         // nothing falls once more within the time that a contact lasts: another hump of the same impact
         let is_hump = |d: &Drop| at - ended < d.length.max(end(r.last) - at);
         match all.last_mut() {
-            Some(d) if is_hump(d) && r.peak > RELEASE * d.peak => {
+            Some(d) if is_hump(d) && r.peak > RELEASE * d.peak && d.length < end(r.last) - at => {
                 before.push(d.clone());
                 *d = Drop { contacts: vec![rows], at, length: end(r.last) - at, peak: r.peak };
             }
@@ -218,8 +218,9 @@ pub fn contact(y: &[f64], level: &Level) -> Option<Contact> {
     Some(Contact { first, last })
 }
 
-/// The contact that is the main event among samples of the channel of `level`: the first that no later one exceeds as far as
-/// an impact exceeds what comes shortly before it. None where no three samples in a row reach the level.
+/// The contact that is the main event among samples of the channel of `level`: the first that is no bump right before another, which
+/// is as far harder as an impact is than what comes shortly before it, longer, and no further away than it is long. None where no three
+/// samples in a row reach the level.
 pub fn hardest(y: &[f64], level: &Level) -> Option<Contact> {
     let mut all: Vec<(Contact, f64)> = Vec::new();
     let mut from = 0;
@@ -229,8 +230,14 @@ pub fn hardest(y: &[f64], level: &Level) -> Option<Contact> {
         let peak = y[k.first..=k.last].iter().map(|v| (v - level.base).abs()).fold(0.0, f64::max);
         all.push((k, peak));
     }
-    let largest = all.iter().map(|k| k.1).fold(0.0, f64::max);
-    all.into_iter().find(|k| RELEASE * k.1 >= largest).map(|k| k.0)
+    let length = |k: &Contact| k.last - k.first;
+    let is_bump = |(i, (k, peak)): (usize, &(Contact, f64))| {
+        all[i + 1..].iter().any(|(next, harder)| {
+            *harder > RELEASE * peak && length(next) > length(k) && next.first - k.last < length(next)
+        })
+    };
+    let main = all.iter().enumerate().position(|k| !is_bump(k))?;
+    Some(all.swap_remove(main).0)
 }
 
 #[cfg(test)]
@@ -245,19 +252,20 @@ pub(crate) mod tests {
         3.46 * ((z >> 11) as f64 / (1u64 << 53) as f64 - 0.5)
     }
 
+    /// Sum of half sines, each (row, rows, peak), in row `i`.
+    fn half_sines(i: u64, pulses: &[(u64, u64, f64)]) -> f64 {
+        let at = pulses.iter().filter(|p| (p.0..p.0 + p.1).contains(&i));
+        at.map(|p| p.2 * (std::f64::consts::PI * (i - p.0) as f64 / p.1 as f64).sin()).sum()
+    }
+
     /// A course of one channel: noise and half sines, each (row, rows, peak).
     fn course(channel: Channel, n: u64, step: f64, base: f64, pulses: &[(u64, u64, f64)]) -> Found {
         let mut has = [false; 3];
         has[channel.index()] = true;
         let mut e = Envelope::new(has);
         for i in 0..n {
-            let pulse: f64 = pulses
-                .iter()
-                .filter(|p| (p.0..p.0 + p.1).contains(&i))
-                .map(|p| p.2 * (std::f64::consts::PI * (i - p.0) as f64 / p.1 as f64).sin())
-                .sum();
             let mut row = [f64::NAN; 3];
-            row[channel.index()] = base + noise(i) + pulse;
+            row[channel.index()] = base + noise(i) + half_sines(i, pulses);
             e.add(step * i as f64, row);
         }
         find(&e, 0, 0.05)
@@ -296,15 +304,22 @@ pub(crate) mod tests {
         assert_eq!((f.drops.len(), f.drops[0].contacts.len()), (1, 2), "{f:?}");
         assert!(f.drops[0].at > 0.0501 && f.drops[0].length > 1e-3, "{f:?}");
         assert!(f.left[0].contains("no contact of its own"), "{:?}", f.left);
-        let pulse = |i: u64, p: (u64, u64, f64)| match i.checked_sub(p.0) {
-            Some(n) if n < p.1 => p.2 * (std::f64::consts::PI * n as f64 / p.1 as f64).sin(),
-            _ => 0.0,
-        };
-        let y: Vec<f64> = (0..20_000).map(|i| noise(i) + pulses.iter().map(|p| pulse(i, *p)).sum::<f64>()).collect();
+        let y: Vec<f64> = (0..20_000).map(|i| noise(i) + half_sines(i, &pulses)).collect();
         let level = f.level.unwrap();
         assert!(contact(&y, &level).unwrap().first < 5_010);
         let k = hardest(&y, &level).unwrap();
         assert!(k.first >= 5_012 && k.last > 5_120, "{k:?}");
+    }
+
+    #[test]
+    fn a_long_contact_is_no_bump_before_a_shorter_and_harder_one() {
+        // a body that dives, and is caught
+        let pulses = [(5_000, 900, 60.0), (6_500, 200, 300.0)];
+        let f = course(Channel::Force, 20_000, 1e-5, 0.0, &pulses);
+        assert!(f.drops.len() == 1 && f.drops[0].at < 0.051 && f.left.is_empty(), "{f:?}");
+        let y: Vec<f64> = (0..20_000).map(|i| noise(i) + half_sines(i, &pulses)).collect();
+        let k = hardest(&y, &f.level.unwrap()).unwrap();
+        assert!(k.first < 5_100 && k.last < 6_000, "{k:?}");
     }
 
     #[test]
