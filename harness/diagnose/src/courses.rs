@@ -367,7 +367,7 @@ mod tests {
         write_campaign(dir.path(), &recipe).unwrap();
         let mut c = record::load(dir.path(), &mechanisms::terms()).unwrap();
         let deepest = |x: &[f64]| x.iter().copied().filter(|x| x.is_finite()).fold(0.0, f64::max);
-        let truth: Vec<f64> = c.recordings.iter().map(|r| deepest(r.channels[2].as_ref().unwrap())).collect();
+        let made: Vec<f64> = c.recordings.iter().map(|r| deepest(r.channels[2].as_ref().unwrap())).collect();
         for r in &mut c.recordings {
             (r.channels[1], r.channels[2]) = (None, None);
             let force = r.channels[0].as_mut().unwrap();
@@ -384,13 +384,13 @@ mod tests {
             read.zeros[r] = [0.02 / 1.02 * record::range(rec.y[0].as_ref().unwrap()), 0.0, 0.0];
         }
         let mut errors = Vec::new();
-        for (r, truth) in truth.iter().enumerate() {
+        for (r, made) in made.iter().enumerate() {
             let (trace, _) = base.predict(r);
             let touch =
                 Contact { speed: data.records[r].speed.unwrap().0, ..contact(&trace, &data.records[r].setup.time) };
             let off = |read: &Reading| {
                 let x = view.measured(r, &touch, read, false).hysteresis.penetration;
-                (deepest(&x) / truth - 1.0).abs()
+                (deepest(&x) / made - 1.0).abs()
             };
             let raw = Reading { gain: [1.0; 3], zeros: vec![[0.0; 3]; data.records.len()] };
             errors.push((off(&read), off(&raw)));

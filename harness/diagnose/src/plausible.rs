@@ -3,8 +3,8 @@
 use crate::agreement::{agreement, Agreement};
 use estimate::condition::Invalid;
 use estimate::problem::{Data, Record};
-use estimate::statistics::median;
 use nalgebra::{DMatrix, DVector};
+use record::statistics::median;
 use record::{Campaign, Kind, Recording, GRAVITY};
 
 /// Factor beyond which two measurements of one thing are in different units: the smallest step between neighbouring

@@ -1,7 +1,8 @@
 //! The impact in a recording: where it is, and whether it is one at all.
 
-use crate::statistics::{means, median, spread_of_course, thirds};
+use crate::statistics::{means, spread_of_course, thirds};
 use plant::noise::Stretch;
+use record::statistics::median;
 use record::{Kind, Recording};
 use statrs::function::erf::erfc;
 

@@ -21,7 +21,7 @@ pub mod scan;
 pub mod simplex;
 pub mod smooth;
 pub mod starts;
-pub mod statistics;
+mod statistics;
 pub mod structure;
 pub mod usable;
 pub mod vertices;

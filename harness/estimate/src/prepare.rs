@@ -7,11 +7,11 @@ use crate::condition::{
 use crate::coupling;
 use crate::fitted::Fitted;
 use crate::problem::{Data, Options, Record};
-use crate::statistics::spread;
 use crate::structure::{Structure, Term};
 use mechanisms::mechanism::Origin;
 use plant::simulate::Trace;
 use rayon::prelude::*;
+use record::statistics::spread;
 use record::{Campaign, Channel, Kind};
 use std::sync::Arc;
 

@@ -118,28 +118,29 @@ impl<'a> Response<'a> {
         let mut out = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
         let (mut x, mut v) = (0.0, 0.0);
         let (push, shown) = if place == Place::Contact { (-1.0, 1.0) } else { (1.0, 0.0) };
-        let acceleration = |i: usize, w: f64, x: f64, v: f64| {
+        // k, c and the force that pushes the body, a share w of the way from sample i to the next
+        let at = |i: usize, w: f64| {
             let j = (i + 1).min(n - 1);
-            let k = tangent[i].0 * (1.0 - w) + tangent[j].0 * w;
-            let c = tangent[i].1 * (1.0 - w) + tangent[j].1 * w;
-            let d = drive[i] * (1.0 - w) + drive[j] * w;
-            (push * d - k * x - c * v) / mass
+            let between = |a: f64, b: f64| a * (1.0 - w) + b * w;
+            let (k, c) = (between(tangent[i].0, tangent[j].0), between(tangent[i].1, tangent[j].1));
+            (k, c, push * between(drive[i], drive[j]))
+        };
+        let acceleration = |i: usize, w: f64, x: f64, v: f64| {
+            let (k, c, force) = at(i, w);
+            (force - k * x - c * v) / mass
         };
         for i in 0..n {
             out[0][i] = tangent[i].0 * x + tangent[i].1 * v + shown * drive[i];
             out[1][i] = acceleration(i, 0.0, x, v);
             out[2][i] = x;
-            if i + 1 < n && is_stiff(time[i + 1] - time[i], mass, &tangent[i..=i + 1]) {
-                let h = time[i + 1] - time[i];
-                let at = |w: f64| {
-                    let of = |a: f64, b: f64| a * (1.0 - w) + b * w;
-                    let (k, c) = (of(tangent[i].0, tangent[i + 1].0), of(tangent[i].1, tangent[i + 1].1));
-                    (k, c, push * of(drive[i], drive[i + 1]))
-                };
-                (x, v) = stiff_step(h, mass, at, (x, v));
-            } else if i + 1 < n {
+            if i + 1 == n {
+                break;
+            }
+            let h = time[i + 1] - time[i];
+            if is_stiff(h, mass, &tangent[i..=i + 1]) {
+                (x, v) = stiff_step(h, mass, |w| at(i, w), (x, v));
+            } else {
                 // classical fourth-order step
-                let h = time[i + 1] - time[i];
                 let (a1, v1) = (acceleration(i, 0.0, x, v), v);
                 let (a2, v2) = (acceleration(i, 0.5, x + 0.5 * h * v1, v + 0.5 * h * a1), v + 0.5 * h * a1);
                 let (a3, v3) = (acceleration(i, 0.5, x + 0.5 * h * v2, v + 0.5 * h * a2), v + 0.5 * h * a2);
@@ -152,14 +153,14 @@ impl<'a> Response<'a> {
     }
 }
 
-/// Ends of the interval in which the classical Runge-Kutta method of fourth order is stable, on the real and on the imaginary
-/// axis (Hairer and Wanner 1996, section IV.2).
-const REAL: f64 = 2.785;
-const IMAGINARY: f64 = 2.828;
+/// Magnitude of a step times an eigenvalue up to which the classical Runge-Kutta method of fourth order is stable, on the real axis (a
+/// damper: 2.785) and on the imaginary one (a spring: 2 sqrt(2)); numbers of the method (Hairer and Wanner 1996, section IV.2).
+const STABLE_DAMPER: f64 = 2.785;
+const STABLE_SPRING: f64 = 2.0 * std::f64::consts::SQRT_2;
 
 /// Whether an explicit step of `h`, s, of a body of `mass`, kg, would grow without end where the contact has one of `tangents`.
 fn is_stiff(h: f64, mass: f64, tangents: &[(f64, f64)]) -> bool {
-    let is = |(k, c): &(f64, f64)| h * c / mass > REAL || h * (k.max(0.0) / mass).sqrt() > IMAGINARY;
+    let is = |(k, c): &(f64, f64)| h * c / mass > STABLE_DAMPER || h * (k.max(0.0) / mass).sqrt() > STABLE_SPRING;
     tangents.iter().any(is)
 }
 

@@ -1,10 +1,11 @@
 //! The second look at a file: the samples of each recording, cut around its impact, signs and zero as the format has them.
 
 use crate::amount::brief;
-use crate::find::{contact, hardest, Contact, Level, STANDS_OUT};
+use crate::find::{contact, main_contact, Contact, Level, STANDS_OUT};
 use crate::split::Track;
 use crate::survey;
 use instruments::Source;
+use record::statistics::{median, spread};
 use record::{Channel, Kind, LARGEST};
 use std::ops::ControlFlow;
 
@@ -24,8 +25,6 @@ const RISING: f64 = 0.6;
 /// Share of the range by which force may miss zero before the touch, and the samples there that show it.
 const TARE: f64 = 0.01;
 const LEARNT: usize = 20;
-/// Median distance of a normal sample from its mean, in standard deviations.
-const NORMAL_MEDIAN: f64 = 0.6745;
 
 /// Which samples a recording takes.
 #[derive(Clone, Debug, PartialEq)]
@@ -210,7 +209,7 @@ fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
         ));
     }
     let mut found = match &span.level {
-        Some(level) => channels[level.channel.index()].as_ref().and_then(|y| hardest(y, level)),
+        Some(level) => channels[level.channel.index()].as_ref().and_then(|y| main_contact(y, level)),
         None => None,
     };
     if span.cut == Cut::Around && found.is_none() {
@@ -223,12 +222,10 @@ fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
         channels.iter_mut().flatten().for_each(|y| *y = y[from..to].to_vec());
         (k.first, k.last) = (k.first - from, k.last - from);
     }
-    let pressed = channels[0].as_deref().filter(|_| kind == Kind::Indentation).and_then(press);
+    let press_force = channels[0].as_deref().filter(|_| kind == Kind::Indentation);
+    let pressed = press_force.and_then(press);
     // what begins within the contact does not show which way is into it
-    let free = match channels[0].as_deref().filter(|_| kind == Kind::Indentation) {
-        Some(force) => pressed.as_ref().is_some_and(|k| begins_free(force, k)),
-        None => true,
-    };
+    let free = press_force.is_none_or(|force| pressed.as_ref().is_some_and(|k| begins_free(force, k)));
     found = pressed.clone().or(found);
     let (mut turned, mut shown) = (Vec::new(), [0.0; 3]);
     for c in Channel::ALL {
@@ -290,11 +287,10 @@ const START: usize = 3;
 /// Standard deviation of the noise of samples, in their unit: by the median of the second differences, which a slow course
 /// leaves out; where more than half of these are zero, by the smallest step between samples. Zero where all are equal.
 fn noise(y: &[f64]) -> f64 {
-    let mut second: Vec<f64> = y.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
-    second.sort_by(f64::total_cmp);
-    let middle = second.get(second.len() / 2).copied().unwrap_or(0.0);
-    if middle > 0.0 {
-        return middle / (NORMAL_MEDIAN * 6f64.sqrt());
+    let second: Vec<f64> = y.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
+    let sd = if second.is_empty() { 0.0 } else { spread(second) / 6f64.sqrt() };
+    if sd > 0.0 {
+        return sd;
     }
     let step = y.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
     if step.is_finite() {
@@ -369,31 +365,29 @@ fn press(force: &[f64]) -> Option<Contact> {
     let rest = mean(&force[..force.len().min(START)]);
     let noise = noise(force);
     let k = contact(force, &Level::of(Channel::Force, rest, noise, force))?;
-    let mut before = force[..k.first].to_vec();
+    let before = &force[..k.first];
     // few samples before it are a rise as likely as a level
     let (middle, scatter) = if before.len() < LEARNT {
         (force[0], noise)
     } else {
-        let middle = median(&mut before).unwrap_or(rest);
-        let mut apart: Vec<f64> = before.iter().map(|v| (v - middle).abs()).collect();
-        (middle, noise.max(median(&mut apart).unwrap_or(0.0) / NORMAL_MEDIAN))
+        let middle = median(before.to_vec());
+        (middle, noise.max(spread(before.iter().map(|v| (v - middle).abs()).collect())))
     };
     let side = (force[k.first] - rest).signum();
-    let first = force[..k.first].iter().rposition(|v| side * (v - middle) <= scatter).map_or(0, |i| i + 1);
+    let first = before.iter().rposition(|v| side * (v - middle) <= scatter).map_or(0, |i| i + 1);
     Some(Contact { first, last: k.last })
+}
+
+/// Force of a press before it rises, N; and whether that is none.
+fn at_rest(force: &[f64], k: &Contact) -> (f64, bool) {
+    let rest = mean(&force[..k.first.max(1)]);
+    let most = force.iter().fold(0.0, |m: f64, v| m.max((v - rest).abs()));
+    (rest, rest.abs() <= (TARE * most).max(noise(force)))
 }
 
 /// Whether a press begins outside the contact: its force stays before it rises, or is none at the start.
 fn begins_free(force: &[f64], k: &Contact) -> bool {
-    let rest = mean(&force[..k.first.max(1)]);
-    let most = force.iter().fold(0.0, |m: f64, v| m.max((v - rest).abs()));
-    k.first >= LEARNT || rest.abs() <= (TARE * most).max(noise(force))
-}
-
-/// The median, of the upper one of the two middle ones where their number is even; None of nothing.
-fn median(y: &mut [f64]) -> Option<f64> {
-    y.sort_by(f64::total_cmp);
-    y.get(y.len() / 2).copied()
+    k.first >= LEARNT || at_rest(force, k).1
 }
 
 /// Sets the penetration of a press to zero where its contact begins, where it is far from it there, as that of a gap or a
@@ -417,9 +411,8 @@ fn zero_of_press(x: &mut [f64], force: &[f64], pressed: Option<&Contact>) -> Opt
     }
     // it nears the stop while the force stays; else the force has to be none before it rises
     let nears = k.first >= LEARNT && (surface - x[0]).abs() > STANDS_OUT * noise(x);
-    let rest = mean(&force[..k.first.max(1)]);
-    let most = force.iter().fold(0.0, |m: f64, v| m.max((v - rest).abs()));
-    if !nears && rest.abs() > (TARE * most).max(noise(force)) {
+    let (rest, is_none) = at_rest(force, k);
+    if !nears && !is_none {
         return Some(format!(
             "penetration reads {} m and force {} N at the start, which may lie in the contact: the zero was left as it is; \
              {cure}",

@@ -136,6 +136,13 @@ fn runs(buckets: &[Bucket], level: &Level, rows: u64) -> Vec<Run> {
     runs
 }
 
+/// Whether a run of readings that peaks at `peak` and lasts `length` is a bump right before another, the contact: that is as far harder
+/// as an impact is than what comes shortly before it, longer, and begins after a `pause` shorter than it lasts itself. All lengths
+/// in one unit.
+fn is_bump((peak, length): (f64, f64), (next_peak, next_length): (f64, f64), pause: f64) -> bool {
+    next_peak > RELEASE * peak && next_length > length && pause < next_length
+}
+
 /// Finds the drops in a course whose first row is `from`. `least`: share of the largest impact that another has to reach.
 pub fn find(e: &Envelope, from: u64, least: f64) -> Found {
     let shows = |c: Channel| level(c, e.buckets(c.index())?, e.rows);
@@ -153,19 +160,19 @@ pub fn find(e: &Envelope, from: u64, least: f64) -> Found {
         let first = (from + e.rows * r.first as u64).saturating_sub(2).max(from);
         let rows = (first, from + e.rows * (r.last as u64 + 1));
         let at = e.times[r.first];
+        let drop = Drop { contacts: vec![rows], at, length: end(r.last) - at, peak: r.peak };
         // nothing falls once more within the time that a contact lasts: another hump of the same impact
-        let is_hump = |d: &Drop| at - ended < d.length.max(end(r.last) - at);
+        let is_hump = |d: &Drop| at - ended < d.length.max(drop.length);
         match all.last_mut() {
-            Some(d) if is_hump(d) && r.peak > RELEASE * d.peak && d.length < end(r.last) - at => {
-                before.push(d.clone());
-                *d = Drop { contacts: vec![rows], at, length: end(r.last) - at, peak: r.peak };
+            Some(d) if is_bump((d.peak, d.length), (drop.peak, drop.length), at - ended) => {
+                before.push(std::mem::replace(d, drop));
             }
             Some(d) if is_hump(d) => {
                 d.peak = d.peak.max(r.peak);
                 d.contacts.push(rows);
             }
             Some(d) if at - ended < FLIGHT && r.peak < NO_BOUNCE * d.peak => d.contacts.push(rows),
-            _ => all.push(Drop { contacts: vec![rows], at, length: end(r.last) - at, peak: r.peak }),
+            _ => all.push(drop),
         }
         ended = end(r.last);
     }
@@ -218,10 +225,9 @@ pub fn contact(y: &[f64], level: &Level) -> Option<Contact> {
     Some(Contact { first, last })
 }
 
-/// The contact that is the main event among samples of the channel of `level`: the first that is no bump right before another, which
-/// is as far harder as an impact is than what comes shortly before it, longer, and no further away than it is long. None where no three
-/// samples in a row reach the level.
-pub fn hardest(y: &[f64], level: &Level) -> Option<Contact> {
+/// The contact that is the main event among samples of the channel of `level`: the first that is no bump right before another. None
+/// where no three samples in a row reach the level.
+pub fn main_contact(y: &[f64], level: &Level) -> Option<Contact> {
     let mut all: Vec<(Contact, f64)> = Vec::new();
     let mut from = 0;
     while let Some(k) = contact(&y[from..], level) {
@@ -230,13 +236,11 @@ pub fn hardest(y: &[f64], level: &Level) -> Option<Contact> {
         let peak = y[k.first..=k.last].iter().map(|v| (v - level.base).abs()).fold(0.0, f64::max);
         all.push((k, peak));
     }
-    let length = |k: &Contact| k.last - k.first;
-    let is_bump = |(i, (k, peak)): (usize, &(Contact, f64))| {
-        all[i + 1..].iter().any(|(next, harder)| {
-            *harder > RELEASE * peak && length(next) > length(k) && next.first - k.last < length(next)
-        })
+    let of = |(k, peak): &(Contact, f64)| (*peak, (k.last - k.first) as f64);
+    let bump = |(i, k): (usize, &(Contact, f64))| {
+        all[i + 1..].iter().any(|next| is_bump(of(k), of(next), (next.0.first - k.0.last) as f64))
     };
-    let main = all.iter().enumerate().position(|k| !is_bump(k))?;
+    let main = all.iter().enumerate().position(|k| !bump(k))?;
     Some(all.swap_remove(main).0)
 }
 
@@ -307,7 +311,7 @@ pub(crate) mod tests {
         let y: Vec<f64> = (0..20_000).map(|i| noise(i) + half_sines(i, &pulses)).collect();
         let level = f.level.unwrap();
         assert!(contact(&y, &level).unwrap().first < 5_010);
-        let k = hardest(&y, &level).unwrap();
+        let k = main_contact(&y, &level).unwrap();
         assert!(k.first >= 5_012 && k.last > 5_120, "{k:?}");
     }
 
@@ -318,7 +322,7 @@ pub(crate) mod tests {
         let f = course(Channel::Force, 20_000, 1e-5, 0.0, &pulses);
         assert!(f.drops.len() == 1 && f.drops[0].at < 0.051 && f.left.is_empty(), "{f:?}");
         let y: Vec<f64> = (0..20_000).map(|i| noise(i) + half_sines(i, &pulses)).collect();
-        let k = hardest(&y, &f.level.unwrap()).unwrap();
+        let k = main_contact(&y, &f.level.unwrap()).unwrap();
         assert!(k.first < 5_100 && k.last < 6_000, "{k:?}");
     }
 

@@ -6,6 +6,7 @@ mod keys;
 mod load;
 mod samples;
 mod schema;
+pub mod statistics;
 pub mod units;
 pub mod words;
 

@@ -1,7 +1,7 @@
 //! The first contact of a recording as it was read: where it is, and its push.
 
 use estimate::impact::touch;
-use estimate::statistics::median;
+use record::statistics::median;
 use record::{Kind, Recording};
 
 /// Share of its peak above which a push pushes, as the search for impacts has it.

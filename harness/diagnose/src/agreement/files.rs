@@ -3,7 +3,7 @@
 use super::contact::{ends, Contact, AGAIN, PRESSING, SHARE};
 use super::ratio::GAIN;
 use super::{named, Agreement, IN_A_THOUSAND};
-use estimate::statistics::median;
+use record::statistics::median;
 use record::{Campaign, Kind, Recording, GRAVITY};
 
 /// Distance of the last zero and of the surface from where they should be, in depths of the contact.

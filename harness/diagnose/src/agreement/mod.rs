@@ -8,9 +8,9 @@ mod slips;
 use crate::figure::figure;
 use contact::{contact, ends, impulse, push, Contact};
 use estimate::impact::touch;
-use estimate::statistics::median;
 use files::{files, is_flat};
 use ratio::{weighed, Answer, Ratio, Slip, GAIN, MASS, WAY};
+use record::statistics::median;
 use record::{Campaign, Kind, Recording, GRAVITY};
 use serde::Serialize;
 use slips::{

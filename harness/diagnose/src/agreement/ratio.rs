@@ -3,7 +3,7 @@
 //! Each explanation is a density over the logarithm of the ratio; the likeliest one, weighed with how often it is met, is
 //! the answer (Jeffreys 1961, Theory of Probability). No ratio is a limit by itself.
 
-use estimate::statistics::median;
+use record::statistics::median;
 
 /// Standard deviations of calibrations, as shares: force and acceleration, penetration, mass (docs, formats of recordings).
 pub const GAIN: f64 = 0.007;

@@ -33,8 +33,7 @@ impl Verdict {
             heldout_nrmse: Some(h.nrmse),
             heldout_nrmse_of_force: is_imposed.then(|| h.predictions.misfit_of_compared(&d.base.data)),
             heldout_over_noise: noises(h),
-            chi2: None,
-            converged: None,
+            ..Quality::default()
         };
         let quality = |h: &HeldOut, fitted: &estimate::fitted::Fitted| Quality {
             chi2: Some(fitted.chi2()),
@@ -99,13 +98,7 @@ impl Verdict {
     /// The verdict where nothing can be judged, for `reason`; `before`: misfit over range of the simulation as given, on
     /// levels its fit did not see.
     pub fn invalid(c: &Campaign, reason: &str, before: Option<f64>) -> Verdict {
-        let quality = Quality {
-            heldout_nrmse: before,
-            heldout_nrmse_of_force: None,
-            heldout_over_noise: None,
-            chi2: None,
-            converged: None,
-        };
+        let quality = Quality { heldout_nrmse: before, ..Quality::default() };
         Verdict {
             format: FORMAT,
             campaign: c.folder.clone(),

@@ -390,7 +390,7 @@ pub struct Window {
 }
 
 /// How well one fit does.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Quality {
     /// Misfit over range on levels the fit did not see; None where nothing was predicted.
     pub heldout_nrmse: Option<f64>,

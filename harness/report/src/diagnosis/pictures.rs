@@ -250,6 +250,10 @@ pub fn over_speed(page: Page, c: &Campaign, o: &Outcome) -> Page {
         if c.system.is_some() { "the speeds of the penetration before and after" } else { "the impulse" },
         c.recordings.len()
     ));
+    let restitutions = measured.iter().filter_map(|m| m.impact.as_ref()?.restitution);
+    if let Some(remark) = impossible(restitutions) {
+        page = page.paragraph(&remark);
+    }
     type Figure = fn(&Impact) -> Option<f64>;
     let figures: [(&str, &str, Figure); 3] = [
         ("Restitution", "restitution [1]", |i| i.restitution),
@@ -263,9 +267,6 @@ pub fn over_speed(page: Page, c: &Campaign, o: &Outcome) -> Page {
         let y = values(&mut measured.iter().copied());
         if y.iter().all(|v| v.is_nan()) {
             continue;
-        }
-        if let Some(remark) = (title == "Restitution").then(|| impossible(&y)).flatten() {
-            page = page.paragraph(&remark);
         }
         let mut chart = Chart::new(title, "speed at touch [m/s]", axis).linked("speed").marks(
             "measured",
@@ -281,10 +282,10 @@ pub fn over_speed(page: Page, c: &Campaign, o: &Outcome) -> Page {
     page
 }
 
-/// What to know of measured restitutions that no contact alone has; None where there are none.
-fn impossible(restitutions: &[f64]) -> Option<String> {
-    let outside: Vec<String> =
-        restitutions.iter().filter(|e| **e < 0.0 || **e > 1.0).map(|e| format!("{e:.2}")).collect();
+/// A remark on those of the measured `restitutions`, 1, that are below 0 or above 1, as no contact alone has them; None where all lie
+/// between.
+fn impossible(restitutions: impl Iterator<Item = f64>) -> Option<String> {
+    let outside: Vec<String> = restitutions.filter(|e| *e < 0.0 || *e > 1.0).map(|e| format!("{e:.2}")).collect();
     let (is, them) = if outside.len() == 1 { ("lies", "it") } else { ("lie", "them") };
     (!outside.is_empty()).then(|| {
         format!(
@@ -319,10 +320,10 @@ mod tests {
 
     #[test]
     fn restitutions_that_no_contact_has_are_remarked() {
-        assert_eq!(impossible(&[0.0, 0.4, 1.0, f64::NAN]), None);
-        let one = impossible(&[-0.4, 0.5]).unwrap();
+        assert_eq!(impossible([0.0, 0.4, 1.0, f64::NAN].into_iter()), None);
+        let one = impossible([-0.4, 0.5].into_iter()).unwrap();
         assert!(
-            one.contains("(-0.40) lies") && impossible(&[-0.4, 2.86]).unwrap().contains("(-0.40, 2.86) lie"),
+            one.contains("(-0.40) lies") && impossible([-0.4, 2.86].into_iter()).unwrap().contains("(-0.40, 2.86) lie"),
             "{one}"
         );
     }
