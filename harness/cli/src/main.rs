@@ -22,6 +22,19 @@ mod memory {
         piece
     }
 
+    /// From here on a panic for want of memory ends the process as well: a thread panics before its work begins where there is no
+    /// memory for the stack that its signals are handled on, which no caller can see coming.
+    pub fn end_where_a_thread_has_none() {
+        let print = std::panic::take_hook();
+        let want = format!("(os error {})", libc::ENOMEM);
+        std::panic::set_hook(Box::new(move |info| {
+            if info.payload_as_str().is_some_and(|said| said.contains(&want)) {
+                end();
+            }
+            print(info);
+        }));
+    }
+
     #[cold]
     fn end() -> ! {
         const SAID: &[u8] =
@@ -70,6 +83,8 @@ fn main() -> ExitCode {
         memory::SERVES.store(true, std::sync::atomic::Ordering::Relaxed);
         return host::serve();
     }
+    #[cfg(unix)]
+    memory::end_where_a_thread_has_none();
     // where there is no thread to be had, the stack that the system gives has to do
     let worker = std::thread::Builder::new().stack_size(STACK).spawn(touchdown::commands::main);
     worker.map_or_else(|_| touchdown::commands::main(), |w| w.join().unwrap_or(ExitCode::from(101)))

@@ -243,6 +243,20 @@ fn a_system_that_gives_no_threads_slows_a_command_and_does_not_end_it() {
 }
 
 #[test]
+fn a_thread_that_has_no_memory_to_begin_ends_a_command_as_all_that_runs_out_of_memory() {
+    let b = Bench::new();
+    let mut c = b.command(&["run", "drop.toml", "--direct", "--out", "out"]);
+    c.env("LD_PRELOAD", library()).env("FAULTS_STACKS", "1").env("RUST_BACKTRACE", "1");
+    let o = b.ends(c);
+    let said = String::from_utf8_lossy(&o.stderr);
+    assert_eq!(o.status.code(), Some(2), "{said}");
+    assert!(said.starts_with("error: memory has run out") && !said.contains("panicked"), "{said}");
+    b.done();
+    b.leaves_no_stage();
+    b.holds();
+}
+
+#[test]
 #[ignore = "takes minutes: tests/faults/run"]
 fn a_diagnosis_ends_where_the_system_gives_few_threads() {
     let b = Bench::new();
