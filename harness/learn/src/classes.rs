@@ -50,7 +50,7 @@ pub fn comes_back_instead(mechanism: &str) -> Option<&'static str> {
 
 /// The law that is there in any case: a sum of powers of the depth.
 pub fn elastic(p: &Path, _: &Press) -> Vec<Vec<f64>> {
-    [1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0].map(|e| p.each(|i| p.below(i).powf(e))).to_vec()
+    [0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0].map(|e| p.each(|i| p.below(i).powf(e))).to_vec()
 }
 
 /// All classes, in the order in which they are tried.
@@ -252,15 +252,15 @@ fn friction(p: &Path, _: &Press) -> Vec<Vec<f64>> {
     std::iter::once(p.each(touches)).chain(of_place).chain(that_gives).collect()
 }
 
-/// Time constants of a spectrum, over the length of a recording from a 300th to a half; and those of them, the slowest, that hardly
-/// fade while it lasts.
+/// Time constants of a spectrum, the same for all recordings: from a 300th of what the shortest lasts to half of what the longest
+/// does; and those of them, the slowest, that hardly fade while it lasts.
 pub(crate) const RELAXES: usize = 7;
 pub(crate) const SLOW: usize = 2;
 
 /// Maxwell branches with a spectrum of time constants, driven by powers of the depth: of a layer, a sphere and a cone (Tschoegl 1989).
-fn relaxation(p: &Path, _: &Press) -> Vec<Vec<f64>> {
+fn relaxation(p: &Path, press: &Press) -> Vec<Vec<f64>> {
     let n = p.time.len();
-    let length = p.time[n - 1] - p.time[0];
+    let (least, most) = (press.lasts.0 / 300.0, press.lasts.1 / 2.0);
     let branch = |power: f64, tau: f64| {
         let mut q = vec![0.0; n];
         for i in 1..n {
@@ -270,8 +270,8 @@ fn relaxation(p: &Path, _: &Press) -> Vec<Vec<f64>> {
         }
         q
     };
-    let tau = |k: usize| length / 300.0 * 150f64.powf(k as f64 / (RELAXES - 1) as f64);
-    [1.0, 1.5, 2.0]
+    let tau = |k: usize| least * (most / least).powf(k as f64 / (RELAXES - 1) as f64);
+    [0.5, 1.0, 1.5, 2.0]
         .iter()
         .flat_map(|e| (0..RELAXES).map(move |k| (*e, tau(k))))
         .map(|(e, tau)| branch(e, tau))

@@ -57,6 +57,11 @@ impl Law {
         classes.iter().any(|c| ALL[*c].mechanism == Some("adhesion"))
     }
 
+    /// Whether the contact of such classes relaxes, so that its law would pull on a fast return.
+    pub(crate) fn relaxes(classes: &[usize]) -> bool {
+        classes.iter().any(|c| ALL[*c].mechanism == Some("viscoelastic_relaxation"))
+    }
+
     /// The force along a recording, of its motion alone but for where its surface is, m. A contact that does not stick does not
     /// pull; what acts on the body beside it may.
     pub fn force(&self, r: &Recording, surface: f64) -> Force {
@@ -128,6 +133,7 @@ mod tests {
                     depth: 1.0,
                     force: 1.0,
                     rate: 1.0,
+                    lasts: (1.0, 1.0),
                     pull: None,
                     orders: (0.0, 0.0),
                     levels: vec![0],

@@ -95,6 +95,8 @@ pub struct Press {
     pub depth: f64,
     pub force: f64,
     pub rate: f64,
+    /// What the shortest recording lasts, and the longest, s.
+    pub lasts: (f64, f64),
     /// Depths, share of `depth`, between which the contact pulls while it is left; None where no force is below rest by more
     /// than a law of contact is off.
     pub pull: Option<(f64, f64)>,
@@ -119,6 +121,8 @@ impl Press {
         if !(depth > 0.0 && force > 0.0 && rate > 0.0) {
             return None;
         }
+        let lasts = recordings.iter().map(|r| r.time[r.time.len() - 1] - r.time[0]);
+        let lasts = lasts.fold((f64::MAX, f64::MIN), |(a, b), l| (a.min(l), b.max(l)));
         let mut pull: Option<(f64, f64)> = None;
         for (r, surface) in recordings.iter().zip(surfaces) {
             let rest = r.rest(small * force);
@@ -137,7 +141,7 @@ impl Press {
         let values: Option<Vec<f64>> = recordings.iter().map(|r| r.value).collect();
         let ends = |v: Vec<f64>| v.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(*x), b.max(*x)));
         let values = values.map(ends).filter(|(a, b)| b > a);
-        Some(Press { depth, force, rate, pull, orders, levels, values })
+        Some(Press { depth, force, rate, lasts, pull, orders, levels, values })
     }
 }
 
