@@ -252,8 +252,8 @@ fn friction(p: &Path, _: &Press) -> Vec<Vec<f64>> {
     std::iter::once(p.each(touches)).chain(of_place).chain(that_gives).collect()
 }
 
-/// Time constants of a spectrum, the same for all recordings: from a 300th of what the shortest lasts to half of what the longest
-/// does; and those of them, the slowest, that hardly fade while it lasts.
+/// Time constants of a spectrum, the same for all recordings: from a 300th of the fastest way in and back to half of what the longest
+/// recording lasts; and those of them, the slowest, that hardly fade while it lasts.
 pub(crate) const RELAXES: usize = 7;
 pub(crate) const SLOW: usize = 2;
 

@@ -21,24 +21,65 @@ pub struct Recording {
     pub value: Option<f64>,
 }
 
+/// Length of a mean after a motion, share of the time since.
+const GROW: f64 = 0.1;
+/// Share of the way in by which its time is told, for it may begin and end slowly.
+const MIDDLE: f64 = 0.8;
 /// Share of a recording's samples, at its start, that may show what the force reads where nothing touches.
 const START: usize = 50;
 /// Half range of the force there, share of the discrepancy expected, up to which it is at rest.
 const AT_REST: f64 = 1.5;
 
 impl Recording {
-    /// Means of `many` samples each, so that at most `most` are left, in which a class sees as much as it can explain.
+    /// Means of samples that follow each other, in which a class sees as much as it can explain: each over a share of one of `most` of
+    /// the time, or of the way in and back where that is sooner; and where the motion has just ended shorter ones, that grow with the
+    /// time since, for what relaxes does so by decades. So a fast way in before a long hold is seen as well as the hold. `most` of
+    /// them at a steady rate, some three times as many at most.
     pub fn in_means(&self, most: usize) -> Recording {
-        let m = self.time.len().div_ceil(most.max(1)).max(1);
-        let of = |v: &[f64]| v.chunks_exact(m).map(|c| c.iter().sum::<f64>() / m as f64).collect();
+        let n = self.time.len();
+        if n == 0 {
+            return self.clone();
+        }
+        let share = 1.0 / most.max(1) as f64;
+        let lasts = (self.time[n - 1] - self.time[0]) * share;
+        let way = 2.0 * record::range(&self.depth) * share;
+        let mut starts = vec![0];
+        // when the last mean over a way ended, and how long it lasted, s
+        let (mut moved, mut within) = (self.time[0], lasts);
+        for i in 1..n {
+            let from = starts[starts.len() - 1];
+            let over = self.time[i] - self.time[from];
+            let has_moved = (self.depth[i] - self.depth[from]).abs() >= way;
+            if has_moved {
+                (moved, within) = (self.time[i], over);
+            }
+            if has_moved || over >= lasts.min(within.max(GROW * (self.time[from] - moved))) {
+                starts.push(i);
+            }
+        }
+        let chunks = || starts.iter().zip(starts.iter().skip(1).chain([&n])).map(|(a, b)| *a..*b);
+        let of = |v: &[f64]| chunks().map(|c| v[c.clone()].iter().sum::<f64>() / c.len() as f64).collect();
         Recording {
             time: of(&self.time),
             depth: of(&self.depth),
             rate: of(&self.rate),
             force: of(&self.force),
-            counts: self.counts.chunks_exact(m).map(|c| c.iter().all(|c| *c)).collect(),
+            counts: if self.counts.is_empty() {
+                Vec::new()
+            } else {
+                chunks().map(|c| self.counts[c].iter().all(|c| *c)).collect()
+            },
             ..*self
         }
+    }
+
+    /// What the way in takes, s, by its middle.
+    fn way_in(&self) -> f64 {
+        let (low, high) = (self.depth.iter().fold(f64::MAX, |m, x| m.min(*x)), highest(&self.depth));
+        let at = |share: f64| low + share * (self.depth[high] - low);
+        let reached = |share: f64| (0..=high).find(|i| self.depth[*i] >= at(share)).unwrap_or(high);
+        let (from, to) = (reached(0.5 - 0.5 * MIDDLE), reached(0.5 + 0.5 * MIDDLE));
+        (self.time[to] - self.time[from]).max(self.time[1] - self.time[0]) / MIDDLE
     }
 
     /// Whether the force of the sample `i` counts.
@@ -95,7 +136,7 @@ pub struct Press {
     pub depth: f64,
     pub force: f64,
     pub rate: f64,
-    /// What the shortest recording lasts, and the longest, s.
+    /// What the fastest way in and back takes, twice the way in, and what the longest recording lasts, s.
     pub lasts: (f64, f64),
     /// Depths, share of `depth`, between which the contact pulls while it is left; None where no force is below rest by more
     /// than a law of contact is off.
@@ -121,8 +162,9 @@ impl Press {
         if !(depth > 0.0 && force > 0.0 && rate > 0.0) {
             return None;
         }
-        let lasts = recordings.iter().map(|r| r.time[r.time.len() - 1] - r.time[0]);
-        let lasts = lasts.fold((f64::MAX, f64::MIN), |(a, b), l| (a.min(l), b.max(l)));
+        let way = recordings.iter().map(|r| 2.0 * r.way_in()).fold(f64::MAX, f64::min);
+        let longest = recordings.iter().map(|r| r.time[r.time.len() - 1] - r.time[0]).fold(f64::MIN, f64::max);
+        let lasts = (way.min(longest), longest);
         let mut pull: Option<(f64, f64)> = None;
         for (r, surface) in recordings.iter().zip(surfaces) {
             let rest = r.rest(small * force);
@@ -282,5 +324,29 @@ mod tests {
         let m = r.in_means(100);
         assert_eq!(m.time.len(), 100);
         assert!((m.force[40] - r.force[160..164].iter().sum::<f64>() / 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_fast_way_in_before_a_long_hold_keeps_its_course_in_means() {
+        // 100 samples of way, then 20 times as many of hold
+        let n = 2100;
+        let way = |i: usize| 1e-3 * i.min(100) as f64 / 100.0;
+        let depth: Vec<f64> = (0..n).map(way).collect();
+        let r = Recording {
+            force: depth.iter().map(|x| 1e4 * x).collect(),
+            time: (0..n).map(|i| i as f64).collect(),
+            rate: (0..n).map(|i| if i < 100 { 1e-5 } else { 0.0 }).collect(),
+            depth,
+            counts: vec![true; n],
+            order: 1.0,
+            level: 0,
+            value: None,
+        };
+        let m = r.in_means(100);
+        // before, the way in was 5 of them
+        let on_the_way = m.rate.iter().filter(|v| **v > 5e-6).count();
+        assert!(on_the_way >= 30 && m.time.len() <= 200, "{on_the_way} of {}", m.time.len());
+        assert!((r.way_in() - 100.0).abs() < 2.0, "{}", r.way_in());
+        assert_eq!(m.counts.len(), m.time.len());
     }
 }

@@ -218,9 +218,8 @@ impl Placed {
     /// fast return: what it leaves there is what was read. Where the law would pull is found in rounds, at first where nothing is read;
     /// of these the one with the most evidence. None where the law by the fit `before` pulls nowhere, or none has more evidence.
     fn one_sided_fit(&self, shapes: &[usize], before: &Fit) -> Option<Fit> {
-        let pulls = |contact: &DVector<f64>| -> Vec<usize> {
-            (0..contact.len()).filter(|i| contact[*i] < 0.0).collect()
-        };
+        let pulls =
+            |contact: &DVector<f64>| -> Vec<usize> { (0..contact.len()).filter(|i| contact[*i] < 0.0).collect() };
         let small = self.scale.discrepancy;
         if self.contact_and_body(shapes, &before.coefficients).0.iter().all(|f| *f > -small) {
             return None;
