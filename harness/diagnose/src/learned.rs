@@ -260,6 +260,13 @@ impl<'a> Forms<'a> {
         Forms { d, of, noise: base * base * samples / d.evidence.structures[0].chi2, samples }
     }
 
+    /// Variance that the likeliest form leaves, over that of the noise.
+    fn inflation(&self) -> f64 {
+        let best = self.d.posterior.causes.iter().find(|c| !c.is_unknown()).and_then(|c| c.structure);
+        let of = best.and_then(|i| self.d.evidence.structures.get(i));
+        of.map_or(1.0, |w| w.chi2 / self.samples)
+    }
+
     /// ln weight of the structure of this index; 0 is the simulation as given. None where there is none, or nothing is left to weigh.
     fn ln_weight(&self, i: usize) -> Option<f64> {
         let w = self.d.evidence.structures.get(i)?;
@@ -274,7 +281,8 @@ impl<'a> Forms<'a> {
     }
 
     /// The decision's posterior with every cause weighed by the measure of the laws learned: forms by what they leave, the unknown cause
-    /// by those laws, for until something was learned it had no evidence of its own. An equation that leaves much of what a law of
+    /// by those laws, for until something was learned it had no evidence of its own, and what forms that leave more than noise say
+    /// against it counts the less. An equation that leaves much of what a law of
     /// free shapes explains, or another equation, is not what is missing. As it is where no form can be weighed so.
     fn weighed(&self) -> Posterior {
         let of_form = |c: &Cause| c.structure.and_then(|i| self.ln_weight(i));
@@ -283,7 +291,7 @@ impl<'a> Forms<'a> {
             false => of_form(c).unwrap_or(f64::NEG_INFINITY),
         };
         match self.d.posterior.causes.iter().any(|c| of_form(c).is_some()) {
-            true => self.d.posterior.weighed(ln, self.d.table.level),
+            true => self.d.posterior.doubted(self.inflation(), self.d.table.level).weighed(ln, self.d.table.level),
             false => self.d.posterior.clone(),
         }
     }

@@ -179,6 +179,22 @@ impl Posterior {
         Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
     }
 
+    /// The same where the likeliest of all that is no unknown cause leaves `inflation` times the variance of the noise: what speaks
+    /// against an unknown cause counts for so many times less (quasi-likelihood: Wedderburn 1974). As it is where nothing speaks
+    /// against it, or no more is left than noise.
+    pub fn doubted(&self, inflation: f64, level: f64) -> Posterior {
+        let unknown = self.unknown();
+        if unknown > 0.5 || inflation.is_nan() || inflation <= 1.0 {
+            return self.clone();
+        }
+        let ln_odds = (unknown.max(f64::MIN_POSITIVE) / (1.0 - unknown)).ln() / inflation;
+        let share = 1.0 / (1.0 + (-ln_odds).exp());
+        let mut causes: Vec<Cause> = self.causes.iter().filter(|c| !c.is_unknown()).cloned().collect();
+        causes.iter_mut().for_each(|c| c.probability *= (1.0 - share) / (1.0 - unknown));
+        add(&mut causes, vec![UNKNOWN], share);
+        Posterior { limited: self.limited, ..Posterior::of_causes(causes, level, self.counted) }
+    }
+
     /// Probability of exactly these names.
     pub fn of_set(&self, names: &[&'static str]) -> f64 {
         let names = sorted(names);
@@ -613,6 +629,27 @@ mod tests {
         let parted = p.with_beside(&["adhesion", "gravity"], "fluid_drag", 0.75, 0.95);
         assert!((parted.of("fluid_drag") - 0.45).abs() < 1e-12 && (parted.of("gravity") - 0.9).abs() < 1e-12);
         assert!((parted.of("adhesion") - 0.6).abs() < 1e-12 && (parted.unknown() - 0.1).abs() < 1e-12, "{parted:?}");
+    }
+
+    #[test]
+    fn names_that_leave_much_more_than_noise_speak_less_against_an_unknown_cause() {
+        let cause = |names: &[&'static str], probability: f64| Cause {
+            names: names.to_vec(),
+            probability,
+            structure: None,
+            large: 0.0,
+        };
+        let counted = Counted::default();
+        let of = |causes: Vec<Cause>| Posterior::of_causes(causes, 0.95, counted);
+        let p = of(vec![cause(&["gravity"], 1.0 - 1e-8), cause(&[UNKNOWN], 1e-8)]);
+        assert_eq!(p.doubted(1.0, 0.95), p);
+        // odds of 1e-8 that count for a fourth are 1e-2
+        let less = p.doubted(4.0, 0.95);
+        assert!((less.unknown() - 0.01 / 1.01).abs() < 1e-6 && (less.of("gravity") - 1.0 / 1.01).abs() < 1e-6);
+        // as of one of which nothing was weighed at all; what speaks for an unknown cause stays
+        assert!(of(vec![cause(&["gravity"], 1.0)]).doubted(1000.0, 0.95).unknown() > 0.3);
+        let likely = of(vec![cause(&[UNKNOWN], 0.9), cause(&["gravity"], 0.1)]);
+        assert_eq!(likely.doubted(100.0, 0.95), likely);
     }
 
     #[test]
