@@ -365,3 +365,86 @@ fn recordings_of_one_sensor_have_one_sign_and_a_bump_before_the_contact_is_none(
         assert!(r.time[0] < 0.0268 && *r.time.last().unwrap() > 0.0345, "{:?}", (r.time[0], r.time.last()));
     }
 }
+
+/// A body of 0.5 kg that is held, let go at 1 s, falls by `height` m and bounces on a soft stop twice; then it lies there, and a hand
+/// takes it at 4 s. Time and what pushes on it, in m/s^2, at 2 kHz.
+fn held_and_dropped(height: f64) -> Vec<(f64, f64)> {
+    let contact = 0.05;
+    let mut speed = (2.0 * record::GRAVITY * height).sqrt();
+    let mut begins = 1.0 + speed / record::GRAVITY;
+    let mut pulses = Vec::new();
+    for _ in 0..3 {
+        // half a sine takes the speed one and a half times, and the weight meanwhile
+        let peak = (1.5 * speed / contact + record::GRAVITY) * std::f64::consts::FRAC_PI_2;
+        pulses.push((begins, peak));
+        speed *= 0.5;
+        begins += contact + 2.0 * speed / record::GRAVITY;
+    }
+    let push = |t: f64| {
+        let pulse = pulses.iter().find(|p| (p.0..p.0 + contact).contains(&t));
+        match pulse {
+            Some(p) => p.1 * (std::f64::consts::PI * (t - p.0) / contact).sin(),
+            None if (1.0..begins).contains(&t) => 0.0,
+            None if (4.0..4.2).contains(&t) => 16.0,
+            None => record::GRAVITY,
+        }
+    };
+    (0..10_000usize).map(|i| (5e-4 * i as f64, push(5e-4 * i as f64) + 0.1 * ripple(i))).collect()
+}
+
+#[test]
+fn recordings_that_begin_at_rest_are_read_alike_by_import_and_by_check() {
+    let heights = [0.1, 0.2, 0.4];
+    // reading at rest in g, and whether a push reads positive
+    for (rest, sign) in [(1.0, 1.0), (1.0, -1.0), (0.0, -1.0), (0.0, 1.0)] {
+        let dir = tempfile::tempdir().unwrap();
+        let hand = dir.path().join("hand");
+        std::fs::create_dir(&hand).unwrap();
+        let mut toml = String::from(
+            "format = \"recordings/1\"\n[campaign]\nkind = \"drop-test\"\n[rig]\nmoving_mass = 0.5\n[simulation]\n\
+             terms = [\"gravity\"]\n",
+        );
+        let mut files = Vec::new();
+        for (n, height) in heights.iter().enumerate() {
+            let text = |sign: f64| {
+                let mut text = String::from("time [s],acceleration [m/s^2]\n");
+                for (t, push) in held_and_dropped(*height) {
+                    writeln!(text, "{t:.5},{:.6}", sign * (push + (rest - 1.0) * record::GRAVITY)).unwrap();
+                }
+                text
+            };
+            let file = dir.path().join(format!("test_{}mm.csv", 1e3 * height));
+            std::fs::write(&file, text(sign)).unwrap();
+            files.push(file.to_str().unwrap().to_string());
+            std::fs::write(hand.join(format!("r{n}.csv")), text(-1.0)).unwrap();
+            writeln!(toml, "[[recording]]\nfile = \"r{n}.csv\"\ndrop_height = {height}").unwrap();
+        }
+        std::fs::write(hand.join("campaign.toml"), toml).unwrap();
+        let out = dir.path().join("imported");
+        let mut arguments: Vec<&str> = vec!["import"];
+        arguments.extend(files.iter().map(String::as_str));
+        arguments.extend(["--mass", "0.5", "--terms", "gravity", "--out", out.to_str().unwrap()]);
+        let (code, printed, said) = touchdown(&arguments);
+        assert_eq!(code, Some(0), "{printed}{said}");
+        for campaign in [&out, &hand] {
+            let (code, printed, said) = touchdown(&["check", "--json", campaign.to_str().unwrap()]);
+            assert_eq!(code, Some(0), "{rest} {sign}: {printed}{said}");
+            let all: serde_json::Value = serde_json::from_str(&printed).unwrap();
+            let recordings = all[0]["recordings"].as_array().unwrap();
+            assert_eq!(recordings.len(), 3, "{printed}");
+            for (r, height) in recordings.iter().zip(heights) {
+                let touch = 1.0 + (2.0 * height / record::GRAVITY).sqrt();
+                let (at, lasts) = (r["impact_at"].as_f64().unwrap(), r["contact"].as_f64().unwrap());
+                assert!(
+                    (at - touch).abs() < 5e-3 && (lasts - 0.05).abs() < 5e-3,
+                    "{rest} {sign}: {at} {lasts} {touch}"
+                );
+            }
+        }
+        // it begins in the fall, and ends before the hand
+        for r in &load(&out).recordings {
+            let a = r.channels[Channel::Acceleration.index()].as_ref().unwrap();
+            assert!(r.time[0] >= 1.0 && *r.time.last().unwrap() < 4.0 && a[0].abs() < 1.0, "{:?}", (r.time[0], a[0]));
+        }
+    }
+}

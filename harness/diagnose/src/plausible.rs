@@ -134,16 +134,20 @@ fn push_against_speed(data: &Data, rec: &Record) -> Result<(), Invalid> {
     let dt = (time[n - 1] - time[0]) / (n - 1) as f64;
     let pushes: Vec<f64> = centred(y).iter().map(|u| mass * u).collect();
     let (mut speed, mut most): (f64, f64) = (0.0, 0.0);
+    // beyond the weight, which a body at rest is pushed by as long as it is recorded
+    let (mut gained, mut beyond): (f64, f64) = (0.0, 0.0);
     for u in &pushes {
         speed += u / data.mass * dt;
         most = most.max(speed);
+        gained = (gained + (u / data.mass - GRAVITY) * dt).max(0.0);
+        beyond = beyond.max(gained);
     }
-    let ratio = most / v.max(1e-300);
+    let [ratio, beyond] = [most, beyond].map(|u| u / v.max(1e-300));
     // a push recorded to its end stops the body at least; the speed may be more than there was by what guides take of a fall
     let top = (0..n).max_by(|a, b| pushes[*a].total_cmp(&pushes[*b])).unwrap_or(0);
     let ends = pushes[top..].iter().any(|u| *u < 0.1 * pushes[top]);
     let least = if ends { 1.0 / FALL_APART } else { 0.1 / APART };
-    if (least..=2.0 * APART).contains(&ratio) {
+    if ratio >= least && beyond <= 2.0 * APART {
         return Ok(());
     }
     Err(refused(

@@ -74,7 +74,8 @@ fn only_more(part: &Fitted, whole: &Fitted) -> Option<Term> {
     more.next().filter(|_| more.next().is_none()).cloned()
 }
 
-/// `whole`, which is `part` and `term`, fitted from where `part` ended: with the term as it was, and from its own starts.
+/// `whole`, which is `part` and `term`, fitted from where `part` ended: with the term as it was, and from its own starts, which a
+/// form that extends another has not.
 fn from_within(part: &Fitted, whole: &Fitted, term: &Term) -> Option<Fitted> {
     let i = whole.structure.terms().iter().position(|t| t.name() == term.name())?;
     let values = &whole.point().theta[whole.structure.values_of(i)];
@@ -82,7 +83,8 @@ fn from_within(part: &Fitted, whole: &Fitted, term: &Term) -> Option<Fitted> {
     let structure = part.structure.with(term.clone());
     let start = Problem::new(&part.data, structure.model()).evaluate(theta, part.point().locals.clone());
     let as_it_was = start.chi2.is_finite().then(|| Fitted::from(&part.data, structure, start, &SLOW));
-    let anew = part.add(term, STARTS_WITHIN, &SLOW);
+    let stands_alone = term.form.extends.is_none();
+    let anew = if stands_alone { part.add(term, STARTS_WITHIN, &SLOW) } else { None };
     as_it_was.into_iter().chain(anew).min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
 }
 
@@ -380,6 +382,25 @@ fn is_explained(base: &Fitted, first: &Fitted) -> bool {
 mod tests {
     use super::*;
     use plant::recipe::{write_campaign, Recipe};
+
+    #[test]
+    fn a_form_that_extends_another_is_fitted_again_from_its_own_values() {
+        let dir = tempfile::tempdir().unwrap();
+        write_campaign(dir.path(), &Recipe { samples: 350, interval: 2e-5, ..Recipe::default() }).unwrap();
+        let campaign = record::load(dir.path(), &mechanisms::terms()).unwrap();
+        let prepared = estimate::prepare::Prepared::new(&campaign).unwrap();
+        let search = Search::new(&prepared);
+        let base = Fitted::base(&search.data, &search.structure, &prepared.guess);
+        let part = search.candidates().into_iter().find(|t| t.name() == "loose_part").unwrap();
+        let extended = search.structure.base().extensions(&part).remove(0);
+        let values = [&part.form.starts[0][..], &extended.form.starts[0]].concat();
+        let both = base.structure.with(extended.clone());
+        let theta = [&base.point().theta[..], &values].concat();
+        let start = Problem::new(&search.data, both.model()).evaluate(theta, base.point().locals.clone());
+        let whole = base.with(extended.clone(), start, &Options { iterations: 0, ..SLOW });
+        let again = from_within(&base, &whole, &extended).unwrap();
+        assert!(again.chi2() <= whole.chi2(), "{} {}", again.chi2(), whole.chi2());
+    }
 
     #[test]
     fn what_contains_a_better_fit_is_fitted_again_from_there() {

@@ -1,8 +1,7 @@
 //! The impact in a recording: where it is, and whether it is one at all.
 
-use crate::statistics::{means, spread_of_course, thirds};
 use plant::noise::Stretch;
-use record::statistics::median;
+use record::statistics::{means, median, spread_of_course, thirds};
 use record::{Kind, Recording};
 use statrs::function::erf::erfc;
 

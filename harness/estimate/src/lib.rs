@@ -21,7 +21,6 @@ pub mod scan;
 pub mod simplex;
 pub mod smooth;
 pub mod starts;
-mod statistics;
 pub mod structure;
 pub mod usable;
 pub mod vertices;

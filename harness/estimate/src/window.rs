@@ -2,7 +2,7 @@
 //! than its pulse does. What takes means takes the noise above half their rate out (a boxcar as anti-aliasing filter).
 
 use crate::impact::{pulse, push_of};
-use crate::statistics::means;
+use record::statistics::means;
 use record::{Campaign, Kind, Recording};
 
 /// Samples up to which a recording is judged as it is.

@@ -5,6 +5,7 @@ use crate::find::{contact, main_contact, Contact, Level, STANDS_OUT};
 use crate::split::Track;
 use crate::survey;
 use instruments::Source;
+use record::release::release;
 use record::statistics::{median, spread};
 use record::{Channel, Kind, LARGEST};
 use std::ops::ControlFlow;
@@ -208,19 +209,33 @@ fn finish(g: Gather, kind: Kind) -> Result<Samples, String> {
             time[i]
         ));
     }
-    let mut found = match &span.level {
-        Some(level) => channels[level.channel.index()].as_ref().and_then(|y| main_contact(y, level)),
-        None => None,
-    };
+    // of a drop what lies before the release is no part of the fall
+    let released = channels[1].as_deref().filter(|_| span.cut == Cut::Around);
+    let released = released.and_then(|a| release(&time, a, &[1.0, -1.0]));
+    let begins = released.map_or(0, |r| r.first);
+    let mut found = span.level.as_ref().and_then(|level| {
+        let y = channels[level.channel.index()].as_ref()?;
+        let k = main_contact(&y[begins..], level)?;
+        Some(Contact { first: begins + k.first, last: begins + k.last })
+    });
     if span.cut == Cut::Around && found.is_none() {
         return Err("what stands out is a spike of one or two samples, no impact".into());
     }
     if let (Some(k), Some(level), Cut::Around | Cut::Behind) = (&mut found, &span.level, span.cut) {
         let y = channels[level.channel.index()].as_deref().unwrap_or(&[]);
         let (from, to) = exact(y, k, level, span.cut);
+        let from = from.max(begins);
         time = time[from..to].to_vec();
         channels.iter_mut().flatten().for_each(|y| *y = y[from..to].to_vec());
         (k.first, k.last) = (k.first - from, k.last - from);
+    }
+    let weighs = span.level.filter(|l| l.weighs && span.cut == Cut::Around).map(|l| l.base);
+    if let (Some(a), Some(fall)) = (&mut channels[1], released.map(|r| r.fall).or(weighs).filter(|v| *v != 0.0)) {
+        a.iter_mut().for_each(|a| *a -= fall);
+        notes.push(format!(
+            "acceleration was zeroed at rest, and read {} m/s^2 in the fall: that was set to zero",
+            brief(fall)
+        ));
     }
     let press_force = channels[0].as_deref().filter(|_| kind == Kind::Indentation);
     let pressed = press_force.and_then(press);
@@ -470,7 +485,7 @@ mod tests {
     fn taken_of(mut m: Memory, map: &str, cut_at: Cut, base: f64) -> Samples {
         let map = if map.is_empty() { Vec::new() } else { parse(map).unwrap() };
         let t = tracks(&m.groups[0], &columns(&m.groups[0], &map).unwrap(), None, false).unwrap();
-        let level = Level { channel: Channel::Force, base, noise: 1.0, level: 8.0 };
+        let level = Level { channel: Channel::Force, base, noise: 1.0, level: 8.0, weighs: false };
         let rows = around(&[(4998, 5110)], (0, 20_000), 1, (0, 20_000));
         assert_eq!(rows, (4998 - 336 - 2, 5110 + 336 + 2));
         let rows = if cut_at == Cut::Around { rows } else { (0, 20_000) };

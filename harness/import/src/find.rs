@@ -2,6 +2,7 @@
 
 use crate::amount::brief;
 use crate::envelope::{Bucket, Envelope};
+use record::release::{falls, release};
 use record::{Channel, GRAVITY};
 
 /// Times the noise that an impact has to reach.
@@ -30,24 +31,31 @@ const RELEASE: f64 = 2.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Level {
     pub channel: Channel,
-    /// Reading at rest, SI.
+    /// Reading without an impact, SI: at rest, or of an accelerometer that weighs in free fall.
     pub base: f64,
     /// Standard deviation of the noise, SI.
     pub noise: f64,
     /// Distance from `base` from which readings stand out, SI.
     pub level: f64,
+    /// Whether it is an accelerometer that reads one g more at rest than in free fall.
+    pub weighs: bool,
 }
 
 impl Level {
     /// That of samples whose rest `base` and noise are known, SI.
     pub(crate) fn of(channel: Channel, base: f64, noise: f64, y: &[f64]) -> Level {
         let peak = y.iter().map(|v| (v - base).abs()).fold(0.0, f64::max);
-        Level { channel, base, noise, level: (STANDS_OUT * noise).max(WANDERS * peak) }
+        Level { channel, base, noise, level: (STANDS_OUT * noise).max(WANDERS * peak), weighs: false }
     }
 
     /// How far a bucket, or three samples in a row, reach from the base.
     fn reach(&self, b: &Bucket) -> f64 {
         (b.high3 - self.base).max(self.base - b.low3)
+    }
+
+    /// Whether three samples in a row in a bucket, or those that end in it, are of free fall.
+    fn falls(&self, b: &Bucket) -> bool {
+        [b.mean, b.low3, b.high3].iter().all(|v| falls(v - self.base))
     }
 }
 
@@ -61,6 +69,8 @@ pub struct Drop {
     pub length: f64,
     /// Largest distance from the base, SI.
     pub peak: f64,
+    /// Row from which on something pushes that begins in no fall: a body under water, a second stop, a hand.
+    pub until: Option<u64>,
 }
 
 /// What was found in a course.
@@ -94,15 +104,25 @@ fn quiet(buckets: &[Bucket], rows: u64) -> Option<(f64, f64)> {
     Some((base, noise))
 }
 
-/// The level of a channel, where something stands out in it.
-fn level(channel: Channel, buckets: &[Bucket], rows: u64) -> Option<Level> {
+/// The level of a channel, where something stands out in it. `times`: of the buckets, s.
+fn level(channel: Channel, buckets: &[Bucket], times: &[f64], rows: u64) -> Option<Level> {
     let (base, noise) = quiet(buckets, rows)?;
-    // at rest an accelerometer reads gravity, and nothing while it falls: neither is an impact
-    let weighs = channel == Channel::Acceleration && (base.abs() / GRAVITY - 1.0).abs() < AT_REST;
-    let mut level = Level { channel, base: if weighs { 0.0 } else { base }, noise, level: 0.0 };
+    // at rest an accelerometer reads one g more than while it falls: neither is an impact
+    let released = || {
+        let held = buckets.iter().zip(times).filter(|(b, _)| b.holds());
+        let (time, means): (Vec<f64>, Vec<f64>) = held.map(|(b, t)| (*t, b.mean)).unzip();
+        release(&time, &means, &[1.0, -1.0])
+    };
+    let fall = if channel == Channel::Acceleration {
+        let weighs = || ((base.abs() / GRAVITY - 1.0).abs() < AT_REST).then_some(0.0);
+        released().map(|r| r.fall).or_else(weighs)
+    } else {
+        None
+    };
+    let mut level = Level { channel, base: fall.unwrap_or(base), noise, level: 0.0, weighs: fall.is_some() };
     let peak = buckets.iter().map(|b| level.reach(b)).fold(0.0, f64::max);
     let least = match channel {
-        Channel::Acceleration if weighs => NO_IMPACT,
+        Channel::Acceleration if level.weighs => NO_IMPACT,
         Channel::Acceleration => NO_IMPACT.min(peak / 4.0),
         _ => 0.0,
     };
@@ -143,36 +163,82 @@ fn is_bump((peak, length): (f64, f64), (next_peak, next_length): (f64, f64), pau
     next_peak > RELEASE * peak && next_length > length && pause < next_length
 }
 
+/// Which runs begin in a fall, where an accelerometer tells that: the push rises from it no longer than the body fell, or than the
+/// run lasts; or nothing was read before. All, where no run does: the body is guided or driven, and falls freely nowhere. `rows`: in
+/// a bucket.
+fn begin_in_a_fall(buckets: &[Bucket], level: &Level, runs: &[Run], rows: u64) -> Vec<bool> {
+    // three in a row end at the third
+    let ahead = if rows == 1 { 2 } else { 0 };
+    let ends = std::iter::once(0).chain(runs.iter().map(|r| r.last + 1));
+    let begins = |(from, r): (usize, &Run)| {
+        let before = &buckets[from..r.first];
+        let is_first = from == 0 && before.iter().filter(|b| b.holds()).count() < 3;
+        let falls = before.iter().filter(|b| level.falls(b)).count();
+        let lasts = r.last + 1 - r.first + 2 * ahead;
+        let rises = before.iter().rev().position(|b| level.falls(b));
+        is_first || rises.is_some_and(|rises| rises <= falls.max(lasts))
+    };
+    let begin: Vec<bool> = ends.zip(runs).map(begins).collect();
+    if level.weighs && begin.contains(&true) {
+        begin
+    } else {
+        vec![true; runs.len()]
+    }
+}
+
 /// Finds the drops in a course whose first row is `from`. `least`: share of the largest impact that another has to reach.
 pub fn find(e: &Envelope, from: u64, least: f64) -> Found {
-    let shows = |c: Channel| level(c, e.buckets(c.index())?, e.rows);
+    let shows = |c: Channel| level(c, e.buckets(c.index())?, &e.times, e.rows);
     let Some(level) = [Channel::Force, Channel::Acceleration].into_iter().find_map(shows) else {
         return Found::default();
     };
-    let runs = runs(e.buckets(level.channel.index()).unwrap_or(&[]), &level, e.rows);
+    let buckets = e.buckets(level.channel.index()).unwrap_or(&[]);
+    let runs = runs(buckets, &level, e.rows);
+    let begin = begin_in_a_fall(buckets, &level, &runs, e.rows);
     let end = |i: usize| e.times.get(i + 1).or(e.times.last()).copied().unwrap_or(0.0);
     let mut all: Vec<Drop> = Vec::new();
     // what stands out right before a contact, and is shorter
     let mut before: Vec<Drop> = Vec::new();
+    // what begins in no fall
+    let mut beside: Vec<Drop> = Vec::new();
+    // what a bounce of the last drop is weaker than; None once something else was done to the body
+    let mut hardest: Option<f64> = None;
     let mut ended = f64::NEG_INFINITY;
-    for r in &runs {
+    for (r, begins_in_a_fall) in runs.iter().zip(begin) {
         // three in a row end at the third
         let first = (from + e.rows * r.first as u64).saturating_sub(2).max(from);
         let rows = (first, from + e.rows * (r.last as u64 + 1));
         let at = e.times[r.first];
-        let drop = Drop { contacts: vec![rows], at, length: end(r.last) - at, peak: r.peak };
+        let drop = Drop { contacts: vec![rows], at, length: end(r.last) - at, peak: r.peak, until: None };
         // nothing falls once more within the time that a contact lasts: another hump of the same impact
         let is_hump = |d: &Drop| at - ended < d.length.max(drop.length);
+        let soon = at - ended < FLIGHT;
+        let bounces = soon && hardest.is_some_and(|h| r.peak < NO_BOUNCE * h);
         match all.last_mut() {
-            Some(d) if is_bump((d.peak, d.length), (drop.peak, drop.length), at - ended) => {
+            Some(d) if d.until.is_none() && is_bump((d.peak, d.length), (drop.peak, drop.length), at - ended) => {
+                hardest = Some(drop.peak);
                 before.push(std::mem::replace(d, drop));
             }
-            Some(d) if is_hump(d) => {
+            Some(d) if d.until.is_none() && is_hump(d) => {
                 d.peak = d.peak.max(r.peak);
+                hardest = hardest.map(|h| h.max(r.peak));
                 d.contacts.push(rows);
             }
-            Some(d) if at - ended < FLIGHT && r.peak < NO_BOUNCE * d.peak => d.contacts.push(rows),
-            _ => all.push(drop),
+            last if !begins_in_a_fall => {
+                last.into_iter().for_each(|d| d.until = d.until.or(Some(rows.0)));
+                hardest = hardest.filter(|_| soon).map(|h| h.max(r.peak));
+                match beside.last_mut().filter(|o| at - o.at - o.length < FLIGHT) {
+                    Some(o) => (o.length, o.peak) = (end(r.last) - o.at, o.peak.max(r.peak)),
+                    None => beside.push(drop),
+                }
+            }
+            // behind what is no part of the drop
+            Some(d) if bounces && d.until.is_some() => {}
+            Some(d) if bounces => d.contacts.push(rows),
+            _ => {
+                hardest = Some(drop.peak);
+                all.push(drop);
+            }
         }
         ended = end(r.last);
     }
@@ -181,6 +247,10 @@ pub fn find(e: &Envelope, from: u64, least: f64) -> Found {
     let why = "right before a far harder one: no contact of its own";
     let mut left: Vec<String> =
         before.iter().map(|d| format!("{} {unit} at {} s, {why}", brief(d.peak), brief(d.at))).collect();
+    let no_fall = beside.iter().filter(|d| d.peak >= least * largest);
+    left.extend(no_fall.map(|d| {
+        format!("{} {unit} from {} s on, where nothing falls before: no contact of its own", brief(d.peak), brief(d.at))
+    }));
     let mut drops = Vec::new();
     for (i, d) in all.iter().enumerate() {
         let next = all.get(i + 1).filter(|n| n.at - d.at < FLIGHT && n.peak > RELEASE * d.peak);
@@ -293,6 +363,64 @@ pub(crate) mod tests {
         assert!((f.drops[0].at - 2.4).abs() < 5e-3 && f.drops[0].length < 0.02, "{f:?}");
     }
 
+    /// A body at rest, let go at row 2000, that touches at 2300, and what pushes on it from there on, m/s^2, by row; 1 kHz. The
+    /// accelerometer reads `rest` g at rest.
+    fn fallen(rest: f64, push: impl Fn(u64) -> f64) -> Found {
+        let mut e = Envelope::new([false, true, false]);
+        for i in 0..5000u64 {
+            let push = match i {
+                0..2000 => 9.81,
+                2000..2300 => 0.0,
+                _ => push(i - 2300),
+            };
+            e.add(1e-3 * i as f64, [f64::NAN, push + 9.81 * (rest - 1.0) + 0.05 * noise(i), f64::NAN]);
+        }
+        find(&e, 0, 0.05)
+    }
+
+    #[test]
+    fn a_soft_touch_is_found_with_its_bounces_where_the_rest_reads_one_g_and_where_it_is_zero() {
+        let half = |i: u64, from: u64, rows: u64, peak: f64| half_sines(i, &[(from, rows, peak)]);
+        for rest in [1.0, 0.0] {
+            let f = fallen(rest, |i| match i {
+                0..100 => half(i, 0, 100, 60.0),
+                100..200 => 0.0,
+                200..260 => half(i, 200, 60, 40.0),
+                260..360 => 0.0,
+                // soft: most of its push is less than stands out
+                360..430 => half(i, 360, 70, 15.5),
+                _ => 9.81,
+            });
+            assert_eq!((f.drops.len(), f.left.len()), (1, 0), "{rest}: {f:?}");
+            assert!((f.drops[0].at - 2.3).abs() < 0.02 && (f.drops[0].peak - 60.0).abs() < 1.0, "{rest}: {f:?}");
+            assert_eq!((f.drops[0].contacts.len(), f.drops[0].until), (3, None), "{rest}: {f:?}");
+        }
+    }
+
+    #[test]
+    fn what_slows_a_body_that_does_not_fall_is_no_contact_of_its_own() {
+        for rest in [1.0, 0.0] {
+            // it dives, is slowed unevenly, and hits the bottom, where it rings; later a hand takes it
+            let f = fallen(rest, |i| match i {
+                0..10 => 26.0,
+                200..210 => 25.0,
+                500..510 => 250.0,
+                510..515 => 0.0,
+                515..520 => 100.0,
+                2000..2200 => 17.0,
+                _ => 12.0,
+            });
+            assert_eq!(f.drops.len(), 1, "{rest}: {f:?}");
+            let d = &f.drops[0];
+            assert!((d.at - 2.3).abs() < 5e-3 && (d.peak - 26.0).abs() < 1.0, "{rest}: {f:?}");
+            assert_eq!((d.contacts.len(), d.until), (1, Some(2500)), "{rest}: {f:?}");
+            assert!(f.left[0].starts_with("250") && f.left[0].contains("nothing falls before"), "{rest}: {f:?}");
+        }
+        // guided so that it never falls freely: every contact stands
+        let f = fallen(1.0, |i| if (100..110).contains(&i) { 100.0 } else { 9.81 });
+        assert_eq!(f.drops.len(), 1, "{f:?}");
+    }
+
     #[test]
     fn a_second_hump_of_an_impact_is_no_drop_of_its_own() {
         // as hard as the first, and within the time that it lasts
@@ -380,7 +508,7 @@ pub(crate) mod tests {
     #[test]
     fn a_contact_among_samples_is_exact() {
         let y: Vec<f64> = (0..1000u64).map(|i| noise(i) + if (400..450).contains(&i) { -60.0 } else { 0.0 }).collect();
-        let level = Level { channel: Channel::Force, base: 0.0, noise: 1.0, level: 8.0 };
+        let level = Level { channel: Channel::Force, base: 0.0, noise: 1.0, level: 8.0, weighs: false };
         assert_eq!(contact(&y, &level), Some(Contact { first: 400, last: 449 }));
         assert_eq!(contact(&y[..402], &level), None);
     }

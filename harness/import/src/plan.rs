@@ -286,7 +286,8 @@ fn recordings(
     }
     for (n, d) in drops.iter().enumerate() {
         let ended = drops[..n].last().and_then(|d| d.contacts.last()).map_or(stretch.rows.0, |c| c.1);
-        let until = drops.get(n + 1).map_or(stretch.rows.1, |next| next.contacts[0].0);
+        let next = drops.get(n + 1).map_or(stretch.rows.1, |next| next.contacts[0].0);
+        let until = d.until.map_or(next, |row| row.min(next));
         let rows = around(&d.contacts, stretch.rows, stretch.bucket, (ended, until));
         let of = if drops.len() > 1 { format!("impact at {} s", brief(d.at)) } else { String::new() };
         take(rows, Cut::Around, place(&of));

@@ -4,6 +4,7 @@ mod error;
 mod fmus;
 mod keys;
 mod load;
+pub mod release;
 mod samples;
 mod schema;
 pub mod statistics;

@@ -1,7 +1,8 @@
 //! One recording's CSV: its columns, its rows, and the samples they become.
 
 use crate::error::Section;
-use crate::{units, words, Channel, Column, Kind, RecordError, RecordErrors, Rows};
+use crate::release::release;
+use crate::{units, words, Channel, Column, Kind, RecordError, RecordErrors, Rows, GRAVITY};
 use std::cell::Cell;
 use std::collections::{HashMap, HashSet};
 use std::fs::File;
@@ -111,7 +112,7 @@ fn left_out(name: &str, columns: &[String]) -> Vec<String> {
 }
 
 /// Reads the file `name` in `dir`, a recording of `kind` where that is known. Rows of one time become one sample; of a
-/// recording with pauses the piece that holds the impact is kept.
+/// recording with pauses the piece that holds the impact is kept, and of a drop test what follows the release.
 ///
 /// # Errors
 /// Everything wrong with the file.
@@ -128,8 +129,8 @@ pub fn read(dir: &Path, name: &str, kind: Option<Kind>) -> Result<Samples, Vec<R
     let imposed = table.column(Channel::Penetration).filter(|_| kind == Some(Kind::Indentation));
     let pieces = pieces(&data[table.clock], imposed.map(|i| &data[i][..]));
     if pieces.len() > 1 {
-        let kept = kept_piece(&table, &data, &pieces, kind);
-        let (from, to) = pieces[kept];
+        let piece = kept_piece(&table, &data, &pieces, kind);
+        let (from, to) = pieces[piece];
         if to - from < FEWEST {
             return Err(too_few(to - from, "between its pauses "));
         }
@@ -148,18 +149,40 @@ pub fn read(dir: &Path, name: &str, kind: Option<Kind>) -> Result<Samples, Vec<R
         if to < n {
             notes.push(pause(to, "after"));
         }
-        for y in &mut data {
-            *y = y[from..to].to_vec();
+        rows = kept(&mut data, &rows, from, to);
+    }
+    if let Some(i) = table.column(Channel::Acceleration).filter(|_| kind == Some(Kind::DropTest)) {
+        if let Some(r) = release(&data[table.clock], &data[i], &[-1.0]) {
+            let n = data[i].len();
+            if n - r.first < FEWEST {
+                return Err(too_few(n - r.first, "from the release on "));
+            }
+            let at = short(data[table.clock][r.first]);
+            notes.push(format!("{name}: the body rests until its release at {at} s: what lies before was left out."));
+            rows = kept(&mut data, &rows, r.first, n);
+            if r.fall != 0.0 {
+                notes.push(format!(
+                    "{name}: acceleration was zeroed at rest: {GRAVITY} m/s^2 was taken off, so that it is zero in free fall."
+                ));
+                data[i].iter_mut().for_each(|a| *a -= r.fall);
+            }
         }
-        let kept = |s: Option<usize>| s.filter(|s| (from..to).contains(s)).map(|s| s - from);
-        let (times, samples) = rows.iter().map(|r| (r.time, kept(r.sample))).unzip();
-        rows = Rows::of(times, samples);
     }
     let channels = table.channels(&mut data);
     let time = std::mem::take(&mut data[table.clock]);
     // nothing predicts events yet: they are checked, and go no farther
     let columns = table.columns.into_iter().filter(|c| c.name != units::CLOSED).collect();
     Ok(Samples { time, channels, columns, rows, notes })
+}
+
+/// Keeps the samples from `from` to before `to` of the columns `data`, and returns what became of `rows` then.
+fn kept(data: &mut [Vec<f64>], rows: &Rows, from: usize, to: usize) -> Rows {
+    for y in data {
+        *y = y[from..to].to_vec();
+    }
+    let kept = |s: Option<usize>| s.filter(|s| (from..to).contains(s)).map(|s| s - from);
+    let (times, samples) = rows.iter().map(|r| (r.time, kept(r.sample))).unzip();
+    Rows::of(times, samples)
 }
 
 /// A number in seven digits at most.

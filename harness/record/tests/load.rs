@@ -226,6 +226,38 @@ fn merged_rows_and_pauses_are_noted_and_keep_a_row_each() {
 }
 
 #[test]
+fn what_lies_before_a_release_is_left_out_and_an_accelerometer_zeroed_at_rest_put_right() {
+    // held for 0.2 s, 0.1 s of fall, and an impact of 20 ms; the accelerometer reads rest g when held
+    let text = |rest: f64| {
+        let push = |i: i32| match i {
+            0..200 => 9.81,
+            200..300 => 0.0,
+            300..320 => 130.0 * (std::f64::consts::PI * f64::from(i - 300) / 20.0).sin(),
+            _ => 0.0,
+        };
+        let rows = (0..360).map(|i| format!("{:e},{:e}\n", 1e-3 * f64::from(i), 9.81 * (1.0 - rest) - push(i)));
+        format!("time [s],acceleration [m/s^2]\n{}", rows.collect::<String>())
+    };
+    for rest in [1.0, 0.0] {
+        let dir = folder(&(HEAD.to_string() + &listed(1)), &[("r1.csv", text(rest))]);
+        let c = of(dir.path()).unwrap();
+        let said = "r1.csv: the body rests until its release at 0.2 s: what lies before was left out.";
+        assert_eq!(c.warnings[0], said);
+        assert_eq!(c.warnings.len(), if rest == 1.0 { 1 } else { 2 }, "{:?}", c.warnings);
+        let r = &c.recordings[0];
+        assert_eq!((r.time[0], r.time.len(), r.rows.len()), (0.2, 160, 360));
+        let a = r.channels[1].as_ref().unwrap();
+        assert!(a[..100].iter().all(|a| a.abs() < 1e-9) && (a[110] + 130.0).abs() < 1e-9, "{rest}: {a:?}");
+    }
+    // what begins in the fall stays
+    let begins: String =
+        text(1.0).lines().enumerate().filter(|(i, _)| *i == 0 || *i > 210).map(|l| format!("{}\n", l.1)).collect();
+    let dir = folder(&(HEAD.to_string() + &listed(1)), &[("r1.csv", begins)]);
+    let c = of(dir.path()).unwrap();
+    assert!(c.warnings.is_empty() && c.recordings[0].time.len() == 150, "{:?}", c.warnings);
+}
+
+#[test]
 fn a_speed_at_a_first_sample_that_was_left_out_is_noted() {
     let campaign = HEAD.to_string() + "[[recording]]\nfile = \"r1.csv\"\nstart_speed = 1.0\n";
     let early: String = (0..20).map(|i| format!("{},0\n", 1e-4 * f64::from(i) - 5.0)).collect();
