@@ -78,6 +78,56 @@ fn a_key_with_preload_friction_and_stop_is_named_by_what_its_force_depends_on() 
     assert!(page.contains("the force over depth") && page.contains("law learned"));
 }
 
+/// Writes a campaign of presses of a soft layer to two depths at two rates: k x^0.7 that relaxes by two time constants, and lets go
+/// where it would pull.
+fn soft_layer(dir: &Path) {
+    let mut toml = String::from(
+        "format = \"recordings/1\"\n[campaign]\nname = \"layer\"\nkind = \"indentation\"\n[simulation]\nterms = []\n",
+    );
+    let mut seed = 7u64;
+    for (k, (travel, rate)) in [(2e-3, 1e-4), (2e-3, 1e-3), (4e-3, 1e-4), (4e-3, 1e-3)].into_iter().enumerate() {
+        let mut s = String::from("time [s],force [N],penetration [m]\n");
+        let (mut branches, mut before) = ([0.0, 0.0], 0.0);
+        let interval = 2.0 * travel / rate / 600.0;
+        for i in 0..=600 {
+            let x: f64 = travel * (1.0 - f64::from((i - 300i32).abs()) / 300.0);
+            let elastic = 10.0 * (x / 4e-3).powf(0.7);
+            for (b, tau) in branches.iter_mut().zip([0.8, 12.0]) {
+                *b = *b * f64::exp(-interval / tau) + (elastic - before);
+            }
+            before = elastic;
+            seed = (seed * 16807 + 11) % 2_147_483_647;
+            let noise = 0.02 * (seed as f64 / 2_147_483_647.0 - 0.5);
+            let force = (elastic + 0.6 * branches[0] + 0.8 * branches[1]).max(0.0);
+            writeln!(s, "{:e},{:e},{x:e}", interval * f64::from(i), force + noise).unwrap();
+        }
+        std::fs::write(dir.join(format!("r{}.csv", k + 1)), s).unwrap();
+        write!(toml, "[[recording]]\nfile = \"r{}.csv\"\norder = {}\nlevel = {}\n", k + 1, k + 1, k + 1).unwrap();
+    }
+    std::fs::write(dir.join("campaign.toml"), toml).unwrap();
+}
+
+#[test]
+fn of_a_press_whose_law_is_learned_the_fmu_holds_the_equation_that_comes_nearest() {
+    let dir = tempfile::tempdir().unwrap();
+    let campaign = dir.path().join("layer");
+    std::fs::create_dir(&campaign).unwrap();
+    soft_layer(&campaign);
+    let v = diagnosed(&campaign, &dir.path().join("answer"));
+    let names: Vec<&str> = v["missing"].as_array().unwrap().iter().map(|m| m["mechanism"].as_str().unwrap()).collect();
+    assert_eq!(names, ["viscoelastic_relaxation"], "{}", v["posterior"]);
+    assert_eq!(v["learned"]["leads"], true);
+    let [before, after] = ["before", "after"].map(|k| v["fit"][k]["heldout_nrmse"].as_f64().unwrap());
+    assert!(after < 0.3 * before, "{before} {after}");
+    let element = &v["element"];
+    assert!(
+        element["text"].as_str().unwrap().contains("HysteresisContact.fmu holds viscoelastic relaxation"),
+        "{element}"
+    );
+    assert!(element["starts"]["relaxation_time"]["value"].as_f64().unwrap() > 0.0, "{element}");
+    assert!(v["next"].to_string().contains("viscoelastic relaxation by equation"), "{}", v["next"]);
+}
+
 #[test]
 fn a_force_learned_in_motion_is_in_the_fmu_which_predicts_what_the_diagnosis_does() {
     let dir = tempfile::tempdir().unwrap();

@@ -8,6 +8,7 @@ use super::holding;
 use super::learned::{learned, Learned, Named, Size, CURE, HELD_SHAPE};
 use super::material::remainder;
 use super::motion::{learn, learn_beside, nats_ahead, Force, Loss};
+use super::nearest::nearest;
 use super::order::trend;
 use super::phases::of_force;
 use super::posterior::{limits_reading, Cause, Posterior, POSSIBLE, UNKNOWN};
@@ -59,6 +60,9 @@ pub struct Decision {
     pub windows: Vec<(f64, Vec<&'static str>)>,
     /// Laws learned as functions of imposed motion, whatever their shape; None where that was not done.
     pub learned: Option<Learned>,
+    /// Where such a law leads, the equation that an FMU can hold in its place, and what it predicts of levels not seen; None where
+    /// none predicts them better than the simulation as given.
+    pub nearest: Option<(Fitted, HeldOut)>,
     /// Forces learned where it is not, the likeliest first; empty where that was not done.
     pub forces: Vec<Force>,
     /// Index of the one of them that the recordings are simulated with; None where none is.
@@ -120,6 +124,7 @@ impl Decision {
             folds: None,
             windows: Vec::new(),
             learned: None,
+            nearest: None,
             forces: Vec::new(),
             taken: None,
             by_class: Vec::new(),
@@ -367,6 +372,10 @@ impl Decision {
                 l.names.is_empty() || l.misfit > self.table.learned.discrepancy || self.excess_scatter.is_some();
         }
         self.detected |= !l.names.is_empty();
+        if l.leads {
+            let named: Vec<&str> = l.names.iter().map(|n| n.mechanism.name).collect();
+            self.nearest = nearest(&self.base, &self.fits, &named, self.before.nrmse);
+        }
         self.learned = Some(l);
     }
 

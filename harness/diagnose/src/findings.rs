@@ -9,7 +9,7 @@ use crate::decide::Decision;
 use crate::experiment::{ties, Tie};
 use crate::figure::figure;
 use crate::gates::{gates, little_measured};
-use crate::holding::{learned, Holds};
+use crate::holding::{instead_words, learned, Holds};
 use crate::intervals::{intervals, Intervals};
 use crate::latent::{latent, Latent};
 use crate::map::{map, Cell};
@@ -111,7 +111,7 @@ pub fn gather(
     f.holds_learned = learned(d).filter(|_| f.gates.is_empty()).unwrap_or_default();
     f.caveats.extend(disagreement(c, d));
     f.caveats.extend(cut_short(d));
-    f.caveats.extend(learned_shape(d));
+    f.caveats.extend(learned_shape(d, f.gates.is_empty()));
     if !d.names_something() {
         f.caveats.extend(little_measured(d));
     }
@@ -120,7 +120,8 @@ pub fn gather(
 }
 
 /// What a reader has to know of names whose shape was learned; None where there are none.
-fn learned_shape(d: &Decision) -> Option<String> {
+fn learned_shape(d: &Decision, relied_on: bool) -> Option<String> {
+    let instead = instead_words(d, relied_on).map_or(String::new(), |i| format!(" {i}."));
     let l = d.learned.as_ref().filter(|l| l.leads && !l.names.is_empty())?;
     let predicts = if d.before.nrmse >= l.heldout.nrmse {
         ""
@@ -129,7 +130,7 @@ fn learned_shape(d: &Decision) -> Option<String> {
     };
     Some(format!(
         "No equation of the vocabulary has the shape of what is named: the shape is learned, and drawn below. \
-         HysteresisContact.fmu does not hold it.{predicts}"
+         HysteresisContact.fmu does not hold it.{instead}{predicts}"
     ))
 }
 

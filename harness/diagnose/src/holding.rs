@@ -3,6 +3,7 @@
 use crate::body::is_force_on_body;
 use crate::decide::Decision;
 use crate::gates::little_measured;
+use crate::heldout::HeldOut;
 use estimate::fitted::Fitted;
 use estimate::structure::Term;
 use law::body::LearnedForce;
@@ -35,7 +36,7 @@ pub fn learned(d: &Decision) -> Option<Holds> {
     }
     let stands_in = |t: &Term| !t.mechanism.named && mechanisms::learned_force::MECHANISM.name != t.name();
     let others = || force.fitted.structure.terms().iter().filter(|t| stands_in(t)).map(|t| t.mechanism);
-    let is_held = |m: &Mechanism| m.origin == Origin::Chain || is_force_on_body(m) || pack::holds(m.name);
+    let is_held = |m: &Mechanism| m.origin == Origin::Chain || can_be_held(m);
     if force.depends.contains(&Dependence::Order) || !others().all(is_held) {
         return None;
     }
@@ -45,10 +46,42 @@ pub fn learned(d: &Decision) -> Option<Holds> {
     (is(Origin::Contact) || is(Origin::Motion)).then_some(Holds { in_contact, on_body })
 }
 
-/// The fit whose law and forces the FMUs hold: with the force that was learned where they can, as `holds` says; with the names where
+/// Whether one of our FMUs can hold a mechanism.
+pub fn can_be_held(m: &Mechanism) -> bool {
+    is_force_on_body(m) || pack::holds(m.name)
+}
+
+/// The equation that the FMUs hold in the place of a law learned of imposed motion, and what it predicts; None where there is none to
+/// be relied on.
+pub fn instead(d: &Decision, relied_on: bool) -> Option<&(Fitted, HeldOut)> {
+    d.nearest.as_ref().filter(|_| relied_on)
+}
+
+/// That equation in words: which FMU holds it, and how well it predicts.
+pub fn instead_words(d: &Decision, relied_on: bool) -> Option<String> {
+    let (f, h) = instead(d, relied_on)?;
+    let law = &d.learned.as_ref()?.heldout;
+    let percent = |h: &HeldOut| 100.0 * h.predictions.misfit_of_compared(&d.base.data);
+    let names = f.names().iter().map(|n| n.replace('_', " ")).collect::<Vec<_>>().join(" and ");
+    let fmus = match f.structure.terms().iter().any(|t| is_force_on_body(t.mechanism)) {
+        true => "HysteresisContact.fmu and BodyForce.fmu hold",
+        false => "HysteresisContact.fmu holds",
+    };
+    Some(format!(
+        "{fmus} {names} by equation, the nearest that there is: of the force that the fit did not see it misses {:.2} % of range, the law \
+         learned {:.2} %, the simulation as given {:.2} %",
+        percent(h),
+        percent(law),
+        percent(&d.before)
+    ))
+}
+
+/// The fit whose law and forces the FMUs hold: the equation in the place of a law learned of imposed motion; with the force that was learned where they can, as `holds` says; with the names where
 /// those are relied on; or else the simulation as given.
 pub fn held(d: &Decision, holds: Holds, relied_on: bool) -> &Fitted {
-    if holds.any() {
+    if let Some((nearest, _)) = instead(d, relied_on) {
+        nearest
+    } else if holds.any() {
         d.simulated()
     } else if relied_on && d.chosen.is_named() {
         &d.chosen

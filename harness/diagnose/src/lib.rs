@@ -29,6 +29,7 @@ pub mod map;
 pub mod material;
 pub mod misfit;
 pub mod motion;
+mod nearest;
 pub mod next;
 mod order;
 pub mod phases;

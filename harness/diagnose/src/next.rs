@@ -4,6 +4,7 @@ use super::bias::Bias;
 use super::decide::Decision;
 use super::experiment::Tie;
 use super::findings::Findings;
+use super::holding::instead_words;
 use super::phases::{strongest, PHASES};
 use mechanisms::mechanism::{Acts, Mechanism, Origin};
 use mechanisms::ALL;
@@ -52,6 +53,9 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
     let in_the_fmu = named.iter().any(|m| m.origin == Origin::Contact) && f.gates.is_empty();
     if fmu && !in_the_fmu && !d.is_learned() {
         v.push(recalibrated(d, &named, f).into());
+    }
+    if let Some(instead) = instead_words(d, f.gates.is_empty()).filter(|_| fmu) {
+        v.push(format!("Or put the FMU in the place of the simulation's contact: {instead}."));
     }
     v
 }

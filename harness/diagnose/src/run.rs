@@ -289,7 +289,8 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
         let through = decision.after.as_ref().filter(|_| relied_on && c.kind != Kind::System && holds_all);
         let through = through.map(|a| (decision.simulated(), a));
         let binaries = pack::Model::contact().libraries(settings.platforms);
-        let overdispersion = decision.overdispersion.1.max(1.0);
+        let of_nearest = holding::instead(&decision, relied_on).map(|(f, _)| f.overdispersion());
+        let overdispersion = of_nearest.unwrap_or(decision.overdispersion.1).max(1.0);
         let packing = |binaries| packed(binaries, calibrated, overdispersion, &law, through);
         binaries.and_then(packing).map_err(|e| format!("{e:#}"))
     } else {

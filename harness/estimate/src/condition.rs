@@ -2,7 +2,7 @@
 
 use crate::budget::Budget;
 use crate::impact::{impact, pulse, push_of, Impact, Pulse};
-use crate::problem::{Data, Record, Scales};
+use crate::problem::{Data, Record, Scales, TILT_SHARE};
 use crate::smooth::{corners, smooth_between};
 use mechanisms::load_history::LoadHistory;
 use plant::machine::{Impact as Impacted, Machine, Seat};
@@ -323,8 +323,17 @@ pub fn condition_on(c: &Campaign, machine: Option<&Arc<dyn Machine>>) -> Result<
         peak,
         deepest: if deepest.is_finite() { deepest.max(depth) } else { depth },
     };
-    let data =
-        Data { kind: c.kind, mass, records, noise, scales, range, repeat_scatter: REPEATS, budget: Budget::default() };
+    let data = Data {
+        kind: c.kind,
+        mass,
+        records,
+        noise,
+        scales,
+        range,
+        repeat_scatter: REPEATS,
+        tilt_share: TILT_SHARE,
+        budget: Budget::default(),
+    };
     Ok(Conditioned { data, guess: Guess { k, p }, unsure })
 }
 

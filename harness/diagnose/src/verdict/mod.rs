@@ -510,7 +510,7 @@ pub struct LatentPlace {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Element {
     pub right: bool,
-    pub text: &'static str,
+    pub text: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fmu: Option<&'static str>,
     /// Platforms that the FMU runs on, as FMI 2.0 names them.

@@ -65,6 +65,8 @@ pub struct Data {
     pub range: [f64; 3],
     /// Standard deviation of ln stiffness between repeats.
     pub repeat_scatter: f64,
+    /// Standard deviation of the rise of the free line over the range of an imposed penetration, share of the range of force.
+    pub tilt_share: f64,
     /// When every fit of them has to end.
     pub budget: Budget,
 }
@@ -95,8 +97,8 @@ const ZERO_OF_WAY: f64 = 5e-6;
 /// Share of the range of an imposed penetration by which the point of touch is uncertain: who sets it by eye, or where the
 /// force rises out of its noise, sets it late, and a pull before the touch hides it.
 const TOUCH_SHARE: f64 = 0.1;
-/// Share of the range of force that the free line rises by over the range of penetration.
-const TILT_SHARE: f64 = 0.003;
+/// Share of the range of force that the free line of an instrument rises by over the range of penetration.
+pub(crate) const TILT_SHARE: f64 = 0.003;
 
 impl Data {
     /// The nuisances of every recording of this campaign.
@@ -198,7 +200,7 @@ impl Data {
 
     /// Slope of the free line that is usual, N/m.
     fn tilt_scale(&self) -> f64 {
-        TILT_SHARE * self.range[0] / self.range[2]
+        self.tilt_share * self.range[0] / self.range[2]
     }
 
     /// Change of a nuisance by which its sensitivity is worked out.
@@ -298,6 +300,7 @@ impl Data {
             scales,
             range: [force, 0.0, depth],
             repeat_scatter: 0.006,
+            tilt_share: TILT_SHARE,
             budget: Budget::default(),
         }
     }

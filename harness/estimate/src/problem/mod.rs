@@ -8,6 +8,7 @@ mod fit;
 mod linear;
 
 use data::local_of;
+pub(crate) use data::TILT_SHARE;
 use law::Parameters as Law;
 use mechanisms::physics::Physics;
 use plant::chain::readings;

@@ -254,7 +254,7 @@ pub fn cause(mechanisms: &[&str]) -> String {
 
 /// What the packed element holds, and how it did.
 pub fn through(o: &Outcome, p: &Packed) -> String {
-    let what = o.verdict.element.as_ref().map_or("", |e| e.text);
+    let what = o.verdict.element.as_ref().map_or("", |e| &e.text);
     let run = p.through.as_ref().map_or(String::new(), |t| {
         format!(
             "; the recordings run through it give the predictions after (within {:.0e} of range of the diagnosis' own \
