@@ -188,7 +188,15 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let of = learn::learn(&all, &given, numbers)?;
     let names_of_classes = |c: &[usize]| names(c, &given, of.rates_differ);
     let names_of = |s: &learn::Set| names_of_classes(&s.law.classes);
-    let forms = Forms::new(d, &of);
+    let groups = groups(data);
+    let without = learned_without(&all, &groups, &given, numbers);
+    let law_without = |r: usize| {
+        let fold = groups.iter().position(|out| out.contains(&r))?;
+        Some(&without[fold].as_ref()?.sets.first()?.law)
+    };
+    let laws: Vec<Option<&Law>> = (0..all.len()).map(law_without).collect();
+    let heldout = predicted(d, &all, &laws, limit);
+    let forms = Forms::new(d, &of, &heldout);
     let judged = forms.weighed();
     let stands_for = |s: &learn::Set| {
         let slow = s.law.instead().map(|(classes, share)| (names_of_classes(&classes), share));
@@ -230,14 +238,6 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     let courses = all.iter().zip(&data.records).zip(&law.surfaces).zip(&of.gains);
     let courses: Vec<Course> = courses.map(course).collect();
     let misfit = of_courses(&courses, law.press.force);
-    let groups = groups(data);
-    let without = learned_without(&all, &groups, &given, numbers);
-    let law_without = |r: usize| {
-        let fold = groups.iter().position(|out| out.contains(&r))?;
-        Some(&without[fold].as_ref()?.sets.first()?.law)
-    };
-    let laws: Vec<Option<&Law>> = (0..all.len()).map(law_without).collect();
-    let heldout = predicted(d, &all, &laws, limit);
     let named = |l: &learn::Learned| likely_by(l, &names_of_classes);
     let folds = groups.iter().zip(&without).filter_map(|(out, l)| Some((out.clone(), named(l.as_ref()?)))).collect();
     let mut learned = Learned { of, set, names: Vec::new(), heldout, courses, leads, misfit, folds };
@@ -252,32 +252,76 @@ struct Forms<'a> {
     /// Variance of a sample's noise over the range of force squared, and samples.
     noise: f64,
     samples: f64,
+    /// Misfit of the laws learned on what they have not seen, share of the range of force; None of one recording alone.
+    law_not_seen: Option<f64>,
+    /// Levels that were predicted, or recordings of one level.
+    predicted: f64,
 }
 
 impl<'a> Forms<'a> {
-    fn new(d: &'a Decision, of: &'a learn::Learned) -> Forms<'a> {
+    fn new(d: &'a Decision, of: &'a learn::Learned, heldout: &HeldOut) -> Forms<'a> {
         let (base, samples) = (misfit_of(&d.base), d.base.fit.samples as f64);
-        Forms { d, of, noise: base * base * samples / d.evidence.structures[0].chi2, samples }
+        let noise = base * base * samples / d.evidence.structures[0].chi2;
+        // of one recording alone what was not seen is its way back: no law is told by that
+        let several = d.base.data.records.len() > 1;
+        let law_not_seen = several.then(|| heldout.predictions.misfit_of_compared(&d.base.data));
+        Forms { d, of, noise, samples, law_not_seen, predicted: groups(&d.base.data).len() as f64 }
+    }
+
+    /// ln weight lost by what is missed of levels not seen, `not_seen`, over what is left of those seen, `left`, share of the range of
+    /// force: every level predicted counts as one sample, for what is missed of it is one error of the law.
+    fn ln_lost(&self, left: f64, not_seen: f64) -> f64 {
+        let variance = |m: f64| m * m + self.of.scale.discrepancy.powi(2);
+        0.5 * self.predicted * (variance(not_seen.max(left)) / variance(left)).ln()
+    }
+
+    /// What the structure of this index misses of levels not seen, share of the range of force. Of one of which that is not known it
+    /// grows over what it leaves, `left`, as that of the likeliest; None where nothing of the kind is known.
+    fn not_seen(&self, i: usize, left: f64) -> Option<f64> {
+        self.law_not_seen?;
+        // of an imposed motion the misfit of all channels counts the motion, which is met
+        let before = &self.d.before;
+        let of_force = before.predictions.misfit_of_compared(&self.d.base.data) / before.nrmse;
+        let known = |i: usize| Some(self.d.evidence.structures.get(i)?.heldout? * of_force);
+        let as_likeliest = || Some(left * known(self.likeliest()?)? / self.left(self.likeliest()?)?);
+        known(i).or_else(as_likeliest)
+    }
+
+    /// Index of the likeliest structure that names a cause, or nothing.
+    fn likeliest(&self) -> Option<usize> {
+        self.d.posterior.causes.iter().find(|c| !c.is_unknown()).and_then(|c| c.structure)
+    }
+
+    /// Misfit of the structure of this index on what it has seen, by the measure of the laws learned.
+    fn left(&self, i: usize) -> Option<f64> {
+        let w = self.d.evidence.structures.get(i)?;
+        // laws are learned on means of samples, which hold less noise
+        let of_means = (self.of.scale.samples / self.samples).min(1.0);
+        Some((self.noise * ((w.chi2 / self.samples - 1.0).max(0.0) + of_means)).sqrt())
+    }
+
+    /// ln weight of the laws learned, less what they miss of levels not seen.
+    fn ln_weight_of_laws(&self) -> f64 {
+        let seen = self.of.sets[0].misfit;
+        self.of.ln_weight - self.law_not_seen.map_or(0.0, |not_seen| self.ln_lost(seen, not_seen))
     }
 
     /// Variance that the likeliest form leaves, over that of the noise.
     fn inflation(&self) -> f64 {
-        let best = self.d.posterior.causes.iter().find(|c| !c.is_unknown()).and_then(|c| c.structure);
-        let of = best.and_then(|i| self.d.evidence.structures.get(i));
+        let of = self.likeliest().and_then(|i| self.d.evidence.structures.get(i));
         of.map_or(1.0, |w| w.chi2 / self.samples)
     }
 
     /// ln weight of the structure of this index; 0 is the simulation as given. None where there is none, or nothing is left to weigh.
     fn ln_weight(&self, i: usize) -> Option<f64> {
         let w = self.d.evidence.structures.get(i)?;
-        // laws are learned on means of samples, which hold less noise
-        let of_means = (self.of.scale.samples / self.samples).min(1.0);
-        let left = (self.noise * ((w.chi2 / self.samples - 1.0).max(0.0) + of_means)).sqrt();
+        let left = self.left(i)?;
+        let lost = self.not_seen(i, left).map_or(0.0, |not_seen| self.ln_lost(left, not_seen));
         // a limit of a reading is no law beside others: what it hides does not count where laws are learned
         let causes = w.names.iter().filter(|n| !limits_reading(&[n])).count();
         let parameters = ELASTIC + w.parameters;
         // recordings without any noise leave nothing to compare
-        Some(self.of.ln_weight_of(causes, parameters, left, &self.d.table.learned)).filter(|ln| ln.is_finite())
+        Some(self.of.ln_weight_of(causes, parameters, left, &self.d.table.learned) - lost).filter(|ln| ln.is_finite())
     }
 
     /// The decision's posterior with every cause weighed by the measure of the laws learned: forms by what they leave, the unknown cause
@@ -287,7 +331,7 @@ impl<'a> Forms<'a> {
     fn weighed(&self) -> Posterior {
         let of_form = |c: &Cause| c.structure.and_then(|i| self.ln_weight(i));
         let ln = |c: &Cause| match c.is_unknown() {
-            true => self.of.ln_weight,
+            true => self.ln_weight_of_laws(),
             false => of_form(c).unwrap_or(f64::NEG_INFINITY),
         };
         match self.d.posterior.causes.iter().any(|c| of_form(c).is_some()) {

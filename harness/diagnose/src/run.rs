@@ -309,7 +309,9 @@ fn judged(c: &Campaign, settings: &Settings<'_>) -> Result<Outcome, Unfinished> 
         a.predictions.clone_from(&t.predictions);
         a.nrmse = t.predictions.misfit(&prepared.data);
     }
-    if let (Some(a), Some(f), false) = (&mut decision.after, &decision.folds, has_remainder) {
+    // a law learned leads with predictions of its own
+    let by_folds = !has_remainder && !decision.is_learned();
+    if let (Some(a), Some(f), true) = (&mut decision.after, &decision.folds, by_folds) {
         f.put_in(a, &decision.chosen);
     }
     // what would be predicted worse is predicted by the simulation as given: a name is no reason to do worse
