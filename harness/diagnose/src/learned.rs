@@ -326,8 +326,8 @@ impl<'a> Forms<'a> {
 
     /// The decision's posterior with every cause weighed by the measure of the laws learned: forms by what they leave, the unknown cause
     /// by those laws, for until something was learned it had no evidence of its own, and what forms that leave more than noise say
-    /// against it counts the less. An equation that leaves much of what a law of
-    /// free shapes explains, or another equation, is not what is missing. As it is where no form can be weighed so.
+    /// against it counts the less. An equation that leaves much of what a law of free shapes explains, or another equation, is not what
+    /// is missing. As it is where no form can be weighed so.
     fn weighed(&self) -> Posterior {
         let of_form = |c: &Cause| c.structure.and_then(|i| self.ln_weight(i));
         let ln = |c: &Cause| match c.is_unknown() {
@@ -349,7 +349,7 @@ impl<'a> Forms<'a> {
         if powers < 2 || holds_it || s.law.classes.iter().any(|c| !given.contains(c)) {
             return None;
         }
-        let ln_set = self.d.table.learned.class + self.of.ln_weight + s.probability.ln();
+        let ln_set = self.d.table.learned.class + self.ln_weight_of_laws() + s.probability.ln();
         Some(1.0 / (1.0 + (self.ln_weight(0)? - ln_set).exp()))
     }
 }
