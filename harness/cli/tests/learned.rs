@@ -7,29 +7,73 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
-/// Writes a campaign of two presses of a sprung key, at one rate and without a hold: a preload, friction that varies along the
-/// way, and a stop; noise from a linear congruence.
-fn press(dir: &Path) {
-    let mut toml = String::from(
-        "format = \"recordings/1\"\n[campaign]\nname = \"key\"\nkind = \"indentation\"\n[simulation]\nterms = []\n",
+/// Noise between -1/2 and 1/2 from a linear congruence.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 = (self.0 * 16807 + 11) % 2_147_483_647;
+        self.0 as f64 / 2_147_483_647.0 - 0.5
+    }
+}
+
+/// Writes a campaign of presses, each of a level and its samples of time, s, force, N, and penetration, m.
+fn write_presses(dir: &Path, name: &str, presses: &[(f64, Vec<[f64; 3]>)]) {
+    let mut toml = format!(
+        "format = \"recordings/1\"\n[campaign]\nname = \"{name}\"\nkind = \"indentation\"\n[simulation]\nterms = []\n"
     );
-    let mut seed = 7u64;
-    for (k, travel) in [3.9e-3, 4.0e-3].into_iter().enumerate() {
+    for (k, (level, samples)) in (1..).zip(presses) {
         let mut s = String::from("time [s],force [N],penetration [m]\n");
-        for i in 0..=600 {
-            let x: f64 = travel * (1.0 - f64::from((i - 300i32).abs()) / 300.0);
-            let way = if i < 300 { 1.0 } else { -1.0 };
-            seed = (seed * 16807 + 11) % 2_147_483_647;
-            let noise = 2e-3 * (seed as f64 / 2_147_483_647.0 - 0.5);
-            let friction = way * (0.03 + 0.02 * (1500.0 * x).sin().abs());
-            let force = 0.3 * (1.0 - (-x / 3e-5).exp()) + 70.0 * x + friction + 4e3 * (x - 3.75e-3).max(0.0);
-            writeln!(s, "{},{:e},{x:e}", 0.1 * f64::from(i), force.max(0.0) + noise).unwrap();
-        }
-        std::fs::write(dir.join(format!("r{}.csv", k + 1)), s).unwrap();
-        write!(toml, "[[recording]]\nfile = \"r{}.csv\"\norder = {}\nlevel = {}\n", k + 1, k + 1, 1e3 * travel)
-            .unwrap();
+        samples.iter().for_each(|[t, f, x]| writeln!(s, "{t},{f:e},{x:e}").unwrap());
+        std::fs::write(dir.join(format!("r{k}.csv")), s).unwrap();
+        write!(toml, "[[recording]]\nfile = \"r{k}.csv\"\norder = {k}\nlevel = {level}\n").unwrap();
     }
     std::fs::write(dir.join("campaign.toml"), toml).unwrap();
+}
+
+/// Way to `travel` and back at one rate, in 601 samples, m.
+fn way(i: i32, travel: f64) -> f64 {
+    travel * (1.0 - f64::from((i - 300i32).abs()) / 300.0)
+}
+
+/// Writes a campaign of two presses of a sprung key, at one rate and without a hold: a preload, friction that varies along the
+/// way, and a stop.
+fn press(dir: &Path) {
+    let mut noise = Noise(7);
+    let of = |travel: f64| {
+        let sample = |i: i32| {
+            let x = way(i, travel);
+            let direction = if i < 300 { 1.0 } else { -1.0 };
+            let friction = direction * (0.03 + 0.02 * (1500.0 * x).sin().abs());
+            let force = 0.3 * (1.0 - (-x / 3e-5).exp()) + 70.0 * x + friction + 4e3 * (x - 3.75e-3).max(0.0);
+            [0.1 * f64::from(i), force.max(0.0) + 2e-3 * noise.next(), x]
+        };
+        (1e3 * travel, (0..=600).map(sample).collect())
+    };
+    write_presses(dir, "key", &[3.9e-3, 4.0e-3].map(of));
+}
+
+/// Writes a campaign of presses of a soft layer to two depths at two rates: k x^0.7 that relaxes by two time constants, and lets go
+/// where it would pull.
+fn soft_layer(dir: &Path) {
+    let mut noise = Noise(7);
+    let mut of = |level: f64, travel: f64, rate: f64| {
+        let (mut branches, mut before) = ([0.0, 0.0], 0.0);
+        let interval = 2.0 * travel / rate / 600.0;
+        let sample = |i: i32| {
+            let x = way(i, travel);
+            let elastic = 10.0 * (x / 4e-3).powf(0.7);
+            for (b, tau) in branches.iter_mut().zip([0.8, 12.0]) {
+                *b = *b * f64::exp(-interval / tau) + (elastic - before);
+            }
+            before = elastic;
+            let force = (elastic + 0.6 * branches[0] + 0.8 * branches[1]).max(0.0);
+            [interval * f64::from(i), force + 0.02 * noise.next(), x]
+        };
+        (level, (0..=600).map(sample).collect())
+    };
+    let all = [of(1.0, 2e-3, 1e-4), of(2.0, 2e-3, 1e-3), of(3.0, 4e-3, 1e-4), of(4.0, 4e-3, 1e-3)];
+    write_presses(dir, "layer", &all);
 }
 
 /// The verdict on a campaign.
@@ -76,35 +120,6 @@ fn a_key_with_preload_friction_and_stop_is_named_by_what_its_force_depends_on() 
     assert!((mean - 0.44).abs() < 0.03 && (0.01..0.08).contains(&lost), "{half:?}");
     let page = std::fs::read_to_string(answer.join("report.html")).unwrap();
     assert!(page.contains("the force over depth") && page.contains("law learned"));
-}
-
-/// Writes a campaign of presses of a soft layer to two depths at two rates: k x^0.7 that relaxes by two time constants, and lets go
-/// where it would pull.
-fn soft_layer(dir: &Path) {
-    let mut toml = String::from(
-        "format = \"recordings/1\"\n[campaign]\nname = \"layer\"\nkind = \"indentation\"\n[simulation]\nterms = []\n",
-    );
-    let mut seed = 7u64;
-    for (k, (travel, rate)) in [(2e-3, 1e-4), (2e-3, 1e-3), (4e-3, 1e-4), (4e-3, 1e-3)].into_iter().enumerate() {
-        let mut s = String::from("time [s],force [N],penetration [m]\n");
-        let (mut branches, mut before) = ([0.0, 0.0], 0.0);
-        let interval = 2.0 * travel / rate / 600.0;
-        for i in 0..=600 {
-            let x: f64 = travel * (1.0 - f64::from((i - 300i32).abs()) / 300.0);
-            let elastic = 10.0 * (x / 4e-3).powf(0.7);
-            for (b, tau) in branches.iter_mut().zip([0.8, 12.0]) {
-                *b = *b * f64::exp(-interval / tau) + (elastic - before);
-            }
-            before = elastic;
-            seed = (seed * 16807 + 11) % 2_147_483_647;
-            let noise = 0.02 * (seed as f64 / 2_147_483_647.0 - 0.5);
-            let force = (elastic + 0.6 * branches[0] + 0.8 * branches[1]).max(0.0);
-            writeln!(s, "{:e},{:e},{x:e}", interval * f64::from(i), force + noise).unwrap();
-        }
-        std::fs::write(dir.join(format!("r{}.csv", k + 1)), s).unwrap();
-        write!(toml, "[[recording]]\nfile = \"r{}.csv\"\norder = {}\nlevel = {}\n", k + 1, k + 1, k + 1).unwrap();
-    }
-    std::fs::write(dir.join("campaign.toml"), toml).unwrap();
 }
 
 #[test]

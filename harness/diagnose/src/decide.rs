@@ -370,12 +370,10 @@ impl Decision {
             self.excess_scatter = l.excess_scatter(self.base.data.repeat_scatter);
             self.unexplained =
                 l.names.is_empty() || l.misfit > self.table.learned.discrepancy || self.excess_scatter.is_some();
-        }
-        self.detected |= !l.names.is_empty();
-        if l.leads {
             let named: Vec<&str> = l.names.iter().map(|n| n.mechanism.name).collect();
             self.nearest = nearest(&self.base, &self.fits, &named, self.before.nrmse);
         }
+        self.detected |= !l.names.is_empty();
         self.learned = Some(l);
     }
 

@@ -53,6 +53,8 @@ pub struct Findings {
     pub sensors: Vec<Against>,
     /// Which FMUs hold the force that was learned in motion.
     pub holds_learned: Holds,
+    /// The equation that the FMUs hold in the place of a law learned of imposed motion, in words; None where there is none.
+    pub instead: Option<String>,
     /// What BodyForce.fmu holds; None where it is not written.
     pub on_body: Option<OnBody>,
     /// Why what is named is not handed out in an FMU; these stand among the caveats, too.
@@ -108,10 +110,11 @@ pub fn gather(
         f.latent = named_part(d).and_then(|r| latent(&r));
     }
     f.gates = gates(d, &f.remainder);
+    f.instead = instead_words(d, f.gates.is_empty());
     f.holds_learned = learned(d).filter(|_| f.gates.is_empty()).unwrap_or_default();
     f.caveats.extend(disagreement(c, d));
     f.caveats.extend(cut_short(d));
-    f.caveats.extend(learned_shape(d, f.gates.is_empty()));
+    f.caveats.extend(learned_shape(d, f.instead.as_deref()));
     if !d.names_something() {
         f.caveats.extend(little_measured(d));
     }
@@ -120,9 +123,9 @@ pub fn gather(
 }
 
 /// What a reader has to know of names whose shape was learned; None where there are none.
-fn learned_shape(d: &Decision, relied_on: bool) -> Option<String> {
-    let instead = instead_words(d, relied_on).map_or(String::new(), |i| format!(" {i}."));
+fn learned_shape(d: &Decision, instead: Option<&str>) -> Option<String> {
     let l = d.learned.as_ref().filter(|l| l.leads && !l.names.is_empty())?;
+    let instead = instead.map_or(String::new(), |i| format!(" {i}."));
     let predicts = if d.before.nrmse >= l.heldout.nrmse {
         ""
     } else {

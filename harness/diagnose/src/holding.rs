@@ -4,6 +4,7 @@ use crate::body::is_force_on_body;
 use crate::decide::Decision;
 use crate::gates::little_measured;
 use crate::heldout::HeldOut;
+use crate::next::words;
 use estimate::fitted::Fitted;
 use estimate::structure::Term;
 use law::body::LearnedForce;
@@ -62,7 +63,7 @@ pub fn instead_words(d: &Decision, relied_on: bool) -> Option<String> {
     let (f, h) = instead(d, relied_on)?;
     let law = &d.learned.as_ref()?.heldout;
     let percent = |h: &HeldOut| 100.0 * h.predictions.misfit_of_compared(&d.base.data);
-    let names = f.names().iter().map(|n| n.replace('_', " ")).collect::<Vec<_>>().join(" and ");
+    let names = words(&f.names());
     let fmus = match f.structure.terms().iter().any(|t| is_force_on_body(t.mechanism)) {
         true => "HysteresisContact.fmu and BodyForce.fmu hold",
         false => "HysteresisContact.fmu holds",
@@ -76,8 +77,8 @@ pub fn instead_words(d: &Decision, relied_on: bool) -> Option<String> {
     ))
 }
 
-/// The fit whose law and forces the FMUs hold: the equation in the place of a law learned of imposed motion; with the force that was learned where they can, as `holds` says; with the names where
-/// those are relied on; or else the simulation as given.
+/// The fit whose law and forces the FMUs hold: the equation in the place of a law learned of imposed motion; with the force that was
+/// learned where they can, as `holds` says; with the names where those are relied on; or else the simulation as given.
 pub fn held(d: &Decision, holds: Holds, relied_on: bool) -> &Fitted {
     if let Some((nearest, _)) = instead(d, relied_on) {
         nearest

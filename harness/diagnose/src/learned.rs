@@ -196,7 +196,7 @@ pub fn learned(c: &Campaign, d: &Decision) -> Option<(Learned, Posterior)> {
     };
     let laws: Vec<Option<&Law>> = (0..all.len()).map(law_without).collect();
     let heldout = predicted(d, &all, &laws, limit);
-    let forms = Forms::new(d, &of, &heldout);
+    let forms = Forms::new(d, &of, &heldout, groups.len());
     let judged = forms.weighed();
     let stands_for = |s: &learn::Set| {
         let slow = s.law.instead().map(|(classes, share)| (names_of_classes(&classes), share));
@@ -259,13 +259,14 @@ struct Forms<'a> {
 }
 
 impl<'a> Forms<'a> {
-    fn new(d: &'a Decision, of: &'a learn::Learned, heldout: &HeldOut) -> Forms<'a> {
+    /// `predicted`: levels, or recordings of one level, that `heldout` predicts by laws that have not seen them.
+    fn new(d: &'a Decision, of: &'a learn::Learned, heldout: &HeldOut, predicted: usize) -> Forms<'a> {
         let (base, samples) = (misfit_of(&d.base), d.base.fit.samples as f64);
         let noise = base * base * samples / d.evidence.structures[0].chi2;
         // of one recording alone what was not seen is its way back: no law is told by that
         let several = d.base.data.records.len() > 1;
         let law_not_seen = several.then(|| heldout.predictions.misfit_of_compared(&d.base.data));
-        Forms { d, of, noise, samples, law_not_seen, predicted: groups(&d.base.data).len() as f64 }
+        Forms { d, of, noise, samples, law_not_seen, predicted: predicted as f64 }
     }
 
     /// ln weight lost by what is missed of levels not seen, `not_seen`, over what is left of those seen, `left`, share of the range of
@@ -275,8 +276,8 @@ impl<'a> Forms<'a> {
         0.5 * self.predicted * (variance(not_seen.max(left)) / variance(left)).ln()
     }
 
-    /// What the structure of this index misses of levels not seen, share of the range of force. Of one of which that is not known it
-    /// grows over what it leaves, `left`, as that of the likeliest; None where nothing of the kind is known.
+    /// Misfit of the structure of this index on levels not seen, share of the range of force. Of a structure whose predictions were not
+    /// worked out it grows over what the structure leaves, `left`, as that of the likeliest does; None where neither is known.
     fn not_seen(&self, i: usize, left: f64) -> Option<f64> {
         self.law_not_seen?;
         // of an imposed motion the misfit of all channels counts the motion, which is met

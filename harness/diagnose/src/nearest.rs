@@ -1,4 +1,5 @@
-//! What an FMU can hold of a law that was learned of imposed motion: the equation that predicts levels not seen best.
+//! The equation that comes nearest to a law learned of imposed motion, of those that an FMU can hold: the one that predicts levels
+//! not seen best.
 
 use crate::expand::SLOW;
 use crate::heldout::{held_out, HeldOut};
@@ -8,9 +9,9 @@ use estimate::problem::{Data, Nuisance, Problem};
 use estimate::structure::Term;
 use std::sync::Arc;
 
-/// Equations at most that are fitted anew.
+/// Equations at most that are fitted anew, the best of the search first: each costs as much as a fit and one of every level.
 const TRIED: usize = 3;
-/// Starts of a term that is added anew.
+/// Starts of a term that is added anew, the most promising first.
 const STARTS: usize = 4;
 /// Standard deviation of what an FMU has none of, a stiffness of each recording (ln) and a slope of the free line (share of the range of
 /// force): next to none.

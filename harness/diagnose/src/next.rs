@@ -4,7 +4,6 @@ use super::bias::Bias;
 use super::decide::Decision;
 use super::experiment::Tie;
 use super::findings::Findings;
-use super::holding::instead_words;
 use super::phases::{strongest, PHASES};
 use mechanisms::mechanism::{Acts, Mechanism, Origin};
 use mechanisms::ALL;
@@ -54,7 +53,7 @@ pub fn steps(c: &Campaign, d: &Decision, f: &Findings, fmu: bool) -> Vec<String>
     if fmu && !in_the_fmu && !d.is_learned() {
         v.push(recalibrated(d, &named, f).into());
     }
-    if let Some(instead) = instead_words(d, f.gates.is_empty()).filter(|_| fmu) {
+    if let Some(instead) = f.instead.as_ref().filter(|_| fmu) {
         v.push(format!("Or put the FMU in the place of the simulation's contact: {instead}."));
     }
     v
@@ -144,7 +143,8 @@ pub fn plain(name: &str) -> String {
     name.replace('_', " ")
 }
 
-fn words(names: &[&str]) -> String {
+/// Names as they are read, in one phrase.
+pub fn words(names: &[&str]) -> String {
     names.iter().map(|n| plain(n)).collect::<Vec<_>>().join(" and ")
 }
 

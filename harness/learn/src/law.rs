@@ -54,12 +54,16 @@ impl Law {
 
     /// Whether the contact of such classes sticks, so that it may pull.
     pub(crate) fn sticks(classes: &[usize]) -> bool {
-        classes.iter().any(|c| ALL[*c].mechanism == Some("adhesion"))
+        Law::holds(classes, "adhesion")
     }
 
     /// Whether the contact of such classes relaxes, so that its law would pull on a fast return.
     pub(crate) fn relaxes(classes: &[usize]) -> bool {
-        classes.iter().any(|c| ALL[*c].mechanism == Some("viscoelastic_relaxation"))
+        Law::holds(classes, "viscoelastic_relaxation")
+    }
+
+    fn holds(classes: &[usize], mechanism: &str) -> bool {
+        classes.iter().any(|c| ALL[*c].mechanism == Some(mechanism))
     }
 
     /// The force along a recording, of its motion alone but for where its surface is, m. A contact that does not stick does not

@@ -73,7 +73,7 @@ impl Recording {
         }
     }
 
-    /// What the way in takes, s, by its middle.
+    /// Duration of the way in, s, by its middle.
     fn way_in(&self) -> f64 {
         let (low, high) = (self.depth.iter().fold(f64::MAX, |m, x| m.min(*x)), highest(&self.depth));
         let at = |share: f64| low + share * (self.depth[high] - low);
@@ -136,7 +136,7 @@ pub struct Press {
     pub depth: f64,
     pub force: f64,
     pub rate: f64,
-    /// What the fastest way in and back takes, twice the way in, and what the longest recording lasts, s.
+    /// Duration of the fastest way in and back, which is twice the way in, and of the longest recording, s.
     pub lasts: (f64, f64),
     /// Depths, share of `depth`, between which the contact pulls while it is left; None where no force is below rest by more
     /// than a law of contact is off.

@@ -110,7 +110,13 @@ struct Placed {
 
 impl Placed {
     /// With the surface of each recording where `rule` has it, of `surfaces` recording by recording.
-    fn new(recordings: &[Recording], surfaces: &[Vec<f64>], rule: usize, numbers: &Numbers) -> Option<Placed> {
+    fn new(
+        recordings: &[Recording],
+        surfaces: &[Vec<f64>],
+        rule: usize,
+        numbers: &Numbers,
+        rates_differ: bool,
+    ) -> Option<Placed> {
         let small = numbers.discrepancy;
         let surfaces: Vec<f64> = surfaces.iter().map(|s| s[rule]).collect();
         let press = Press::of(recordings, &surfaces, small)?;
@@ -144,7 +150,6 @@ impl Placed {
         let temperature = numbers.temperature;
         let pulls = (0..y.len()).filter(|i| y[*i] < -small).collect();
         let slips = sticks.clone();
-        let rates_differ = rates_differ(recordings, small);
         let mut placed = Placed {
             rule,
             surfaces,
@@ -244,7 +249,7 @@ impl Placed {
         best
     }
 
-    /// What these shapes give between the faces and on the body, sample by sample, share of the range of force.
+    /// The force of these shapes between the faces, and on the body, sample by sample, share of the range of force.
     fn contact_and_body(&self, shapes: &[usize], coefficients: &[f64]) -> (DVector<f64>, DVector<f64>) {
         let (mut contact, mut body) = (DVector::zeros(self.y.len()), DVector::zeros(self.y.len()));
         for (j, c) in shapes.iter().zip(coefficients).filter(|(_, c)| **c != 0.0) {
@@ -399,8 +404,10 @@ fn learn_alike(
 ) -> Option<Learned> {
     let surfaces: Vec<Vec<f64>> = means.iter().map(Recording::surfaces).collect();
     let every: Vec<usize> = (0..ALL.len()).filter(|c| may_be(*c)).collect();
+    let rates_differ = rates_differ(means, numbers.discrepancy);
     let rules = (0..surfaces[0].len()).into_par_iter();
-    let every_place: Vec<Placed> = rules.filter_map(|rule| Placed::new(means, &surfaces, rule, numbers)).collect();
+    let every_place: Vec<Placed> =
+        rules.filter_map(|rule| Placed::new(means, &surfaces, rule, numbers, rates_differ)).collect();
     // several rules may find one place
     let mut placed: Vec<Placed> = Vec::new();
     for p in every_place {
@@ -479,7 +486,7 @@ fn learn_alike(
         ln_weight: top + whole.ln(),
         scale: placed.first()?.scale,
         elastic,
-        rates_differ: rates_differ(means, numbers.discrepancy),
+        rates_differ,
         gains: vec![1.0; means.len()],
     })
 }

@@ -21,7 +21,7 @@ const APART: f64 = 3.0;
 pub struct Release {
     /// The first sample of the fall: it is let go altogether.
     pub first: usize,
-    /// What the accelerometer reads in the fall as its zero is: 0, or one g the way of the fall where it was zeroed at rest,
+    /// Reading of the accelerometer in the fall as its zero is: 0, or one g the way of the fall where it was zeroed at rest,
     /// m/s^2.
     pub fall: f64,
 }

@@ -9,7 +9,6 @@ use crate::evidence::{self, Evidences};
 use crate::experiment;
 use crate::findings::Findings;
 use crate::heldout::HeldOut;
-use crate::holding;
 use crate::learned::{self, Named, OF_ITS_OWN};
 use crate::map;
 use crate::misfit::{by_channel, over_noise, OfChannel};
@@ -378,7 +377,6 @@ fn element(d: &Decision, f: &Findings, packed: Option<&Packed>) -> Element {
     }
     let right = !parts.contains(&Origin::Contact) && !d.unexplained;
     let right = right && !d.is_learned();
-    let instead = holding::instead_words(d, f.gates.is_empty());
     let text = if d.is_learned() {
         "the FMU holds the simulation as given, calibrated; the shape that was learned is not in it"
     } else if !f.gates.is_empty() {
@@ -405,7 +403,7 @@ fn element(d: &Decision, f: &Findings, packed: Option<&Packed>) -> Element {
     let through = packed.and_then(|p| p.through.as_ref());
     Element {
         right,
-        text: instead.map_or(text.into(), |i| format!("no FMU holds the shape that was learned; {i}")),
+        text: f.instead.as_ref().map_or(text.into(), |i| format!("no FMU holds the shape that was learned; {i}")),
         fmu: packed.map(|_| "HysteresisContact.fmu"),
         platforms: packed.map_or(Vec::new(), |p| p.platforms().into_iter().map(String::from).collect()),
         starts: packed
